@@ -1,4 +1,4 @@
-"""Before any test: what ``make generate`` makes must be as new as what it is made of."""
+"""Generate the outputs of ``make generate`` anew before any test if a source is newer."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-# Tests run side by side: threads of the linear algebra would only fight for the cores.
+# Tests run in parallel, so that further threads of the linear algebra would only slow them down.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# How long an example takes says how busy the machine is, and whether C was compiled for it just
-# now. "repeatable": the same examples every time; --hypothesis-profile=search draws others.
+# No example has a time limit, because its time depends on the load of the machine and on
+# compilations of C. "repeatable": the same examples every time; --hypothesis-profile=search draws
+# others.
 settings.register_profile(
     "search", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True
 )
@@ -37,7 +38,7 @@ MADE = ROOT / "sim" / "arctrue" / "generated" / "number_formats.py"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Generate anew when a source is newer; once, before the workers of xdist start."""
+    """Generate the outputs if a source is newer, once, before the workers of xdist start."""
     if hasattr(config, "workerinput"):
         return
     if MADE.exists() and STAMP.exists():

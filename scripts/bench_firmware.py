@@ -37,9 +37,9 @@ NS_A_TICK = 10
 PROCESSOR_HZ = 667e6
 """Clock of the fastest XC7Z020-1. The boards here run at 650 MHz."""
 CYCLES_AN_INSTRUCTION = (1.0, 2.0)
-"""Assumed range of cycles per instruction. At best two instructions are issued at once. At worst
-operations on doubles depend on each other; the Cortex-A9 FPU issues a multiplication every second
-clock and an addition every clock."""
+"""Assumed range of cycles per instruction. At best two instructions are issued at once. In the
+worst case each operation on doubles waits for the one before; the Cortex-A9 FPU issues a
+multiplication every second clock and an addition every clock."""
 GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
 """Number of loaded orders that the calibration does not fit, as in firmware/bench."""

@@ -62,8 +62,8 @@ def ghdl_clocks_per_second(backend: str, lanes: int) -> float:
         )
     if done.returncode or not answer.exists():
         sys.exit(f"the simulation with GHDL ({backend}, {lanes} lanes) failed: see {log}")
-    told = json.loads(answer.read_text(encoding="utf-8"))
-    return float(told["clocks"]) / float(told["cpu_s"])
+    result = json.loads(answer.read_text(encoding="utf-8"))
+    return float(result["clocks"]) / float(result["cpu_s"])
 
 
 def compiled(lanes: int) -> tuple[float, ...]:

@@ -2,8 +2,8 @@
 
 The page shows machine, versions and commit, then the rows of each bench: median, quartiles and
 extremes of its runs, and the limit or peer. For a failed bench it shows the last lines of output;
-the exit code is then 1. ``--only NAME`` repeats one bench and takes the rows of the others from the
-files next to the page, each with the commit and load of its own run.
+the exit code is then 1. ``--only NAME`` repeats one bench; the rows of the other benches come from
+the files next to the page, each with the commit and load of its own run.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
     lines += [f"| {name} | {value} |" for name, value in facts]
     for module, ran in benches.items():
         title, about = BENCHES[module]
-        told = "; ".join(f"{name} {value}" for name, value in ran.facts.items())
-        lines += ["", f"## {title}", "", f"{about} `python -m {module}` ({told}).", ""]
+        figures_line = "; ".join(f"{name} {value}" for name, value in ran.facts.items())
+        lines += ["", f"## {title}", "", f"{about} `python -m {module}` ({figures_line}).", ""]
         if ran.code:
             lines += [f"**Exit code {ran.code}: a limit is missed, or it failed.**", ""]
         if ran.rows:

@@ -30,7 +30,7 @@ class Row:
     beside: str
     """Figure of the peer or the limit in words."""
     kept: bool = True
-    """Whether the limit is kept, or there is none."""
+    """Whether the value keeps the limit; True if there is no limit."""
 
     @property
     def median(self) -> float:

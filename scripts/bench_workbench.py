@@ -204,17 +204,17 @@ def _one(command: str, folder: str) -> None:
 
     start = time.perf_counter()
     code, named = 0, None
-    told = Path(folder) / f"{command}.json"
+    written = Path(folder) / f"{command}.json"
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
         kept, sys.stdout = sys.stdout, nowhere
         try:
-            arctrue([command, folder, "--json", str(told)], standalone_mode=False)
+            arctrue([command, folder, "--json", str(written)], standalone_mode=False)
         except SystemExit as ended:
             code = int(ended.code or 0)
         finally:
             sys.stdout = kept
     if command == "diagnose" and code == 0:
-        data = json.loads(told.read_text(encoding="utf-8"))
+        data = json.loads(written.read_text(encoding="utf-8"))
         named = data["named"] or data["verdict"]
     used = resource.getrusage(resource.RUSAGE_SELF)
     found = Measured(

@@ -1,6 +1,6 @@
 """``make bitstream``: makes the file for the chip, build/bitstream/<board>/arctrue.bit.
 
-Two flows, Vivado and the open tools, from the same VHDL and the same pin file; docs/device.md.
+Both flows, Vivado and the open tools, use the same VHDL and the same pin file (docs/device.md).
 Exit code 1 when the timing is not met, 2 when a tool or a file is missing or fails.
 """
 

@@ -1,8 +1,9 @@
 """Writes configured DSPs and block RAMs as Verilog instances of scripts/bitstream_models.
 
-What the features mean is taken from their names in the database, UG479 and UG473. What the gateware
-does not use is refused. That is the DSP's port D, SIMD and pattern detection, and a block RAM as
-FIFO, with error correction or with its data cascaded. A cascaded address is a route.
+The meaning of the features follows from their names in the database, UG479 and UG473. The program
+refuses features that the gateware does not use. These are the DSP's port D, SIMD and pattern
+detection, and a block RAM as FIFO, with error correction or with its data cascaded. A cascaded
+address is a route.
 """
 
 from __future__ import annotations

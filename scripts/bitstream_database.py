@@ -65,8 +65,8 @@ class TileType:
                     yield entry.partition(".")[2], rest
 
     def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
-        """Return kind of frames and bits, without bits where the feature sets none. None means
-        unknown."""
+        """Return kind of frames and bits, without bits where the feature sets none. None: the
+        database does not have it."""
         if feature in self.without_bits:
             return "", []
         if not index and feature in self.features:
@@ -187,11 +187,8 @@ class Chip:
         return self.type(self.tiles[tile]["type"])
 
     def alias(self, tile: str) -> tuple[TileType, dict[str, str], int] | None:
-        """Return the type whose bits a tile at the chip's edge takes, its sites' names there and
-        first word.
-
-        Such a tile has one site of two.
-        """
+        """Return the type whose bits a tile at the chip's edge uses, the names of the tile's sites
+        in that type, and the first word. Such a tile has only one of the two sites of the type."""
         for block in self.tiles[tile]["bits"].values():
             if "alias" in block:
                 alias = block["alias"]

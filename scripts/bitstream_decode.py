@@ -23,7 +23,7 @@ from scripts.netlist import ToolError
 LEAST_BITS: Final = 96
 """The least width of a bus of the netlist, so that each is an array of words in Verilator's C++."""
 RAM_HALVES: Final = {"L": "FIFO18E1", "U": "RAMB18E1", "FIFO18": "FIFO18E1", "RAMB18": "RAMB18E1"}
-"""Site types by the names of a half's wires. A site of type RAMBFIFO36E1 is both halves at once."""
+"""Site types by the names of a half's wires. A site of type RAMBFIFO36E1 contains both halves."""
 RAM_OUTPUT: Final = re.compile(
     r"BRAM_(?P<site>\w+)_DO(?P<parity>P?)(?P<port>[AB])DOP?(?P<half>[LU]?)(?P<bit>\d+)"
 )

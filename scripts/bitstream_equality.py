@@ -78,7 +78,7 @@ class Port:
 def ports_of(module: dict[str, Any]) -> list[Port]:
     """Return the pads and the ports of the PS7 of a mapped netlist, inputs first.
 
-    An inout is two ports, see ``Port.is_wire``.
+    An inout counts as two ports, see ``Port.is_wire``.
     """
     found = [
         Port(name, len(port["bits"]), is_input, False, port["direction"] == "inout")

@@ -44,8 +44,8 @@ def check_bitstream(path: Path, part: str) -> str:
     place = data.find(IDCODE_WRITE, start, start + LONGEST_HEAD)
     found = int.from_bytes(data[place + 4 : place + 8], "big") if place >= 0 else -1
     if found < 0 or found & ~REVISION != code & ~REVISION:
-        told = "none" if found < 0 else f"0x{found:08X}"
-        raise ToolError(f"{path}: expected the code 0x{code:08X} of {part}, found {told}")
+        stated = "none" if found < 0 else f"0x{found:08X}"
+        raise ToolError(f"{path}: expected the code 0x{code:08X} of {part}, found {stated}")
     words, there = _frame_words(data, start)
     if words != frames * WORDS_A_FRAME:
         raise ToolError(

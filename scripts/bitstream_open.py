@@ -170,16 +170,16 @@ def _run(command: Sequence[str], log: Path) -> tuple[int, str]:
     return done.returncode, log.read_text(encoding="utf-8", errors="replace")
 
 
-def _failed(command: str, log: Path, told: str) -> ToolError:
-    tail = "\n".join(told.splitlines()[-SHOWN_LINES:])
+def _failed(command: str, log: Path, output: str) -> ToolError:
+    tail = "\n".join(output.splitlines()[-SHOWN_LINES:])
     return ToolError(f"{command} failed. The end of {log}:\n{tail}")
 
 
 def _run_step(job: Job, name: str, command: Sequence[str]) -> None:
     log = job.reports / f"{name}.log"
-    code, told = _run(command, log)
+    code, output = _run(command, log)
     if code:
-        raise _failed(command[0], log, told)
+        raise _failed(command[0], log, output)
 
 
 @dataclass(frozen=True)
@@ -211,11 +211,11 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
     command += ["--freq", str(job.top.clock_mhz)]
     command += ["--seed", str(job.seed)] if job.seed is not None else []
     log = job.reports / "nextpnr.log"
-    code, told = _run(command, log)
-    clocks = timing_of(told)
-    check_timing(told, log, job.top.clock_mhz)
+    code, output = _run(command, log)
+    clocks = timing_of(output)
+    check_timing(output, log, job.top.clock_mhz)
     if code:
-        raise _failed(nextpnr, log, told)
+        raise _failed(nextpnr, log, output)
     if not clocks:
         raise ToolError(f"nextpnr timed no clock; see {log}")
     for made in (fasm, routed):

@@ -1,9 +1,10 @@
 """Checks that every input pin of DSPs, block RAMs and look-up tables as RAM is driven.
 
 A pin has a route from another pin, a constant by a route or a tie-off, or a default that the
-database documents (interconnect without a driver is 1). What else may stay open is named here with
-its reason. A tie-off is refused where the pin's inverter is on, as Vivado refuses it. A signal at
-INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP is refused too: the database has no such feature.
+database documents (interconnect without a driver is 1). This module names the other pins that may
+stay open, each with its reason. A tie-off is refused where the pin's inverter is on, as Vivado
+refuses it. A signal at INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP is refused too: the database
+has no such feature.
 """
 
 from __future__ import annotations

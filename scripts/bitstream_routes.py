@@ -73,7 +73,7 @@ class Routes:
             own = self.chip.type_of(tile)
             driver = self.features.drivers(tile).get(wire)
             if driver is None and wire not in own.driven_by_pin:
-                # If there is a pin too, the connection leads through its site.
+                # If the node also has a pin, the connection leads through the pin's site.
                 driver = own.permanent.get(wire) if self._is_active(tile, wire) else None
             if driver is not None:
                 chosen.add((tile, driver))
@@ -86,7 +86,7 @@ class Routes:
         if not chosen and not pins:
             chosen = default
         if len(chosen) + len(pins) > 1:
-            told = sorted(f"{tile}/{wire}" for tile, wire in chosen)
-            told += sorted(f"pin {pin.pin} in {pin.tile}" for pin in pins)
-            raise ToolError(f"{sorted(node)[0]} is driven by {' and '.join(told)}")
+            drivers = sorted(f"{tile}/{wire}" for tile, wire in chosen)
+            drivers += sorted(f"pin {pin.pin} in {pin.tile}" for pin in pins)
+            raise ToolError(f"{sorted(node)[0]} is driven by {' and '.join(drivers)}")
         return next(iter(chosen), None), next(iter(pins), None)

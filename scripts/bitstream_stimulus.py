@@ -4,8 +4,8 @@ Random levels at the bus rarely make an access. This list contains legal accesse
 ones. First, banks of the capture are filled and read. Then each round writes new settings, writes,
 reads and swaps every word of coefficients, and mixes snapshots, captured samples, commands and
 words. Each round has another number of counts a turn, so that the angles after a zero that was
-passed backwards have other upper bits. ``shortfalls`` finds in the answers what the accesses did
-not reach.
+passed backwards have other upper bits. ``shortfalls`` lists the parts that the accesses did not
+reach, from the answers.
 """
 
 from __future__ import annotations

@@ -45,14 +45,14 @@ def run_vivado(job: Job) -> str:
     done = subprocess.run(
         command, cwd=job.folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )
-    told = done.stdout
-    (job.reports / "vivado.console.log").write_text(told, encoding="utf-8")
-    if late := NOT_MET.search(told):
+    output = done.stdout
+    (job.reports / "vivado.console.log").write_text(output, encoding="utf-8")
+    if late := NOT_MET.search(output):
         raise TimingError(f"{late[1]} See {job.reports / 'timing.rpt'}.")
     if done.returncode:
-        tail = "\n".join(told.splitlines()[-SHOWN_LINES:])
+        tail = "\n".join(output.splitlines()[-SHOWN_LINES:])
         raise ToolError(f"Vivado failed. The end of {log}:\n{tail}")
-    met = re.search(r"^ARCTRUE TIMING MET: (.*)$", told, re.MULTILINE)
+    met = re.search(r"^ARCTRUE TIMING MET: (.*)$", output, re.MULTILINE)
     if not met:
         raise ToolError(f"Vivado ended without a word on the timing; see {log}")
     return met[1]

@@ -139,7 +139,8 @@ def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print what each kind of noise shows, with the thresholds as they are or to calibrate one."""
+    """Print the findings in each kind of noise with the present thresholds, or the figures for a
+    new one."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--logs", type=int, default=6, help="logs of each kind (default: 6)")
     parser.add_argument("--kinds", default="", help="only kinds whose name has this word")

@@ -1,8 +1,8 @@
 """Fits the probabilities that a diagnosis states, and measures them across the two generators.
 
 ``python -m scripts.calibrate_probabilities`` reads the answers of ``stated.csv`` in
-``studies/benchmark``. It prints how well coefficients fit answers from which they were not made:
-the other generator's, those of a left-out world, and those of a left-out fifth within each
+``studies/benchmark``. It prints the scores of coefficients on answers that were not used for the
+fit: answers of the other generator, of a left-out world, and of a left-out fifth within each
 generator. ``--write`` writes the coefficients fitted to all answers into
 ``workbench/diagnose/calibrated.json``. ``--collect FOLDER`` (repeated) takes the answers of a
 benchmark's runs in place of those in the table. Answers ``bad_data`` state the probabilities
@@ -140,7 +140,7 @@ def data(learned: Calibration) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, and write what the user requests."""
+    """Measure the scores, and write the requested files."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--collect",

@@ -93,8 +93,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "alarms_of_a_line_that_is_left_out",
         "an alarm of an omitted telemetry line is never reported",
         "firmware/console/console.c",
-        "console->untold_alarms = told ? 0 : alarms;",
-        "console->untold_alarms = 0;",
+        "console->unsent_alarms = sent ? 0 : alarms;",
+        "console->unsent_alarms = 0;",
         f"{_TESTS}/test_console.py::test_a_line_for_which_there_is_no_room_is_left_out_whole",
     ),
     Mutation(

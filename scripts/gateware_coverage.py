@@ -112,17 +112,17 @@ def share(found: dict[Path, FileLines]) -> float:
 
 def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) -> list[str]:
     """Return a sentence for each file that was in no simulation, and for a missed budget."""
-    told = [
+    messages = [
         f"{path.relative_to(sources.parent)} was in no simulation"
         for path in sorted(sources.rglob("*.vhd"))
         if path not in found and has_statements(path)
     ]
     reached = share(found)
     if reached < budget:
-        told.append(
+        messages.append(
             f"the benches execute {reached:.1%} of the statements, expected {budget:.0%} at least"
         )
-    return told
+    return messages
 
 
 def table(found: dict[Path, FileLines], root: Path) -> str:
@@ -189,12 +189,12 @@ def main(arguments: list[str] | None = None) -> int:
     FOLDER.mkdir(parents=True, exist_ok=True)
     (FOLDER / "coverage.md").write_text(text, encoding="utf-8")
     print(text)
-    told = faults(found, ROOT / "rtl")
+    messages = faults(found, ROOT / "rtl")
     if failed:
-        told.append("a bench failed")
-    for fault in told:
+        messages.append("a bench failed")
+    for fault in messages:
         print(f"coverage: {fault}", file=sys.stderr)
-    return 1 if told else 0
+    return 1 if messages else 0
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from scripts.register_map import (
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Write ``text`` unless the file already contains it, so that make sees no false change."""
+    """Write ``text`` only if it differs from the file, so that make starts no unnecessary step."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")

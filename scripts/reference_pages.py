@@ -68,21 +68,21 @@ def _option(param: click.Parameter, context: click.Context) -> str:
     names = ", ".join(f"`{name}`" for name in [*param.opts, *param.secondary_opts])
     value = "" if param.is_flag else f" `{_cell(param.make_metavar(context))}`"
     many = " (again for more)" if param.multiple else ""
-    told, default = _default(param)
-    return f"| {names}{value} | {_cell(told)}{many} | {_cell(default)} |\n"
+    described, default = _default(param)
+    return f"| {names}{value} | {_cell(described)}{many} | {_cell(default)} |\n"
 
 
 def _default(param: click.Option) -> tuple[str, str]:
     """Return the help without its statement of the default, and the default."""
-    told = param.help or ""
-    found = re.search(r"\s*\[default: (.*)\]$", told)
+    described = param.help or ""
+    found = re.search(r"\s*\[default: (.*)\]$", described)
     if found:
-        return told[: found.start()], found[1]
+        return described[: found.start()], found[1]
     if param.required:
-        return told, "required"
+        return described, "required"
     if isinstance(param.show_default, str):
-        return told, param.show_default
-    return told, str(param.default) if param.show_default else ""
+        return described, param.show_default
+    return described, str(param.default) if param.show_default else ""
 
 
 def _cell(text: str) -> str:

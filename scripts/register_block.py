@@ -3,8 +3,8 @@
 The generator's own block decodes the address in the clock of the access, and selects the read word
 after that decoder. In this block the bits ``s_cpuif_word`` arrive decoded, and the read word has a
 register, so that only an OR of words lies between two registers. register_access.vhd makes these
-bits while it checks the access, so a read takes no additional clock. Everything else is as the
-generator makes it.
+bits while it checks the access, so a read takes no additional clock. All other parts are the
+generator's output.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """``python -m scripts.timing``: estimates the longest paths of an entity.
 
-It reads the flat netlist of scripts/synth.py, or makes one, and gives for each of the longest
-paths its delay, its levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz).
-Nothing is placed and wire delays are guessed: see scripts/cell_delays.py. It also checks a
-rule that needs no estimate: no path has more than one wide adder or DSP, except those listed
-here. Result: timing.md next to the netlist. Exit code 1: the rule is broken or a path is longer
-than ``--limit``. 2: a tool is missing or fails.
+It reads the flat netlist of scripts/synth.py, or makes one, and gives for each of the longest paths
+its delay, its levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz). The netlist is
+not placed, and wire delays are estimates: see scripts/cell_delays.py. It also checks a rule that
+needs no estimate: no path has more than one wide adder or DSP, except those listed here. Result:
+timing.md next to the netlist. Exit code 1: the rule is broken or a path is longer than ``--limit``.
+2: a tool is missing or fails.
 """
 
 from __future__ import annotations

@@ -82,7 +82,7 @@ uint32_t alarms_of_turn(struct application *application) {
     bool hot = application->report.has_temperature &&
                application->report.temperature_c > parameters->alarm_temperature_c;
     alarms |= hot ? ALARM_TEMPERATURE : 0;
-    alarms |= application->prepared.told != 0 ? ALARM_HEAD_LEFT_OUT : 0;
+    alarms |= application->prepared.reported != 0 ? ALARM_HEAD_LEFT_OUT : 0;
     alarms |= table_temperature_is_held(&application->table) ? ALARM_THERMOMETER : 0;
     alarms |= application->faults_in_a_row != 0 ? ALARM_BEGAN_ANEW : 0;
     return alarms;

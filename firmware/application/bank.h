@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A bank of the capture: takes it, copies it for the console, or notices that none comes. */
+/* Takes a bank of the capture, copies it for the console, or detects that no bank comes. */
 
 #ifndef ARCTRUE_BANK_H
 #define ARCTRUE_BANK_H

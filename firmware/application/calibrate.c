@@ -289,8 +289,8 @@ static void calibrate_take_candidate(struct application *application,
 /* Tolerance of a head's place, counts: an index mark repeats within one count, in this turn and in that of the set. */
 #define PLACE_COUNTS 2.0
 
-/* The lanes of a mean do not describe head 1's error, which is all that two heads can judge. A turn can tell only
-   whether the heads stand where the mean's offsets say. */
+/* The lanes of a mean do not describe head 1's error, which is all that two heads can judge. A turn shows only
+   whether the heads are at the places that the mean's offsets give. */
 static enum judgement calibrate_judge_mean(struct application *application, const struct turn *turn,
                                            const struct mean_set *set) {
     double place[HEADS_MOST];

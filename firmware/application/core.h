@@ -91,7 +91,7 @@ struct core_setup {
     uint32_t recorded_events;
 };
 
-/* When the core takes a sample. */
+/* Instants at which the core takes a sample. */
 enum core_capture { CAPTURE_OFF, CAPTURE_BY_TIME, CAPTURE_BY_ANGLE, CAPTURE_BY_SYNC };
 
 const char *core_capture_name(enum core_capture capture);
@@ -171,9 +171,9 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
 /* Version and chip of an identified core. */
 struct core_origin core_origin(const struct core_access *core);
 
-/* Switches correction and capture off, sets the registers, enables the move of head 1's zero by proven marks
-   and the interrupts of a ready bank and of a fault of head 1, and re-arms, which forgets the index. False:
-   the core refuses `counts_per_rev`. */
+/* Switches correction and capture off, sets the registers, enables the move of head 1's zero by proven marks and the
+   interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index invalid. False: the core
+   refuses `counts_per_rev`. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
 /* Sets the same registers of a working core, without re-arm or change of control. False, with nothing set, if
    the core has another number of counts per turn. */
@@ -200,7 +200,7 @@ bool core_compensates(const struct core_access *core);
 /* Reports that the processor works; without the next report within the limit the core raises an alarm. */
 void core_tell_alive(const struct core_access *core, uint32_t limit_clocks);
 
-/* Forgets the index and the faults; the correction is off until head 1 has seen its index again. */
+/* Makes the index invalid and clears the faults; the correction is off until head 1 has seen its index again. */
 void core_rearm(const struct core_access *core);
 /* Number of times that the core moved the zero of head 1 because of lost counts. */
 uint32_t core_zero_moves(const struct core_access *core);
@@ -235,9 +235,9 @@ void core_release_capture(const struct core_access *core);
 void core_acknowledge_interrupt(const struct core_access *core);
 /* Clears the faults of all heads; the fault of the output stays. */
 void core_clear_faults(const struct core_access *core);
-/* Ends the fault of the output, which continues from the present position. The same write clears the flags of
-   the heads in `faults` (bits of enum core_fault) and enables the line drivers if no remaining fault releases
-   them. Only the operator knows whether the driven machine may move. */
+/* Ends the fault of the output, which continues from the present position. The same write clears the flags of the
+   heads in `faults` (bits of enum core_fault) and enables the line drivers if no remaining fault releases them. Only
+   the operator can decide whether the driven machine may move. */
 void core_clear_output(const struct core_access *core, uint32_t faults);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Lanes whose amplitude the gateware multiplies with a condition (generic MODULATORS), and the settings from
-   which it calculates direction and speed. The operator loads them. The firmware judges a lane of an order
-   of 1 or more by turns under two conditions; no turn shows order 0 and the processor's words. */
+/* Lanes whose amplitude the gateware multiplies with a condition (generic MODULATORS), and the settings from which
+   it calculates direction and speed. The operator loads them. The firmware judges a lane of an order of 1 or more by
+   turns under two conditions. It cannot judge lanes of order 0 and lanes that follow a word of the processor. */
 
 #ifndef ARCTRUE_FOLLOWED_H
 #define ARCTRUE_FOLLOWED_H
@@ -48,7 +48,7 @@ struct motion {
 };
 
 /* Measurement of a lane in one turn, arcsec at modulator 1, along the lane's phase: value, standard uncertainty, and
-   loaded value. All other lanes of the order are taken as they are loaded. */
+   loaded value. The measurement assumes that all other lanes of the order are correct as loaded. */
 struct followed_measured {
     uint32_t order;
     uint32_t modulator;

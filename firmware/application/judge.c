@@ -9,8 +9,8 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* A value is refused if it leaves more than the active one by over this many standard uncertainties plus this share
-   of a reading's noise. No reading shows a smaller difference. */
+/* A value is refused if the error that it leaves exceeds the error that the active one leaves by more than this many
+   standard uncertainties plus this share of a reading's noise. No reading shows a smaller difference. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
 /* Two conditions count as different if the modulator, whose range is -1 to 1, differs by at least this value. */

@@ -9,8 +9,8 @@
 #include "further_orders.h"
 #include "load.h"
 
-/* ln 1000: a value is taken if it is a thousand times likelier than no correction, and refused if no correction is a
-   thousand times likelier than it. One turn decides about an amplitude of 3.7 u. */
+/* ln 1000: the firmware accepts a value that is a thousand times likelier than no correction, and refuses a value
+   that is a thousand times less likely than no correction. One turn decides about an amplitude of 3.7 u. */
 #define EVIDENCE_ENOUGH 6.9
 
 struct judge {
@@ -51,8 +51,8 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
 struct vector judge_value(const struct judge *judge, const struct coefficients *set,
                           uint32_t order);
 
-/* Writes to `measured` what the turn says about each lane of `judge->followed` that turns can show, with `set` as
-   the plain lanes. Returns the number of entries, at most FOLLOWED_LANES_MAX. */
+/* Writes to `measured` the turn's result for each lane of `judge->followed` that turns can show, with `set` as the
+   plain lanes. Returns the number of entries, at most FOLLOWED_LANES_MAX. */
 uint32_t judge_measure_followed(const struct judge *judge, const struct coefficients *set,
                                 struct followed_measured *measured);
 

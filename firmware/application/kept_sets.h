@@ -33,8 +33,8 @@ struct kept_sets {
 /* Appends the set without head `head`, counted from 1. False: it has too many lanes. */
 bool kept_sets_add(struct kept_sets *kept, uint32_t head, const struct coefficients *set);
 
-/* Takes the next set from place `place` of the words on, which moves behind it. Returns the missing head; 0: there is no
-   further set, or the words are none that the gateware could hold for `heads` heads and this number of counts. */
+/* Takes the next set from place `place` of the words on, which moves behind it. Returns the missing head; 0 if there
+   is no further set, or if the gateware cannot hold the words for `heads` heads and this number of counts. */
 uint32_t kept_sets_next(const struct kept_sets *kept, uint32_t *place, uint32_t heads,
                         uint32_t counts_per_rev, struct coefficients *set);
 

@@ -783,7 +783,7 @@ void load_combine(const struct coefficients *set, const struct thermal *thermal,
         .counts_per_rev = either != NULL ? either->counts_per_rev : 0,
     };
     if (set != NULL && set->mean.heads != 0) {
-        /* The calibration's own lanes correct head 1, not a mean, so none is used. */
+        /* The calibration's own lanes correct head 1, not a mean, so the core uses none of these lanes. */
         candidate->mean = set->mean;
         of_own = 0;
     }

@@ -114,7 +114,7 @@ struct load {
     double table_evidence;
     /* Sets for a missing head: the gateware holds their words. */
     struct load_without without;
-    /* What was received is whole and not yet judged. */
+    /* The received set is complete and not yet judged. */
     bool whole;
     /* The phase of a lane of a real order has become known but is not yet in the core. */
     bool phase_given;
@@ -139,13 +139,13 @@ struct load {
     /* Order that caused the refusal; 0: none. */
     uint32_t refused_order;
     /* The loaded set: its state, the lanes that nobody could judge, the CRC of all its frames (0: it came from the
-       flash), and what each turn shows of it. */
+       flash), and what each turn shows about its lanes. */
     enum loaded_state loaded_state;
     uint64_t unjudged;
     uint32_t loaded_crc;
     struct loaded_watch watch;
-    /* What turns have shown of its lanes of real orders; and whether an edge of the probe has been seen since the lanes
-       began to wait, with the number of edges then. */
+    /* Results of the turns for its lanes of real orders; whether the probe has had an edge since the lanes began to
+       wait; and the number of edges at that time. */
     struct line_finder finder[REAL_LANES_MAX];
     bool probe_seen;
     uint32_t probe_edges;
@@ -204,8 +204,8 @@ enum load_answer load_without_head(struct load *load, uint32_t number, int32_t w
                                    uint32_t offset, uint32_t crc);
 enum load_answer load_without_lane(struct load *load, uint32_t number, const struct lane *lane,
                                    uint32_t crc);
-/* Lanes of the received set that are taken without a judgement: all that turns do not decide, or only those that no
-   turn of two heads shows. The frame uses the same values. */
+/* Lanes of the received set that become active without a judgement: either all lanes that turns do not decide, or
+   only lanes that no turn of two heads shows. The frame uses the same values. */
 enum load_scope { LOAD_FORCES_ALL = 1, LOAD_FORCES_UNSEEN = 2 };
 enum load_answer load_force(struct load *load, uint32_t scope, uint32_t crc);
 bool load_takes_unseen(const struct load *load);
@@ -228,10 +228,10 @@ struct load_place {
 enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc);
 
-/* Refuses the set, or drops what was being received. */
+/* Refuses the set, or drops the set in reception. */
 void load_refuse(struct load *load, enum load_answer reason);
 
-/* Asserts what is true between any two calls. */
+/* Asserts the conditions that hold between any two calls. */
 void load_assert(const struct load *load);
 
 /* Drops the set that is being received or waits; the loaded set stays. */

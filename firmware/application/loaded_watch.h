@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Compares, in every turn, each loaded order with the turn's own estimate of it: how much of it is left, and whether
-   that is more than its scatter from turn to turn. */
+/* Compares, in every turn, each loaded order with the order that the turn shows. The result is the remaining error
+   of the order, and whether it exceeds the scatter from turn to turn. */
 
 #ifndef ARCTRUE_LOADED_WATCH_H
 #define ARCTRUE_LOADED_WATCH_H
@@ -12,8 +12,9 @@
 #include "coefficients.h"
 #include "sight.h"
 
-/* An order is at fault if this many turns in a row leave more of it than this many standard deviations of a turn.
-   Noise alone exceeds the limit with probability e^-18 per turn and order, and that to the third power in a row. */
+/* An order is at fault if its remaining error exceeds WATCH_SIGMAS standard deviations of a turn in WATCH_TURNS
+   turns in a row. Noise alone exceeds the limit with probability e^-18 in one turn and order, and with the third power
+   of it in three turns in a row. */
 #define WATCH_SIGMAS 6.0
 enum { WATCH_TURNS = 3 };
 
@@ -31,7 +32,7 @@ struct loaded_watch {
     uint8_t beyond[LANES_LIMIT];
     /* Lanes that a turn has shown. */
     uint64_t shown;
-    /* Results of the latest turn: mean square of the error that all of them leave, arcsec^2; whether an order is at
+    /* Results of the latest turn: mean square of the remaining errors of all lanes, arcsec^2; whether an order is at
        fault. */
     double mean_square;
     bool at_fault;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* A loaded local table: its points go straight into the idle bank of the gateware, because the memory of the
-   processor is too small for them. Turns judge it, and a swap takes it. */
+   processor is too small for them. Turns judge the table, and a swap makes it active. */
 
 #ifndef ARCTRUE_LOCAL_TABLE_H
 #define ARCTRUE_LOCAL_TABLE_H

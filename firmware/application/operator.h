@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The operator's commands that change what the application does. */
+/* The operator's commands that change the application's behaviour. */
 
 #ifndef ARCTRUE_OPERATOR_H
 #define ARCTRUE_OPERATOR_H

@@ -82,7 +82,7 @@ struct parameters {
 /* Effect of a new value. */
 enum parameter_effect {
     EFFECT_NEXT_TURN,
-    /* A re-arm, which forgets the index. */
+    /* A re-arm, which makes the index invalid. */
     EFFECT_REARM,
     /* The pins of pulses change at once. */
     EFFECT_PINS,

@@ -218,10 +218,10 @@ void prepared_arm(struct application *application) {
 
 void prepared_watch(struct application *application) {
     uint32_t left_out = core_left_out(&application->core);
-    if ((left_out & ~application->prepared.told) != 0) {
+    if ((left_out & ~application->prepared.reported) != 0) {
         alarm_between_turns(application, ALARM_HEAD_LEFT_OUT);
     }
-    application->prepared.told = left_out;
+    application->prepared.reported = left_out;
 }
 
 bool application_come_back(const struct application *application, uint32_t head) {

@@ -9,7 +9,7 @@
 #include "settings.h"
 #include "zeros.h"
 
-/* After this many faults in a row the firmware holds instead of beginning anew. */
+/* After this number of faults in a row, the firmware stops calibrating instead of starting again. */
 enum { FAULTS_HELD = 3 };
 
 void restart_with_nothing(struct application *application) {
@@ -59,7 +59,7 @@ void application_start(struct application *application) {
     control_write(application);
 }
 
-/* Leaves the core as the fault left it. */
+/* Does not change the core after the fault. */
 static void restart_hold(struct application *application) {
     application->phase = PHASE_NO_CORE;
     if (core_identify(&application->core, &application->configuration)) {

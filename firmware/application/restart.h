@@ -25,8 +25,8 @@ void application_rearm(struct application *application);
 /* Switches the correction off, and forgets the calibration and the loaded set. */
 void application_forget(struct application *application);
 
-/* Forgets what turns have shown, and switches the correction off. The loaded set is judged anew and need not be sent
-   again. */
+/* Discards the results of all turns, and switches the correction off. The loaded set is judged anew and need not be
+   sent again. */
 void restart_with_nothing(struct application *application);
 
 #endif

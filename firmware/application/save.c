@@ -237,7 +237,7 @@ static uint32_t save_page(const struct save *save, uint32_t place, uint32_t *num
     return address + (first + (of_points ? SAVE_POINTS_AT : 0U)) * WORD_BYTES;
 }
 
-/* Compares all pages with what they should hold, or before programming, which can only clear bits, with an erased
+/* Compares all pages with their intended content or, before programming (which can only clear bits), with an erased
    flash. */
 static enum save_answer save_compare(struct save *save, bool is_erased) {
     uint32_t words[FLASH_PAGE_WORDS];

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Writes records into a region of the flash, each into a sector of its own, in turn and a piece at a time. If power
-   is lost at any moment of a write, the previous record is left; nothing waits for the flash. A sector that does not
-   hold what was written is left out. */
+   is lost at any moment of a write, the previous record remains; no function waits for the flash. A sector whose
+   content differs from the written data is no longer used. */
 
 #ifndef ARCTRUE_SAVE_H
 #define ARCTRUE_SAVE_H

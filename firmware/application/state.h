@@ -86,7 +86,7 @@ struct prepared {
     /* CRC of their words, as read back. */
     uint32_t crc;
     /* Left-out heads that were reported to the operator. */
-    uint32_t told;
+    uint32_t reported;
     /* The candidate comes with sets of its own, which are in the workspace: the missing heads, one bit per head. */
     bool has_made;
     uint32_t made;
@@ -163,12 +163,12 @@ struct application {
     /* NULL: no capture is copied. */
     struct capture_copy *copy;
     int32_t position_at_bank;
-    /* Angle of head 2 at its own index, counts: what it lost since the index that defined its zero. For head 1 the
-       core moves the zero instead; zero_moves is the number of these moves. */
+    /* Angle of head 2 at its own index, counts: the counts that it lost since the index that defined its zero. For
+       head 1 the core moves the zero instead; zero_moves is the number of these moves. */
     int32_t head2_zero;
     uint32_t zero_moves;
-    /* The angle of head 1 at its index is not 0, and nothing has proven yet that counts were lost; and the position
-       at which this began. */
+    /* True while the angle of head 1 at its index is not 0 and a loss of counts is not proven; and the position at
+       which this began. */
     bool zero_in_doubt;
     int32_t position_at_doubt;
     uint32_t swaps_before;
@@ -240,7 +240,7 @@ bool application_corrects(const struct application *application);
 /* Returns when the core takes its samples. */
 enum core_capture application_capture(const struct application *application);
 
-/* Asserts what is true between any two calls. */
+/* Asserts the conditions that hold between any two calls. */
 void state_assert(const struct application *application);
 
 /* True if there is a core and the firmware uses it. */

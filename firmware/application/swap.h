@@ -9,7 +9,7 @@
 
 enum swap_answer {
     SWAP_ASKED,
-    /* The idle bank does not hold what was written to it. */
+    /* The content of the idle bank differs from the written words. */
     SWAP_NOT_READ_BACK,
     /* The candidate uses a head that the gateware has left out, and there is no prepared set without that head. */
     SWAP_HEAD_LEFT_OUT,

@@ -34,9 +34,9 @@ static void turn_take_temperature(struct application *application) {
 /* Clears the sticky flags, so that the next turn is judged by itself. An index error that came after the end of the
    refused turn would be lost by that, so it is evaluated here first. */
 static void turn_after_refusal(struct application *application) {
-    bool told =
+    bool in_doubt =
         application->report.reason == REFUSED_INDEX_ERROR || core_index_error(&application->core);
-    if (told) {
+    if (in_doubt) {
         zeros_watch_doubt(application);
         zeros_follow_head2(application);
     }

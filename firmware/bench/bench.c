@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A separate image for scripts/bench_firmware.py: it runs both methods and their plain counterparts on the capture
-   in the window, and prints the ticks that each took and the largest difference of its values from the method's, as
-   a share of the largest value. */
+/* A separate image for scripts/bench_firmware.py: it runs both methods and a plain version of each on the capture in
+   the window. It prints the ticks of each run, and for each plain version the largest difference of its values from
+   those of the method, as a share of the largest value. */
 
 #include <math.h>
 #include <stddef.h>

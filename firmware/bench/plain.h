@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Both estimates as a textbook writes them: a sine and a cosine of the C library for every sample and order, and a
-   normal matrix summed element by element. The firmware is compared with them and contains none of them. */
+   normal matrix summed element by element. The bench compares the firmware with these functions; the firmware does not
+   contain them. */
 
 #ifndef ARCTRUE_PLAIN_H
 #define ARCTRUE_PLAIN_H

@@ -9,7 +9,7 @@
 #define MIDDLE_PRIORITY 0xA0U
 #define FIRST_PROCESSOR 0x01U
 
-/* Disables and clears all interrupts, whatever a debugger or another program has left. */
+/* Disables and clears all interrupts, because a debugger or another program may have enabled some. */
 static void silence(void) {
     register_write(GIC_ICDDCR, 0);
     for (uint32_t word = 0; word < GIC_WORDS; word++) {

@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-/* Longest time after which the firmware finds what it finds without an interrupt. */
+/* Longest time until the firmware finds an event that raises no interrupt. */
 #define TIMER_INTERRUPT_MS 5U
 
 /* Starts the global timer and its interrupt. */

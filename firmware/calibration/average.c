@@ -7,7 +7,7 @@
 
 #include "assertion.h"
 
-/* Least variance, arcsec^2: a turn without any noise must not get an infinite weight. */
+/* Least variance, arcsec^2: it limits the weight of a turn without noise. */
 #define LEAST_VARIANCE 1e-18
 
 void average_clear(struct average *average) {

@@ -45,7 +45,7 @@ void further_orders_look(struct further_workspace *workspace, const struct turn 
 /* Returns the shift of head 2's readings that is due to using another separation than the measured one. */
 double further_orders_shift_rad(const struct estimate *estimate);
 
-/* Returns what the turn says about one of these orders. If the readings cannot separate the errors of the two heads,
+/* Returns the turn's result for one of these orders. If the readings cannot separate the errors of the two heads,
    the value is attributed to the disc or to head 1 alone, whichever is nearer to `applied`. */
 struct sight further_orders_sight(const struct further_workspace *workspace,
                                   const struct estimate *estimate, uint32_t order,

@@ -35,8 +35,8 @@ struct heads_geometry {
 struct vector heads_sight(const struct heads_geometry *geometry, uint32_t head);
 
 /* Computes orthonormal combinations of readings with sum 0. With four heads: the parity, which is the only
-   combination that also contains no motion of the axis. With fewer heads: all of them. Returns their number; 0: two
-   heads stand at one place. */
+   combination that also contains no motion of the axis. With two or three heads: all of these combinations. Returns
+   their number; 0: two heads stand at one place. */
 uint32_t heads_combinations(const struct heads_geometry *geometry,
                             double combination[COMBINATIONS_MOST][HEADS_MOST]);
 

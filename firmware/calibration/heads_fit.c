@@ -10,9 +10,9 @@
 #include "noise.h"
 #include "units.h"
 
-/* Limit of the passes over the turn; usual are 4 to 6. A pass over 12,000 samples with 40 orders and four heads takes
-   an estimated 34 million instructions, or 0.1 s at two cycles each. Nine passes take less than half of the 2 s after
-   which the watchdog regards the firmware as hung. */
+/* Limit of the passes over the turn; usual are 4 to 6. A pass over 12,000 samples with 40 orders and four heads
+   takes an estimated 34 million instructions, or 0.1 s at two cycles each. Nine passes last less than half of the 2 s
+   after which the watchdog regards the firmware as hung. */
 enum { PASSES_MOST = 32 };
 #define WORK_MOST (9U * 4U * 12000U * 40U)
 /* The normal matrix uses every k-th sample, at least this many per order: 32 per wave of the highest sum of two

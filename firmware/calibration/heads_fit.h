@@ -61,8 +61,8 @@ enum {
     PLACE_UNKNOWNS = 4 + 2 * (HEADS_MOST - 1),
 };
 
-/* The disc's estimate, and what is made of it: the estimate of one mean, and the words of the means without one
-   head. */
+/* The disc's estimate, and what follows from the disc's estimate: the estimate of one mean, and the words of the
+   means without one head. */
 struct heads_made {
     struct estimate disc;
     struct estimate of_mean;

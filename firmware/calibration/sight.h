@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What one turn says about one order of head 1's error, and how strongly that supports a value. */
+/* One turn's result for one order of head 1's error, and how strongly it supports a value. */
 
 #ifndef ARCTRUE_SIGHT_H
 #define ARCTRUE_SIGHT_H

@@ -203,7 +203,7 @@ static void heads(struct console *console, char *const *words, uint32_t number) 
     text_line(sink, "ok");
 }
 
-/* Prints what the failover of the gateware does: its sets, the active one, and the heads that are left out. */
+/* Prints the state of the gateware's failover: its sets, the active set, and the heads that are left out. */
 static void show_failover(struct console *console) {
     const struct application *application = console->application;
     if (!application->configuration.has_failover) {

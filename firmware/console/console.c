@@ -69,10 +69,10 @@ void console_receive(struct console *console, uint8_t character) {
 
 /* The next line that is printed contains the alarms of a line that was left out. */
 static void tell_turn(struct console *console) {
-    uint32_t alarms = console->application->report.alarms | console->untold_alarms;
-    bool told = telemetry_turn(&console->sink, console->application, alarms);
-    console->telemetry_overruns += !told;
-    console->untold_alarms = told ? 0 : alarms;
+    uint32_t alarms = console->application->report.alarms | console->unsent_alarms;
+    bool sent = telemetry_turn(&console->sink, console->application, alarms);
+    console->telemetry_overruns += !sent;
+    console->unsent_alarms = sent ? 0 : alarms;
 }
 
 void console_step(struct console *console) {

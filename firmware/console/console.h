@@ -27,7 +27,7 @@ struct console {
     uint32_t dump_end;
     /* Lines of telemetry that were left out because the port had no room, and their alarms until they are printed. */
     uint32_t telemetry_overruns;
-    uint32_t untold_alarms;
+    uint32_t unsent_alarms;
     /* Number of times that the port lost characters. */
     uint32_t overruns;
     /* The flash that receives boot images; NULL: none. */
@@ -53,7 +53,7 @@ void console_prepare(struct console *console, struct application *application,
 /* Accepts one character from the port; 0 if the port lost some. */
 void console_receive(struct console *console, uint8_t character);
 
-/* Prints what no command asked for: telemetry, and a part of a dump. */
+/* Prints output without a command: telemetry, and a part of a dump. */
 void console_step(struct console *console);
 /* True while there is more to print at once. */
 bool console_busy(const struct console *console);

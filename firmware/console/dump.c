@@ -8,7 +8,7 @@
 #include "crc32.h"
 
 const char dump_use[] =
-    "dump: the next turn's capture as CSV with a CRC a row | dump rows FIRST NUMBER: of it again";
+    "dump: the next turn's capture as CSV with a CRC a row | dump rows FIRST NUMBER: repeat rows";
 
 /* Rows that one step prints; the other work of the firmware runs between two steps. */
 enum { ROWS_A_STEP = 8 };

@@ -12,7 +12,7 @@ const char flash_use[] =
 
 enum { DIGITS_A_WORD = 8 };
 
-static void told(const struct console *console, enum image_answer answer) {
+static void print_answer(const struct console *console, enum image_answer answer) {
     if (answer == IMAGE_DONE) {
         text_line(&console->sink, "ok");
         return;
@@ -23,7 +23,7 @@ static void told(const struct console *console, enum image_answer answer) {
 /* The answer of an operation is printed when the operation has ended. */
 static void begun(const struct console *console, enum image_answer answer) {
     if (answer != IMAGE_DONE) {
-        told(console, answer);
+        print_answer(console, answer);
     }
 }
 
@@ -76,7 +76,7 @@ static void check(const struct console *console, struct image_store *store, char
     uint32_t bytes;
     uint32_t crc = 0;
     if (!text_parse_hexadecimal(words[0], &address) || !text_parse_hexadecimal(words[1], &bytes)) {
-        told(console, IMAGE_PLACE);
+        print_answer(console, IMAGE_PLACE);
         return;
     }
     enum image_answer answer = image_store_check(store, address, bytes, &crc);
@@ -85,7 +85,7 @@ static void check(const struct console *console, struct image_store *store, char
         text_hexadecimal(&console->sink, crc);
         text_line(&console->sink, "");
     }
-    told(console, answer);
+    print_answer(console, answer);
 }
 
 void flash_command(struct console *console, char *const *words, uint32_t number) {
@@ -94,9 +94,9 @@ void flash_command(struct console *console, char *const *words, uint32_t number)
     const char *what = words[1];
     uint32_t address;
     if (store == NULL) {
-        told(console, IMAGE_NO_FLASH);
+        print_answer(console, IMAGE_NO_FLASH);
     } else if (save != NULL && save->state != SAVE_IDLE) {
-        told(console, IMAGE_UNDER_WAY);
+        print_answer(console, IMAGE_UNDER_WAY);
     } else if (text_equal(what, "status") && number == 2) {
         status(console, store);
     } else if (text_equal(what, "erase") && number == 3 &&
@@ -119,6 +119,6 @@ void flash_step_told(struct console *console) {
     image_store_step(store);
     if (store->fresh) {
         store->fresh = false;
-        told(console, store->answer);
+        print_answer(console, store->answer);
     }
 }

@@ -13,7 +13,8 @@
 #define AT(register) (offsetof(arctrue_registers_t, register) / 4)
 
 enum { WINDOW_WORDS = 0x2100 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
-/* A calibration takes long compared with a line, so few orders and few turns leave time for lines. */
+/* A calibration takes longer than a line of the console. Few orders and few turns leave the fuzzer time for more
+   lines. */
 enum { ORDERS = 6, TURNS_MOST = 4 };
 
 static struct {

@@ -14,7 +14,7 @@
 #include "register_access.h"
 
 enum fabric_state {
-    /* Nothing done yet, then the steps of loading. */
+    /* Before the loading, then its steps. */
     FABRIC_FIND,
     FABRIC_CHECK,
     FABRIC_PROGRAM_HIGH,

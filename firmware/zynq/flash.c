@@ -136,7 +136,7 @@ void flash_prepare(struct flash *flash, const struct register_access *access) {
     connect_pins(flash);
 }
 
-/* Takes over the controller in whatever state the boot ROM, a debugger or linear addressing has left it. */
+/* Sets up the controller from any state: the boot ROM, a debugger or linear addressing may have changed it. */
 static void take_controller(const struct flash *flash) {
     write_at(flash, QSPI_EN, 0);
     write_at(flash, QSPI_LQSPI_CFG, 0);

@@ -72,7 +72,7 @@ void i2c_prepare(const struct register_access *access, uint32_t bus_hz) {
     begin_anew(access, (first - 1U) << 14 | (second - 1U) << 8);
 }
 
-/* Clears whatever an earlier transfer has left. */
+/* Clears data and flags of an earlier transfer. */
 static void begin(const struct register_access *access, uint32_t direction) {
     write_at(access, I2C_CONTROL, control_word(access) | I2C_CONTROL_CLEAR_QUEUE | direction);
     write_at(access, I2C_HAPPENED, I2C_HAPPENED_ALL);

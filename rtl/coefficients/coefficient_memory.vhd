@@ -32,8 +32,7 @@
 -- `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
 -- allowed at any time and waits until then, and for the end of a write that is under way.
 --
--- **Latency.** 1 clock from a `swap` that need not wait to the new phase steps; 2 clocks from `read_address` to
--- `read_data`.
+-- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.
 --
 -- **Number formats.** phase step u0.48 turn a count; phase offset u0.24 turn; amplitude and
 -- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
@@ -233,7 +232,7 @@ begin
       if swap_now = '1' then
         active <= not active;
       end if;
-      -- All parts take the bank of the phase steps, so that a swap brings them to one bank whatever they had before.
+      -- All parts take the bank of the phase steps, so that after a swap all of them have the same bank.
       if swapped(PHASE_OFFSET_DELAY - 1) = '1' then
         phase_bank <= step_bank;
       end if;
@@ -471,7 +470,7 @@ begin
   begin
 
     assert PHASE_OFFSET_DELAY = 2
-      report "coefficient_memory: turn_select comes a clock after its angle, so that phase offsets are read in the next"
+      report "coefficient_memory: phase offsets must be read in the clock after turn_select, 2 clocks after the angle"
       severity failure;
 
     turn_sweep : entity work.turn_offset_sweep

@@ -8,7 +8,7 @@
 -- Φ of both banks are kept here. A lane with ν = 0, of a whole order, has the offset Φ in every turn.
 --
 -- **Turns.** An offset is written to the place m modulo 4 of its lane. A sweep takes 18 · LANES clocks and holds the turn of its
--- start as m, so that it writes three neighbours whatever the angle does meanwhile. While the angle crosses a wrap to
+-- start as m, so that it writes three neighbours also if the angle moves meanwhile. While the angle crosses a wrap to
 -- and fro, their offsets do not change. After a wrap the next turn's are complete within two sweeps, when 36 · LANES +
 -- 12 clocks have passed since its angle. Before the next wrap in the same direction the angle moves at least half a
 -- turn, even if the zero moves, and at most one count per clock: so 72 · LANES + 48 counts a turn are enough at every

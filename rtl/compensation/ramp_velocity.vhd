@@ -10,10 +10,10 @@
 -- **Changes of the remainder** at any time (`marker`) make no step of the velocity. If the remainder then has the other
 -- sign, or is shorter than the braking distance, the velocity falls first, and the remainder passes 0 and returns.
 -- After a marker in the 15 clocks between the reading of the remainder and the change of the velocity the remainder is
--- unknown: the velocity falls by a step. So markers in those clocks of every 256 stop the ramp until they end, and
--- never take it past its end.
+-- unknown: the velocity falls by a step. So markers in those clocks of every 256 stop the ramp until they end, and the
+-- remainder never passes 0 because of them.
 --
--- **Acceleration 0** makes the velocity `rate` at once and for ever; the excess must then stop at 0 if a step would
+-- **Acceleration 0** gives the velocity `rate` from the first clock on; the excess must then stop at 0 if a step would
 -- take it past 0: `stops_at_zero` is high for this, from the second clock after a marker on.
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder.

@@ -9,9 +9,9 @@
 -- **Dead zone.** The place stands while the table moves to and fro by up to `dead_zone` counts (play operator before
 -- the stop).
 --
--- **Unknown.** At reset, and after a change of `width`, the place may be anywhere from -width to width. Two operators begin at
--- these ends; once they meet, the place is known, whatever it was. That takes at most 2·width counts of motion to one
--- side, and the dead zone.
+-- **Unknown.** At reset, and after a change of `width`, the place may be anywhere from -width to width. Two operators
+-- begin at these ends; once their places are equal, the place is known. That takes at most 2·width counts of motion to
+-- one side, and the dead zone.
 --
 -- **Motion** is the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a clock is a
 -- change of the carrier or a reset of the decoder, and counts as no motion. Counts that head 1 lost are lost here too.

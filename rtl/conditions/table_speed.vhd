@@ -10,8 +10,8 @@
 -- Where periods are longer, a window is one period.
 --
 -- **Slowing down.** Where no passage comes for WINDOW clocks, the speed is at most 4 counts in that time. Every WINDOW
--- clocks `is_bound` reports a bound: |speed| is not above 8 counts / (time since the window began). Where the window
--- held passages before, its mean is that of a faster motion and is dropped.
+-- clocks `is_bound` reports a bound: |speed| is not above 8 counts / (time since the window began). If the window
+-- contained passages before, its mean belongs to a faster motion and is dropped.
 --
 -- **Standstill.** After 2²⁴ - 1 clocks (168 ms) without a window's end the speed is 0. A tremble across one passage
 -- moves less than 2 counts and gives speed 0, so that the speed does not chatter.

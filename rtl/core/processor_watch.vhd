@@ -4,7 +4,7 @@
 --
 -- Reports that the processor is silent: no `alive` has come for `limit` clocks. The correction and the output do not
 -- depend on the processor; they continue with the last coefficients. So a processor that hangs, with its interrupts on
--- or off, only raises an alarm.
+-- or off, only causes an alarm.
 --
 -- **Latency.** `silent` rises limit + 1 clocks after the last `alive`, or after `limit` became other than 0, and
 -- falls 1 clock after the next `alive`.

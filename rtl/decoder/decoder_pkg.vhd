@@ -41,11 +41,11 @@ package decoder_pkg is
     index_position    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, of the last index
     index_direction   : std_ulogic;                                  -- of the last index, '1' up
     index_interval    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, from the index before
-    index_trusted     : std_ulogic;                                  -- strobe: the last index lies where the zero says
+    index_trusted     : std_ulogic;                                  -- strobe: the last index agrees with the zero
     zero_moved        : std_ulogic;                                  -- toggles where the zero moves to another count
     zero_moves        : u_unsigned(15 downto 0);                     -- how often; wraps
     zero_slip         : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, angle of the mark that moved it last
-    put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, for those that were lost
+    put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts to add for lost ones
     -- Faults
     index_error       : std_ulogic;                                  -- sticky
     index_error_count : u_unsigned(15 downto 0);                     -- saturates

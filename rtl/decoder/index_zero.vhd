@@ -94,7 +94,7 @@ entity index_zero is
     zero_moved        : out   std_ulogic;                                    -- toggles where the zero moves to another count
     zero_moves        : out   u_unsigned(15 downto 0);                       -- how often; wraps
     zero_slip         : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);   -- counts, angle of the mark that moved it last
-    put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, for those that were lost
+    put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts to add for lost ones
     misplaced         : out   std_ulogic                                     -- strobe: a mark is in the wrong place
   );
 end entity index_zero;

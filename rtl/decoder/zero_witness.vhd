@@ -4,8 +4,8 @@
 --
 -- Checks an index mark of one head against the counts of the other head since the last trusted
 -- mark. Both heads read the same disc: between two passages of the true mark the other head counts exactly one turn,
--- whatever this head lost. At a false mark it counts another number. A head that stands still or lost
--- counts itself never agrees.
+-- independent of the counts that this head lost. At a false mark the other head has another number of counts. If the
+-- other head stands still or lost counts, `agrees` stays low.
 --
 -- **Latency.** `agrees` comes 2 clocks after `index_strobe` and belongs to that mark until the next one. The other head's
 -- counts are those of 2 clocks before `index_strobe`.

@@ -119,8 +119,8 @@ begin
       end if;
       factor := amplitude;
 
-      -- Rounding. -x equals (not x) + 1. Only the complement is formed, guard bits included: their rounding makes up for the
-      -- missing unit, so the result is the negative of the rounded value.
+      -- Rounding. -x equals (not x) + 1. Only the complement is formed, guard bits included: their rounding compensates
+      -- for the missing unit, so the result is the negative of the rounded value.
       signed_bits := rotated xor (rotated'range => negative(negative'right));
       sum         := signed_bits(rotated'high downto GUARD_WIDTH - 1) + ('0' & signed_bits(GUARD_WIDTH - 1));
       cosine      := sum(COSINE_WIDTH downto 1);

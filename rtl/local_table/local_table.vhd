@@ -11,7 +11,8 @@
 -- place in it (phase_lane), 3 for the points, 5 for the line.
 --
 -- **Number formats.** angle and starts u24.0 counts, below counts_per_rev; step u0.48 window a count,
--- round(2⁴⁸·2^width / counts_per_rev); a point s(17 − F).F counts; value s13.22 counts, exact for the place that the line is read at.
+-- round(2⁴⁸·2^width / counts_per_rev); a point s(17 − F).F counts; value s13.22 counts, exact for the place at which
+-- the line is read.
 --
 -- **Windows.** The first enabled window that holds the angle gives the value; windows should not overlap. The points of window j
 -- are the j-th half or quarter of all. The last point of a window is followed by its first.
@@ -22,8 +23,9 @@
 --
 -- **Size.** 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys).
 --
--- **Access.** `write_bank` and `write_address` choose a point of either bank: it is written with `write_enable`, and `read_word` is the
--- point of the clock before, while both stand. A point that is written while an angle reads it may give the old or the new value.
+-- **Access.** `write_bank` and `write_address` choose a point of either bank: it is written with `write_enable`, and
+-- `read_word` is the point of the clock before, while bank and address do not change. A point that is written while an
+-- angle reads it may give the old or the new value.
 --
 -- There is no reset: it would only touch angles on their way.
 

@@ -18,8 +18,9 @@
 -- the words in force stay. While the processor's words are in force, a head that comes back is no longer left out, and
 -- no set is loaded: the processor includes it by words of its own.
 --
--- **Allowed words.** `may_activate` is high while the idle words use no head that is left out or, while a set is loaded, that is
--- missing in it; and, in a set or while a head is left out, while their carrier is used. It follows its inputs by a clock.
+-- **Allowed words.** `may_activate` is high while both conditions hold. The idle words use no head that is left out or,
+-- while a set is loaded, that is missing in it. In a set, or while a head is left out, their carrier is a used head. It
+-- follows its inputs by a clock.
 --
 -- **Latency.** From a failure in head_watch to the first angle of the set: the latency of prepared_sets and 3 clocks. 1
 -- clock from `read_enable` to `read_data`, which is 0 for words of other units in the window; head_registers answers

@@ -15,9 +15,9 @@
 -- **Step.** Each reading less that of the carrier is compared with the one 7 to 8 intervals of 2**INTERVAL_BITS clocks
 -- earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all others agree within less than `step_limit`
 -- counts, and this is so for no other choice of k. A motion of the axis that changes no difference of two heads by
--- step_limit counts in that time is never taken for a step, nor does it make the entity name a wrong head; a step of
--- one head by 2 * step_limit counts is then always found, whatever the others do within that limit: without head k they agree,
--- and with it they differ by more than step_limit. 0 turns this off. A step of two heads names neither.
+-- step_limit counts in that time never counts as a step, and the entity never names a wrong head because of it; a step
+-- of one head by 2 * step_limit counts is then always found, whatever the others do within that limit: without head k
+-- they agree, and with it they differ by more than step_limit. 0 turns this off. A step of two heads names neither.
 --
 -- **Restart.** While `restart` is high, and for 16 clocks after that, no step is searched for; then the comparison
 -- restarts with the readings of that clock. Hold it high where readings jump without a fault: another set of words, a

@@ -2,14 +2,14 @@
 --
 -- # access_guard
 --
--- Decides which unit an access belongs to: the generated register block, a coefficient of a lane, the coefficient
+-- Decides to which unit an access belongs: the generated register block, a coefficient of a lane, the coefficient
 -- offset, a word of the mean, of the further heads, of a prepared set, of the conditions, of the local table, of the
--- turns or of the capture; and refuses an access that belongs to no unit or is illegal for this core's generics or
--- state: a coefficient word of a lane that is not built, a write of a coefficient, of the offset, of the mean, of a
--- prepared set, of the local table or of a turn step without all four bytes, a word of a head, of a prepared set, of
--- the conditions, of the local table or of the turns that are not built, a capture word beyond the two words of every
--- sample of a bank, any capture word while no bank is ready, a write of a capture word, and a read or write of a
--- register that the register map does not allow.
+-- turns or of the capture. It refuses an access that belongs to no unit or is illegal for this core's generics or
+-- state. An access is illegal if its lane, head, prepared set, conditions, local table or turns are not built. A write
+-- without all four bytes is illegal for a coefficient, the offset, the mean, a prepared set, the local table and a turn
+-- step. Of the capture, these accesses are illegal: a word beyond the two words of every sample of a bank, any word
+-- while no bank is ready, and every write. A read or write of a register is illegal if the register map does not allow
+-- it.
 --
 -- **Latency.** 1 clock from `judge` to the verdict, of which one bit is high; it stands until the next. The pulse that
 -- requests the word from the unit comes with it, for one clock.

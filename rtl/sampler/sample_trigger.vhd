@@ -2,11 +2,10 @@
 --
 -- # sample_trigger
 --
--- Generates the trigger of each sample. Mode 0, equal time: every `sample_period` clocks (100000 is the
--- paper's 1 kHz at 100 MHz). Mode 1, equal angle: each time the turn position of head 1 reaches
--- the next multiple of `angle_step` above or below the last multiple reached. Source:
--- section 3.2 of the paper (sampling clock of 1 kHz); the Fourier transform D21[n] of its
--- equation (7) assumes equal angle steps.
+-- Generates the trigger of each sample. Mode 0, equal time: a trigger every `sample_period` clocks (100000 is the
+-- paper's 1 kHz at 100 MHz). Mode 1, equal angle: a trigger each time the turn position of head 1 reaches the next
+-- multiple of `angle_step` above or below the last multiple reached. Source: section 3.2 of the paper (sampling clock
+-- of 1 kHz); the Fourier transform D21[n] of its equation (7) assumes equal angle steps.
 --
 -- **Latency.** `trigger` is high one clock after the clock that it belongs to: a unit that latches
 -- values delayed by one clock with it gets the values of the crossing itself.

@@ -15,10 +15,10 @@
 -- released, and the end of a fault alone does not enable the drivers again. `causes` are the faults that released them,
 -- and those that came since; after a `clear` that was not enough, those that are still present.
 --
--- **Reset** clears the alarm and the release, and leaves `driver_enable` as it is: a drive that watches its lines does
--- not trip by a reset of the core, in which A and B stand. `enable` falls with the reset. The hold ends, without a gap,
+-- **Reset** clears the alarm and the release, and leaves `driver_enable` as it is: a reset of the core, in which A and
+-- B stand, does not trip a drive that watches its lines. `enable` falls with the reset. The hold ends, without a gap,
 -- when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then `driver_enable`
--- falls, so that an output that nobody sets up again does not stay on the lines. Drivers that were released stay so
+-- falls, so that an old output leaves the lines until somebody sets it up again. Drivers that were released stay so
 -- until `enable` is high. A reset within a hold does not make it longer.
 
 library ieee;

@@ -4,7 +4,7 @@
 --
 -- Processor side of a Zynq-7000, core and four LEDs, for two to four heads. The top levels connect its ports to pins:
 -- arctrue_zynq_top for two heads, arctrue_zynq_heads_top for three and four, arctrue_zynq_differential_top for pairs.
--- On the processor side only the I2C controller has ports here; its other pins need none.
+-- Of the processor side's pins, only those of the I2C controller are ports here; the others need no port.
 --
 -- **Latency.** That of arctrue_core; no register stands between it and the pins.
 --

@@ -12,7 +12,7 @@
 --
 -- **Clock.** The primitive runs on a divided clock that is a register here, CLOCKS_PER_HALF clocks high and as many
 -- low; READ and SHIFT change, and DOUT is sampled, at its falling edge. At 100 MHz and 8 clocks that is 6.25 MHz of the
--- 100 that are allowed, and each path has half a period, 80 ns. constraints/vivado/chip_dna.xdc tells Vivado so.
+-- 100 that are allowed, and each path has half a period, 80 ns. constraints/vivado/chip_dna.xdc states this for Vivado.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,8 +2,8 @@
 --
 -- # encoder_source_top
 --
--- The whole chip as a table with two read heads: encoder_source on the board's own oscillator. The
--- processor takes no part. For a second PYNQ-Z2 or Arty Z7-20 on the bench: docs/hardware.md.
+-- Top level that acts as a table with two read heads: encoder_source with the board's own oscillator. The processor is
+-- not used. It is for a second PYNQ-Z2 or Arty Z7-20 on the bench: docs/hardware.md.
 --
 -- **Latency.** None: there is no data input.
 --

@@ -16,9 +16,10 @@
 -- **Interrupt.** `interrupt` is level sensitive and goes to IRQF2P(0), which is interrupt 61 of the
 -- generic interrupt controller. The other lines stay low.
 --
--- **I2C.** Controller 0 leaves by the fabric (EMIO). `scl_low` and `sda_low` request that a wire is pulled low; a wire
--- is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O. General-purpose pins 54 (SCL) and 55
--- (SDA) are on the same wires: with them the firmware clocks a device that holds SDA until it releases the wire.
+-- **I2C.** The signals of controller 0 go through the fabric (EMIO). `scl_low` and `sda_low` request that a wire is
+-- pulled low; a wire is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O. General-purpose pins
+-- 54 (SCL) and 55 (SDA) are on the same wires: with them the firmware clocks a device that holds SDA until it releases
+-- the wire.
 --
 -- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way then: it
 -- gets no answer, and the processor would wait for ever. One that begins during the reset, or in the

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Plays a list of accesses as the processor's AXI3 master does at M_AXI_GP0: what is valid stands until it
-// is taken, an address and its data come in either order, and answers are taken when it pleases. Lines that
+// Plays a list of accesses as the processor's AXI3 master does at M_AXI_GP0: a valid item stays until it
+// is taken, an address and its data come in either order, and answers are taken after random times. Lines that
 // are not valid get random levels. The list is that of scripts/bitstream_stimulus.py.
 
 #pragma once

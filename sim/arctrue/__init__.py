@@ -8,9 +8,9 @@ import importlib
 import os
 from typing import Any
 
-# The fits multiply blocks of some 40 columns: a second thread of the linear algebra brings
-# nothing there, and where another program wants the core too, waiting for it takes ten times as
-# long as the work. numpy reads this when it is first imported.
+# The fits multiply blocks of some 40 columns: a second thread of the linear algebra does not make
+# them faster. If another program also uses the core, waiting for the thread takes ten times as long
+# as the work. numpy reads this when it is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # mimalloc in pyarrow can crash a program whose first thread with pyarrow has ended, for example a
 # server that reads a set for a request (apache/arrow issue 50908). pyarrow reads this when it
@@ -47,7 +47,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """What the API has under ``name``. Raises AttributeError for any other name."""
+    """Return the object that the API has under ``name``. Raises AttributeError for any other
+    name."""
     if name not in __all__:
         raise AttributeError(f"module 'arctrue' has no attribute {name!r}")
     return getattr(importlib.import_module("arctrue.api"), name)

@@ -131,8 +131,8 @@ async def begin(dut: Any, seed: int) -> Sweep:
 
 @cocotb.test()
 async def held_modulators(dut: Any) -> None:
-    """With constant modulators the outputs are those of amplitudes times modulators, for each
-    FOLD."""
+    """With constant modulators, the outputs equal those of lanes with the amplitudes times the
+    modulators, for each FOLD."""
     sweep = await begin(dut, 1)
     rng = np.random.default_rng(3)
     one = MODULATOR_ONE

@@ -171,7 +171,7 @@ async def speed_of_a_table(dut: Any) -> None:
     falls = [a - b for a, b in pairwise(stopped)]
     assert min(falls[WINDOW:]) >= 0
     assert stopped[-1] == 0
-    # A tremble over the edge of a period gives no chatter.
+    # During a tremble over the edge of a period the speed stays 0.
     edge = 4.0 * (window.place // 4)
     for clock in range(10 * WINDOW):
         window.place = edge + (0.5 if clock // 97 % 2 else -0.5)

@@ -438,8 +438,8 @@ async def a_shorter_turn_sends_no_burst(dut):
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     """A period is lost on the wires: the correction stays on, and place and Z become right again.
 
-    Head 2 proves the loss at the first mark; without head 2 two marks do. Healed, the output's
-    count is that of the table again.
+    Head 2 proves the loss at the first mark; without head 2 two marks do. After the healing, the
+    output's count is that of the table again.
     """
     machine = await prepared(dut)
     names = machine.registers
@@ -510,7 +510,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
         if await names.read("status.capture_ready"):
             captures.append((await names.read_capture()).samples[:, 0])
             await names.command("capture_release")
-    # The first two belong to the time before, and to the turn in which the zero moved.
+    # The first two turns are the one before the move of the zero and the one with the move.
     samples = captures[-1]
     assert samples.size > table.COUNTS_PER_REV // step
     assert not np.any(samples % step), samples
@@ -655,7 +655,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
     await ClockCycles(dut.clock, 4)
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
     assert await names.read("head1.flags.swallowed") == 0
-    # Counted edges that are too near are no such fault.
+    # Counted edges that are too close to each other are not such a fault.
     await names.write("filter_length", 1)
     await names.write("minimum_edge_spacing", 50)
     await machine.turn(fast[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT)
@@ -694,8 +694,8 @@ async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
 
 @cocotb.test()
 async def instruments_beside_the_table(dut):
-    """sync_in asks for samples with a pulse out, a probe latches the position, places are
-    compared."""
+    """sync_in requests samples and each gives an output pulse; a probe latches the position; places
+    are compared."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", capture_enable=1, capture_mode=2, output_enable=1)

@@ -414,7 +414,7 @@ def check_continuity(
     moved[after_hold] += moved[after_hold - 1]
     allowed = moved[1:] + rate + 2 * bounds[1:] + 1 / UNIT
     assert np.all(np.abs(change) <= allowed), f"step in clock {np.argmax(np.abs(change) - allowed)}"
-    # Without a moving correction the check would prove nothing.
+    # The check requires a correction that changes.
     assert np.abs(change).max() > rate
 
 

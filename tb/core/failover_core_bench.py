@@ -46,7 +46,8 @@ SWAP_WAITS = 12
 """Allowance in clocks for a swap that waits for the idle bank or a head's zero; none here does."""
 CARRIERS = {0: 1, 1: 2, 2: 1, 3: 1, 4: 1}
 LANES_ERROR = 2.0
-"""Largest difference of E between the sets of this table in counts: two harmonics of 2.1."""
+"""Allowance in counts for the difference of E between the sets of this table; the harmonics of the
+disc have 2.1 counts together."""
 UNTIL_ZEROS = 190 + max(-place if place < 140 else COUNTS - place for place in PLACES)
 """Counts from the start at -150 until every head has passed its index, which the axis and the disc
 move by up to 11. The error with three heads contains the axis and follows a whole turn."""
@@ -56,7 +57,7 @@ EVERYONE = tuple(range(1, HEADS + 1))
 
 
 def set_of(missing: int) -> MeanSet:
-    """Return the mean without head ``missing``; a mean of two heads is not blind to the axis."""
+    """Return the mean without head ``missing``; a mean of two heads contains motion of the axis."""
     heads = tuple(head for head in EVERYONE if head != missing)
     return mean_of(heads, CARRIERS[missing])
 
@@ -148,7 +149,7 @@ def share(head: int) -> float:
 
 @cocotb.test()
 async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
-    """A head whose A and B change in one clock, which costs two counts, is found at once."""
+    """A head whose A and B change in one clock, which loses two counts, is found immediately."""
     machine = await guarded(dut)
     head = HEADS
     began = len(machine.corrected)
@@ -191,7 +192,7 @@ async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
-    """A slip by twice the limit is found whatever the axis does; the burst takes two clocks a
+    """A slip by twice the limit is found at every motion of the axis; the burst takes two clocks a
     count."""
     machine = await guarded(dut)
     head = 3
@@ -235,7 +236,7 @@ async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
     await names.update("alarm", sources=0x08)
     await ClockCycles(dut.clock, 20)
     assert (await names.read("heads_status.parity_beyond"), int(dut.alarm.value)) == (0, 0)
-    # In the direction in which the magnitude of the parity grows.
+    # This is the direction in which the magnitude of the parity grows.
     slip = 12 if before * int(weights[head - 1]) >= 0 else -12
     machine.bursts[head - 1] = slip
     await ClockCycles(dut.clock, 100)
@@ -274,9 +275,9 @@ async def a_head_comes_back_after_its_index(dut: Any) -> None:
 
 @cocotb.test()
 async def no_head_fails_without_a_fault(dut: Any) -> None:
-    """Two turns have the axis in motion and a slip within the index tolerance of 2 counts.
+    """The axis moves for two turns, and a head slips by 2 counts, which the index tolerance allows.
 
-    Then a fault comes of a kind that is not enabled.
+    Then a fault occurs whose kind is not enabled.
     """
     machine = await guarded(dut, illegal=0)
     machine.bursts[1] = 2

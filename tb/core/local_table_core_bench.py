@@ -76,7 +76,7 @@ async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None
         ]
         assert sum(share == 1.0 for share in same) == 1, same
     if loaded is not None:
-        # The sum has no such bump: it is the table's.
+        # The sum of orders has no such bump: the local table made it.
         without = compensate(rows[:, 0], rows[:, 1], coefficients())
         added = (model.correction - without.correction) / 2.0**CORRECTION_FRACTION
         assert np.abs(added).max() > 0.9 * HEIGHT

@@ -1,7 +1,7 @@
 """cocotb tests of the core with the weighted mean: all heads' pins in, the mean's position out.
 
-The table has heads at known places, a disc with an error, and an axis that moves. Each head sees
-the motion in its own direction, so that no head is right, but their mean is.
+The table has heads at known places, a disc with an error, and an axis that moves. Each head reads
+the motion in its own direction, so that no head is right, but their mean is right.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
-    """Return weights of ``heads`` (numbers) that are blind to the axis; the carrier absorbs
+    """Return weights of ``heads`` (numbers) that suppress motion of the axis; the carrier absorbs
     rounding."""
     places = turn_rad([PLACES[head - 1] for head in heads])
     rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
@@ -202,7 +202,7 @@ async def load(machine: Table, mean: MeanSet) -> None:
 LARGEST_STEP = 2
 """Largest step in counts a clock: one of the carrier, and one from the rounding of the others.
 
-At six clocks a count no head moves further in the clocks of a marker's hold. Without the ramp a
+At six clocks per count, no head makes a further count during a marker's hold. Without the ramp a
 change of the carrier would step the output by the difference of the heads, 4 to 9 counts.
 """
 POSITION_CLOCKS = 5
@@ -212,9 +212,9 @@ POSITION_CLOCKS = 5
 def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
     """Check the table's angle up to a constant: readings and the output are rounded to counts.
 
-    A head's rounding is half a count, weighted; the output's another half. The lanes are at the
-    carrier's reading, up to 10 counts from the table's angle: times their slope, 0.035. Amplitudes
-    and phases are rounded by less than 0.01.
+    The rounding of a head is half a count times its weight; that of the output is another half. The
+    lanes are at the carrier's reading, up to 10 counts from the table's angle: times their slope,
+    0.035. Amplitudes and phases are rounded by less than 0.01.
     """
     slope = sum(2.0 * np.pi * n * a / COUNTS for n, a, _ in DISC)
     bound = sum(map(abs, mean.weights)) / WEIGHT_ONE * 0.5 + 0.5 + 10.0 * slope + 0.01

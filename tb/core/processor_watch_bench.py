@@ -26,8 +26,8 @@ async def silent_after_the_limit(dut, limit: int) -> None:
         dut.reset.value = resets
         await FallingEdge(dut.clock)
         silent.append(int(dut.silent.value))
-    told = np.maximum.accumulate(np.where(alive | reset, np.arange(CLOCKS), 0))
-    expected = (np.arange(CLOCKS) - told > limit) & (limit > 0)
+    last_alive = np.maximum.accumulate(np.where(alive | reset, np.arange(CLOCKS), 0))
+    expected = (np.arange(CLOCKS) - last_alive > limit) & (limit > 0)
     assert np.array_equal(silent, expected)
     assert expected.any() == (limit > 0)
 

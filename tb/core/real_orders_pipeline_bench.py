@@ -133,7 +133,7 @@ async def both_ways_and_tremble(dut: Any) -> None:
     assert np.array_equal(turns, total // COUNTS_PER_REV)
     model = compensate(angles, total, bank, turns=turns)
     assert np.array_equal(found, np.column_stack(model))
-    # The line in float64, over all turns: no step at a wrap, no drift.
+    # Return the line in float64 over all turns, without a step at a wrap and without drift.
     line = np.zeros(total.size)
     for lane in range(LANES):
         cycles = HALF_ORDERS[lane % len(HALF_ORDERS)] * (total / COUNTS_PER_REV)
@@ -169,7 +169,7 @@ async def zero_moves_and_heals(dut: Any) -> None:
     for slip in (7, -COUNTS_PER_REV // 3):
         way = 1 if slip > 0 else -1
         part = here + way * FOLD * np.arange(1, int(1.1 * COUNTS_PER_REV) // FOLD)
-        # To a few counts before a wrap, so that the slip crosses it.
+        # Move to a few counts before a wrap, so that the slip crosses the wrap.
         part = part[: np.flatnonzero((part + slip) // COUNTS_PER_REV != part // COUNTS_PER_REV)[-1]]
         part = np.concatenate([part, np.full(40, part[-1])])
         parts.append(part)

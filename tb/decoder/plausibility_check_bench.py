@@ -75,7 +75,7 @@ async def a_period_ahead(dut: Any) -> None:
 
 @cocotb.test()
 async def counters_stop_at_their_end(dut: Any) -> None:
-    """With a fault of each kind in every clock the counters stop at 65,535 and do not wrap."""
+    """With a fault of each kind in every clock, the counters stop at 65,535 instead of wrapping."""
     for name in ("a", "b", "comes", "down", "clear", "settling", "filter_length", "stands"):
         getattr(dut, name).value = 0
     for name in ("moves", "up", "breaks_order", "misplaced", "reset"):

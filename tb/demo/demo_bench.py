@@ -1,4 +1,5 @@
-"""Run the demo inside the simulator: the table turns, and the firmware does everything else.
+"""Run the demo inside the simulator: the bench plays the table, and the firmware does its normal
+work.
 
 The bench types the settings on the firmware's console and lets its main loop run. It waits, records
 the output of the console, and ends when a corrected turn has been recorded.

@@ -52,17 +52,17 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
 
     # The console shows the results of the C code, which equal those of numpy.
     files = DemoFiles(tmp_path)
-    told = result.turns[0]
+    reported = result.turns[0]
     counts = np.load(files.capture)
-    assert counts.shape == (2, told.samples)
+    assert counts.shape == (2, reported.samples)
     assert counts[0, -1] - counts[0, 0] >= SETTINGS.counts_per_rev > counts[0, -2] - counts[0, 0]
     reference = calibrate_in_numpy(counts)
-    assert told.result == "applied"
-    assert [h.applied for h in told.harmonics] == [v.applied for v in reference.verdicts]
-    chosen = np.array([h.applied for h in told.harmonics])
+    assert reported.result == "applied"
+    assert [h.applied for h in reported.harmonics] == [v.applied for v in reference.verdicts]
+    chosen = np.array([h.applied for h in reported.harmonics])
     for values, expected in (
-        ([h.amplitude_arcsec for h in told.harmonics], reference.estimate.amplitude_arcsec),
-        ([h.phase_rad for h in told.harmonics], reference.estimate.phase_rad),
+        ([h.amplitude_arcsec for h in reported.harmonics], reference.estimate.amplitude_arcsec),
+        ([h.phase_rad for h in reported.harmonics], reference.estimate.phase_rad),
     ):
         np.testing.assert_allclose(
             np.array(values)[chosen], expected[chosen], rtol=0, atol=TOLD_DECIMALS

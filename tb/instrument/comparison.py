@@ -12,7 +12,7 @@ from tb.instrument.replay import Replay
 
 def differences(
     noted: dict[str, list[str]],
-    told: dict[str, list[int]],
+    from_netlist: dict[str, list[int]],
     settled: int,
     undefined: Container[str] = (),
 ) -> list[str]:
@@ -23,10 +23,10 @@ def differences(
     """
     found = []
     for name, texts in noted.items():
-        assert len(texts) == len(told[name])
+        assert len(texts) == len(from_netlist[name])
         wrong = [
             clock
-            for clock, (text, value) in enumerate(zip(texts, told[name], strict=True))
+            for clock, (text, value) in enumerate(zip(texts, from_netlist[name], strict=True))
             if not _agrees(text, value, clock < settled or name in undefined)
         ]
         if wrong:
@@ -34,7 +34,7 @@ def differences(
             width = len(texts[clock])
             found.append(
                 f"{name}: {len(wrong)} of {len(texts)} clocks differ, first clock {clock}: "
-                f"GHDL {texts[clock]}, netlist {told[name][clock]:0{width}b}"
+                f"GHDL {texts[clock]}, netlist {from_netlist[name][clock]:0{width}b}"
             )
     return found
 

@@ -49,7 +49,7 @@ COMMANDS = (
 )
 
 LATCHES = (*(f"head{head}.index" for head in range(1, HEADS + 1)), "snapshot.time", "probe.time")
-"""Registers whose low word latches the rest of their group."""
+"""Registers whose low word latches the other words of their group."""
 
 Access = tuple[bool, int, int, int]
 """Write flag, address, word and strobe of an access."""
@@ -189,7 +189,8 @@ class Master:
 
 
 class Heads:
-    """Encoders that go and return over their index marks, and stumble now and then."""
+    """Encoders that move up and down over their index marks, with occasional wrong levels of A and
+    B."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -233,8 +234,8 @@ async def note_everything(dut) -> None:
     folder = Path(os.environ["ARCTRUE_EQUAL_FOLDER"])
     draw = random.Random(int(os.environ.get("ARCTRUE_EQUAL_SEED", "1")))
     master, heads, beside = Master(draw), Heads(draw), Beside(draw)
-    told = json.loads((folder / "outputs.json").read_text(encoding="utf-8"))
-    outputs = [getattr(dut, name) for name in told]
+    from_netlist = json.loads((folder / "outputs.json").read_text(encoding="utf-8"))
+    outputs = [getattr(dut, name) for name in from_netlist]
     constants = ABSENT_HEADS | DNA
     names = ["reset", *master.inputs, *heads.next_clock(), *beside.next_clock(), *constants]
     drivers = [getattr(dut, name) for name in names]
@@ -268,6 +269,6 @@ async def note_everything(dut) -> None:
         accepted["answer"] = any(levels[f"{name}valid"] and given[f"{name}ready"] for name in "br")
         await FallingEdge(dut.clock)
         noted.append([str(output.value) for output in outputs])
-    for name, header, rows in (("inputs", names, inputs), ("noted", told, noted)):
+    for name, header, rows in (("inputs", names, inputs), ("noted", from_netlist, noted)):
         columns = dict(zip(header, zip(*rows, strict=True), strict=True))
         (folder / f"{name}.json").write_text(json.dumps(columns), encoding="utf-8")

@@ -31,7 +31,7 @@ from arctrue.instrument.build import (
 from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"
-# The model runs for some thousand clocks, so that the compilation takes most of the time.
+# The model runs for some thousand clocks, so that the compilation is the longest part.
 OPTIMISE = "-O0"
 MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")
@@ -60,8 +60,8 @@ int main(int, char **arguments) {{
     for (const Port &port : inputs) words_in += port.words;
     for (const Port &port : outputs) words_out += port.words;
     std::vector<uint32_t> in(words_in), out(words_out);
-    FILE *given = std::fopen(arguments[1], "rb"), *told = std::fopen(arguments[2], "wb");
-    if (!given || !told) return 1;
+    FILE *given = std::fopen(arguments[1], "rb"), *result = std::fopen(arguments[2], "wb");
+    if (!given || !result) return 1;
     model.clock = 0;
     model.eval();
     while (std::fread(in.data(), 4, words_in, given) == words_in) {{
@@ -80,9 +80,9 @@ int main(int, char **arguments) {{
             std::memcpy(place, port.value, port.bytes);
             place += port.words;
         }}
-        std::fwrite(out.data(), 4, words_out, told);
+        std::fwrite(out.data(), 4, words_out, result);
     }}
-    std::fclose(told);
+    std::fclose(result);
     return 0;
 }}
 """
@@ -131,11 +131,15 @@ class Replay:
         wanted = [port for port in self.ports if port.is_input]
         unlike = {port.name for port in wanted} ^ set(inputs)
         assert not unlike, f"inputs that only the netlist or only the stimulus has: {unlike}"
-        given, told = folder / "inputs.bin", folder / "outputs.bin"
+        given, output_file = folder / "inputs.bin", folder / "outputs.bin"
         np.hstack([_as_words(inputs[port.name], port.words) for port in wanted]).tofile(given)
-        subprocess.run([self.program, given, told, str(seed)], check=True, timeout=MOST_SECONDS)
+        subprocess.run(
+            [self.program, given, output_file, str(seed)], check=True, timeout=MOST_SECONDS
+        )
         outputs = [port for port in self.ports if not port.is_input]
-        rows = np.fromfile(told, dtype="<u4").reshape(-1, sum(port.words for port in outputs))
+        rows = np.fromfile(output_file, dtype="<u4").reshape(
+            -1, sum(port.words for port in outputs)
+        )
         ends = np.cumsum([port.words for port in outputs])
         return {
             port.name: _as_numbers(rows[:, end - port.words : end])

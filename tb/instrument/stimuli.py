@@ -56,7 +56,7 @@ def bits(random: np.random.Generator, width: int, clocks: int) -> list[int]:
 
 
 def held(values: list[int], clocks: int) -> list[int]:
-    """Repeat each value for so many clocks."""
+    """Repeat each value for this number of clocks."""
     return [value for value in values for _ in range(clocks)]
 
 
@@ -243,7 +243,7 @@ def sampler(random: np.random.Generator) -> Stimulus:
     given = {
         "reset": reset_first(clocks, random, 0.0005),
         "enable": held(pulses(random, 0.9, clocks // 100), 100),
-        # Equal time, equal angle, from outside, and none.
+        # Sampling at equal times, at equal angles, from outside, and no sampling.
         "mode": held([0, 1, 2, 0, 1, 2, 3, 1, 2, 1], clocks // 10),
         "external": pulses(random, 0.1, clocks),
         "sample_period": held([11, 1, 5, 7, 15], clocks // 5),
@@ -283,7 +283,8 @@ def further_heads(random: np.random.Generator, reference: np.ndarray) -> Stimulu
 
 def coefficient_memory(random: np.random.Generator, apart: int = 60) -> Stimulus:
     clocks = 60 * apart
-    # A write may wait while the idle bank is filled; the next one must come after it.
+    # A write may wait while the idle bank is filled; the next write must come after the waiting
+    # one.
     slots = random.random(clocks // apart) < 0.8
     offsets = random.random(clocks // apart) < 0.2
     first = [1] + [0] * (apart - 1)

@@ -82,7 +82,7 @@ def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
     unknown = [word for word in noted["s_axil_rdata"][CORE_SETTLED:] if set(word) - {"0", "1"}]
     assert len(unknown) < len(noted["s_axil_rdata"]) / 10
     # The comparison must include answers of both kinds, an interrupt, a moving output, samples
-    # reported to the instruments beside the table, positions reached, and an alarm.
+    # reported to the instruments next to the table, positions reached, and an alarm.
     assert {"00", "10"} <= set(noted["s_axil_rresp"]) & set(noted["s_axil_bresp"])
     assert {"0", "1"} <= set(noted["interrupt"]) & set(noted["out_a"]) & set(noted["out_z"])
     assert {"0", "1"} <= set(noted["trigger_out"]) & set(noted["compare_out"])
@@ -112,8 +112,8 @@ def does_the_same_from_random_registers(
             is_known = is_handshake and generics.get("HEADS", 2) == 2
             begin = CORE_SETTLED if is_known else CORE_FORGOTTEN
             cut = {name: noted[name][begin:]}
-            told = {name: other[name][begin:]}
-            assert not differences(cut, told, 0, undefined={"s_axil_rdata"}), f"seed {seed}"
+            reported = {name: other[name][begin:]}
+            assert not differences(cut, reported, 0, undefined={"s_axil_rdata"}), f"seed {seed}"
     assert len(begun) == len(POWER_UPS) + 1, "the registers began with other values"
 
 

@@ -107,7 +107,7 @@ async def missing_edges_equal_the_model(dut: Any) -> None:
         dut.steps.value = flat(np.abs(steps), 1)
         dut.steps_up.value = flat((steps > 0).astype(np.int64), 1)
         await RisingEdge(dut.clock)
-        # A head dead after this clock is in failed after the next.
+        # A head that is dead after this clock is in `failed` after the next one.
         found = model.clock(steps, limit, watching=True)
         dead = sum(1 << head for head in np.flatnonzero(found))
         failed, causes = shown(dut)

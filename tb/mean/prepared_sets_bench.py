@@ -1,4 +1,5 @@
-"""cocotb tests of prepared_sets: a set is loaded whole, whatever the processor writes meanwhile."""
+"""cocotb tests of prepared_sets: the entity loads a complete set even if the processor writes at
+the same time."""
 
 from __future__ import annotations
 
@@ -155,7 +156,8 @@ async def every_set_is_loaded_whole(dut: Any) -> None:
 async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) -> None:
     """Writes, swaps and loads are random: each acknowledged write arrives, each set is whole.
 
-    Words that must not be activated, also random, are not swapped, and `refused` reports it.
+    The entity does not swap words that must not become active, also random words; `refused` reports
+    this.
     """
     choose = random.Random(20 + HEADS)
     await start(dut)

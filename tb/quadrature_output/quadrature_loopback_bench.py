@@ -57,7 +57,7 @@ def motion(case: LoopBack, seed: int) -> NDArray[np.int64]:
         counts[edge] = way
         left -= 1
         edge += case.clocks_a_count + (int(random.integers(0, 9)) if random.random() < 0.05 else 0)
-    # Two counts in the same direction remove the hysteresis before the rest.
+    # Two counts in the same direction remove the hysteresis before the other moves.
     counts[edge - case.clocks_a_count : case.clocks - REST // 2 : case.clocks_a_count] = way
     return case.start + np.cumsum(counts)
 
@@ -74,7 +74,7 @@ async def loses_no_count(dut, name: str) -> None:
     dut.minimum_spacing.value = case.minimum_spacing
     dut.filter_length.value = case.filter_length
 
-    # A reset keeps the levels: here those of the start, so that no edge leads there.
+    # A reset keeps the levels, here the levels of the start, so that the output makes no edge.
     dut.reset.value = 1
     for _ in range(4):
         await FallingEdge(dut.clock)

@@ -130,7 +130,8 @@ DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
 """Words of the window of the heads."""
 FAILOVER = {35, 36, *range(40, 47)}
 PARITY_VALUE = 44
-"""Further such words with the failover; weights of heads that are not built are refused."""
+"""Further such words of a core with failover; the core refuses weights of heads that are not
+built."""
 LOCAL_PLACE = 0x01840
 LOCAL_PLACE_WORDS = 7
 LOCAL_POINTS = 0x10000

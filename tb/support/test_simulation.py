@@ -26,7 +26,7 @@ CACHES = (
 
 
 def forget() -> None:
-    """Forget everything that another worker does not know."""
+    """Clear the caches, so that this process is like another worker."""
     for cached in CACHES:
         cached.cache_clear()
 

@@ -1,4 +1,5 @@
-"""The pins of encoder_source_top stand in the reset, then both heads turn steadily."""
+"""The pins of encoder_source_top do not change during the reset; then both heads turn at a constant
+speed."""
 
 from __future__ import annotations
 

@@ -108,9 +108,9 @@ need(after("--frm_file"), "0x00000100 ")
 code = bytes.fromhex(os.environ.get("FAKE_IDCODE", "03727093"))
 with open(after("--output_file"), "wb") as bitstream:
     bitstream.write(bytes(50) + bytes.fromhex("aa995566 20000000 30018001") + code)
-    told = int(os.environ.get("FAKE_WORDS", "1010808"))  # as in one that Project X-Ray wrote
-    bitstream.write(bytes.fromhex("30004000") + (0x50000000 | told).to_bytes(4, "big"))
-    bitstream.write(bytes(4 * int(os.environ.get("FAKE_WORDS_THERE", told))))
+    words_stated = int(os.environ.get("FAKE_WORDS", "1010808"))  # as Project X-Ray writes
+    bitstream.write(bytes.fromhex("30004000") + (0x50000000 | words_stated).to_bytes(4, "big"))
+    bitstream.write(bytes(4 * int(os.environ.get("FAKE_WORDS_THERE", words_stated))))
 """
 
 VIVADO = """

@@ -19,9 +19,9 @@ SMALL_TOP = Top(
     vivado="",  # it goes through the open flow only
     has_core=False,
 )
-# The processor side with one of each kind of cell at its bus: a write goes to a block RAM with
-# contents and to memories of 16, 64 and 128 words made of look-up tables, a word read in the block
-# RAM is a factor of a DSP's product, and a shift register interrupts.
+# The processor side with one cell of each kind at its bus. A write goes to a block RAM with
+# contents and to memories of 16, 64 and 128 words in look-up tables. A DSP multiplies a word of the
+# block RAM, and a shift register requests an interrupt.
 VHDL = """
 library ieee;
   use ieee.std_logic_1164.all;

@@ -44,7 +44,7 @@ DEVICE_BOARDS = [board for board in boards() if board != SOURCE]
 
 
 def test_a_second_board_gives_what_the_first_takes() -> None:
-    """The heads leave the second board at the pins where they enter the first."""
+    """The signals of the heads leave the second board at the pins at which they enter the first."""
     pins = check_pins(CONSTRAINTS / f"{SOURCE}.xdc", ports_of(f"{SOURCE}_top"))
     assert pins.pop("oscillator") == OSCILLATOR
     for board in DEVICE_BOARDS:
@@ -185,10 +185,10 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_named_with_their_line(fault: str, tmp_path: Path) -> None:
-    line, told = FAULTS[fault]
+    line, message = FAULTS[fault]
     path = tmp_path / "pins.xdc"
     path.write_text(f"set_property LOC Y18 [get_ports head1_a] # first\n{line}\n", encoding="utf-8")
-    with pytest.raises(ConstraintError, match=told):
+    with pytest.raises(ConstraintError, match=message):
         check_pins(path, ["head1_a", "head1_b"])
 
 

@@ -78,7 +78,7 @@ def test_a_register(features: set[str], statement: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("features", "pin", "told"),
+    ("features", "pin", "message"),
     [
         ({"LATCH"}, "A", "latches are not decoded"),
         ({"SRUSEDMUX", "AFFMUX.AX"}, "AQ", "asynchronous resets are not decoded"),
@@ -86,8 +86,8 @@ def test_a_register(features: set[str], statement: str) -> None:
         (set(), "AMUX", "AOUTMUX has 0 choices"),
     ],
 )
-def test_what_is_not_decoded_is_refused(features: set[str], pin: str, told: str) -> None:
-    with pytest.raises(ToolError, match=told):
+def test_what_is_not_decoded_is_refused(features: set[str], pin: str, message: str) -> None:
+    with pytest.raises(ToolError, match=message):
         one_slice(features, {})[0].output(pin)
 
 

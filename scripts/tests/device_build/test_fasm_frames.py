@@ -56,7 +56,7 @@ def test_what_the_part_asks_for_is_added(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fasm", "told"),
+    ("fasm", "message"),
     [
         ("PSS2_X1.PS7.OTHER", "1 features are not in .*made.fasm:1: PSS2_X1.PS7.OTHER"),
         ("PSS2_X9.PS7.ALONE", "made.fasm:1: PSS2_X9"),
@@ -66,8 +66,8 @@ def test_what_the_part_asks_for_is_added(tmp_path: Path) -> None:
         ("PSS2_X1.PS7.STEPDOWN", "FASM2FRAMES=/path/to/fasm2frames"),
     ],
 )
-def test_what_cannot_be_told_exactly_is_refused(tmp_path: Path, fasm: str, told: str) -> None:
-    with pytest.raises(ToolError, match=f"(?s){told}"):
+def test_what_cannot_be_told_exactly_is_refused(tmp_path: Path, fasm: str, message: str) -> None:
+    with pytest.raises(ToolError, match=f"(?s){message}"):
         words(tmp_path, fasm)
 
 

@@ -243,7 +243,7 @@ SMALL = {"DLUT.RAM", "ALUT.RAM", "ALUT.SMALL"}
 
 
 @pytest.mark.parametrize(
-    ("features", "pin", "told"),
+    ("features", "pin", "message"),
     [
         ({"ALUT.RAM"}, "A", "DLUT, whose inputs are its write address, is not"),
         ({"DLUT.RAM", "BLUT.SRL"}, "D", "beside BLUT, a shift register"),
@@ -254,8 +254,8 @@ SMALL = {"DLUT.RAM", "ALUT.RAM", "ALUT.SMALL"}
         ({"DLUT.RAM", "DOUTMUX.MC31"}, "DMUX", "MC31 of DLUT is used, which is not a shift"),
     ],
 )
-def test_a_ram_that_is_not_decoded_is_refused(features: set[str], pin: str, told: str) -> None:
-    with pytest.raises(ToolError, match=told):
+def test_a_ram_that_is_not_decoded_is_refused(features: set[str], pin: str, message: str) -> None:
+    with pytest.raises(ToolError, match=message):
         Slice("S", frozenset(features), str, Text()).output(pin)
 
 
@@ -315,8 +315,8 @@ def slice_with_ram(folder: Path, undriven: str) -> Routes:
 
 @pytest.mark.parametrize("pin", ["D3", "DI", "WE", "CLK"])
 def test_a_pin_of_a_ram_that_nothing_drives_is_refused(tmp_path: Path, pin: str) -> None:
-    told = f"1 pins .*\n  - M SLICEM, look-up tables as RAM: {pin} has no route"
-    with pytest.raises(ToolError, match=told):
+    message = f"1 pins .*\n  - M SLICEM, look-up tables as RAM: {pin} has no route"
+    with pytest.raises(ToolError, match=message):
         check_pins_driven(slice_with_ram(tmp_path, pin))
 
 

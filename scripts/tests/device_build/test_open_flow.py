@@ -36,10 +36,10 @@ def test_every_tool_is_called_with_what_the_one_before_made(
 ) -> None:
     bench.add_open_tools()
     assert run(bench, "--lanes", "4", "--board", "arty_z7_20") == 0
-    told = capsys.readouterr().out
-    assert "clock 143.45 MHz" in told
-    assert "estimate" in told
-    assert f"for {PART}" in told
+    printed = capsys.readouterr().out
+    assert "clock 143.45 MHz" in printed
+    assert "estimate" in printed
+    assert f"for {PART}" in printed
     made = bench.folder / "made"
     (synthesis,) = (call for call in bench.calls("ghdl") if "--synth" in call)
     assert {"-gLANES=4", "-gFOLD=1"} <= set(synthesis)
@@ -76,7 +76,7 @@ def test_lanes_are_folded_no_more_than_the_tools_need() -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "told"),
+    ("asked", "printed"),
     [
         (["--lanes", "65"], "expected 1 to 64, found 65"),
         (["--lanes", "0"], "expected 1 to 64, found 0"),
@@ -86,13 +86,13 @@ def test_lanes_are_folded_no_more_than_the_tools_need() -> None:
     ],
 )
 def test_numbers_that_cannot_be_built_are_refused(
-    bench: Bench, capsys: pytest.CaptureFixture[str], asked: list[str], told: str
+    bench: Bench, capsys: pytest.CaptureFixture[str], asked: list[str], printed: str
 ) -> None:
     bench.add_open_tools()
     with pytest.raises(SystemExit) as ended:
         run(bench, *asked)
     assert ended.value.code == 2
-    assert told in capsys.readouterr().err
+    assert printed in capsys.readouterr().err
     assert not bench.calls_file.exists()
 
 
@@ -135,7 +135,7 @@ def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
 def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
     bench.add_open_tools()
     bench.monkeypatch.setenv("FAKE_MHZ", "99.99")
-    # nextpnr then ends with an error, or without one if told to allow it: both must fail.
+    # nextpnr then ends with an error, or without an error if an option allows it: both must fail.
     for code in ("1", "0"):
         bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", code)
         assert run(bench) == 1
@@ -215,7 +215,7 @@ def test_a_netlist_without_the_processor_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("variable", "value", "told"),
+    ("variable", "value", "printed"),
     [
         ("FAKE_IDCODE", "03722093", "expected the code 0x03727093"),  # an XC7Z010
         ("FAKE_WORDS", "520352", "expected 1,010,808 words of frames"),
@@ -223,12 +223,12 @@ def test_a_netlist_without_the_processor_is_refused(
     ],
 )
 def test_a_bitstream_of_another_chip_is_refused(
-    bench: Bench, capsys: pytest.CaptureFixture[str], variable: str, value: str, told: str
+    bench: Bench, capsys: pytest.CaptureFixture[str], variable: str, value: str, printed: str
 ) -> None:
     bench.add_open_tools()
     bench.monkeypatch.setenv(variable, value)
     assert run(bench) == 2
-    assert told in capsys.readouterr().err
+    assert printed in capsys.readouterr().err
 
 
 def test_all_that_is_missing_is_named_at_once(
@@ -240,7 +240,7 @@ def test_all_that_is_missing_is_named_at_once(
     bench.monkeypatch.delenv("PRJXRAY_DB_DIR", raising=False)
     assert run(bench) == 2
     error = capsys.readouterr().err
-    for told in (
+    for printed in (
         "nextpnr-himbaechel or nextpnr-himbaechel-xilinx or nextpnr-xilinx is not on PATH",
         "Run scripts/install_place_and_route.sh",
         "NEXTPNR=/path/to/nextpnr",
@@ -249,7 +249,7 @@ def test_all_that_is_missing_is_named_at_once(
         "Yosys is missing",
         "PRJXRAY_DB_DIR is not set",
     ):
-        assert told in error, told
+        assert printed in error, printed
 
 
 def test_missing_databases_are_named(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:

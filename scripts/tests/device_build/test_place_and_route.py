@@ -68,7 +68,7 @@ class Made:
         return bits_of_bitstream(self.job.bitstream, reader, part_file)
 
     def bench(self, bits: Bits, folder: Path) -> Path:
-        """Build the program that runs the design in ``bits`` beside its VHDL."""
+        """Build the program that runs the design in ``bits`` and its VHDL side by side."""
         design = Design.read(self.netlist.parent, SMALL_TOP.name)
         pins = check_pins(self.job.pins, design.pads)
         decoded, _ = decode(self.chip, bits, design, pins)

@@ -70,9 +70,9 @@ def test_a_word_that_was_not_written_and_what_else_is_lacking_is_told() -> None:
         for answer in answers
         if not (accesses[answer.place].kind == "w" and answer_reaches(accesses, answer, word))
     ]
-    told = shortfalls(CORE, accesses, kept)
-    assert told[-1] == "1 words of coefficients were not written and read, the first at 0x01014"
-    assert told[0].startswith("coefficient word 0x01014 read 0x")
+    missing = shortfalls(CORE, accesses, kept)
+    assert missing[-1] == "1 words of coefficients were not written and read, the first at 0x01014"
+    assert missing[0].startswith("coefficient word 0x01014 read 0x")
     refused = [replace(answer, response=Response.SLAVE_ERROR) for answer in answers]
     assert shortfalls(CORE, accesses, refused) == [
         "17 words of coefficients were not written and read, the first at 0x01000",

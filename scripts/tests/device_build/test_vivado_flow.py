@@ -41,8 +41,8 @@ def commands(bench: Bench) -> list[list[str]]:
 
 def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(bench, "--lanes", "8", "--capture-depth", "1024") == 0
-    told = capsys.readouterr().out
-    assert "worst setup slack 0.125 ns, worst hold slack 0.125 ns" in told
+    printed = capsys.readouterr().out
+    assert "worst setup slack 0.125 ns, worst hold slack 0.125 ns" in printed
     (call,) = bench.calls("vivado")
     assert call[:2] == ["-mode", "batch"]
     assert call[call.index("-source") + 1] == str(SCRIPT)
@@ -115,7 +115,7 @@ def test_heads_that_cannot_be_built_are_refused(
 
 
 @pytest.mark.parametrize(
-    ("variable", "value", "told"),
+    ("variable", "value", "printed"),
     [
         ("FAKE_SLACK_SETUP", "-0.001", "the worst setup slack is -0.001 ns, from core/setup_START"),
         ("FAKE_SLACK_HOLD", "-0.02", "the worst hold slack is -0.02 ns"),
@@ -126,13 +126,13 @@ def test_heads_that_cannot_be_built_are_refused(
     ],
 )
 def test_timing_that_is_not_met_fails(
-    bench: Bench, capsys: pytest.CaptureFixture[str], variable: str, value: str, told: str
+    bench: Bench, capsys: pytest.CaptureFixture[str], variable: str, value: str, printed: str
 ) -> None:
     bench.monkeypatch.setenv(variable, value)
     assert run(bench) == 1
     error = capsys.readouterr().err
     assert "the timing is not met" in error
-    assert told in error
+    assert printed in error
     assert "write_bitstream" not in [words[0] for words in commands(bench)]
     assert not (bench.folder / "made" / "arctrue.bit").exists()
     assert (bench.folder / "made" / "reports" / "timing.rpt").exists()

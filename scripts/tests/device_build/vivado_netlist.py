@@ -1,4 +1,4 @@
-"""Find the cells that Vivado makes of VHDL sources, by the names that its constraints use.
+"""Find the cells that Vivado creates from VHDL sources, by the names that its constraints use.
 
 The text is searched for instances of entities and of components, and for a register for each signal
 or port that is assigned in a clocked process.

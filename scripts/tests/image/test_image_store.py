@@ -45,7 +45,7 @@ class Board:
         self.spoil = 0
 
     def close(self) -> None:
-        """Do nothing, as a console would close."""
+        """Do nothing; a real console would close here."""
 
     def command(self, line: str, _seconds: float = 5.0) -> list[str]:
         if self.spoil and line.startswith("flash data"):
@@ -58,11 +58,11 @@ class Board:
             self.controller.now_us += 10_000
             said = self.firmware.step()
         self.after_line()
-        told = said.splitlines()
-        assert told, f"no answer to {line}"
-        if told[-1].startswith("error"):
-            raise ConsoleError(f"{self.port}: {line}: the device says {told[-1]}")
-        return told[:-1] if told[-1].startswith("ok") else told
+        answer = said.splitlines()
+        assert answer, f"no answer to {line}"
+        if answer[-1].startswith("error"):
+            raise ConsoleError(f"{self.port}: {line}: the device says {answer[-1]}")
+        return answer[:-1] if answer[-1].startswith("ok") else answer
 
 
 def starts(chip: Chip) -> tuple[int, bytes] | None:

@@ -1,7 +1,8 @@
 """Power is lost within a page or an erase: the device starts with the old or the new content.
 
-The chip's model leaves the page or sector in part, at every byte and in three orders
-(flash_model.Chip.lose_power); the state that the C code finds is compared with the former one.
+The chip's model writes the page or sector only in part, at every byte and in three orders
+(flash_model.Chip.lose_power). The test compares the state that the C code finds with the earlier
+one.
 """
 
 from __future__ import annotations
@@ -120,7 +121,8 @@ def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
 @pytest.mark.parametrize("write", range(4))
 @pytest.mark.parametrize("order", ORDERS)
 def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, order: str) -> None:
-    """The erase and three pages are cut off in the middle; the whole firmware starts from that."""
+    """The erase and three pages are cut off in the middle; the complete firmware then starts with
+    this flash."""
     chip = copy_of(saved_everywhere)
     board = Board(chip)
     before = int(board.status("saved_record")[0])
@@ -148,7 +150,7 @@ def test_an_image_that_is_cut_off_anywhere_leaves_one_that_starts() -> None:
     board = test_image_store.Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     seen: list[tuple[str, tuple[int, bytes] | None]] = []
-    # The header as the boot ROM reads it; any byte of the body is as good as another.
+    # The header as the boot ROM reads it; all bytes of the body are equivalent.
     torn = Torn(board.chip, lambda at: seen.append((at, starts(board.chip))), 0x60)
     write_image(board, boot_image(NEW, 0), silent)
     assert torn.cuts > 3 * len(NEW)

@@ -50,7 +50,8 @@ def test_changes_without_a_commit_are_refused(tmp_path: Path) -> None:
 
 
 def test_an_ended_check_is_not_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each run adds one line to a file; the second call must add none, a failed check ends in 1."""
+    """Each run adds one line to a file. The second call must add no line; a failed check returns
+    1."""
     folder = repository(tmp_path)
     runs = folder / "runs"
     once = Check("once", ("sh", "-c", f"echo run >> {runs}; exit 1"), "")
@@ -83,7 +84,7 @@ def test_a_sample_and_a_failure_are_shown() -> None:
 
 
 def test_each_command_is_a_target_of_the_makefile() -> None:
-    """A check that nobody can run by hand would show nothing."""
+    """A reader can repeat each check by its command."""
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for check in CHECKS:
         for command in filter(None, (check.command, check.sample)):

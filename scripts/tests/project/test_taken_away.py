@@ -1,4 +1,5 @@
-"""What compensates an effect: the stored figures are those of the simulation and of the export."""
+"""Tests that the stored figures of each effect's compensation are those of the simulation and of
+the export."""
 
 from __future__ import annotations
 
@@ -39,9 +40,9 @@ def test_what_can_be_taken_away_is() -> None:
     """Where the declaration says lanes, a small share of the effect remains, or a floor of 0.03″.
 
     The floor is three standard uncertainties of the lanes' sum: some 0.01″, for a set with a sixth
-    of the samples. The gear is eccentric: beside its tooth count there are lines that its effect
-    has with its own setting, and a lane uses the reading where the gear has the angle. A single
-    line has no whole order, and a lane of its order.
+    of the samples. The gear is eccentric, so that lines next to its tooth count appear, which the
+    effect has with its own setting. A lane depends on the reading, the gear on the true angle. A
+    single line has an order that is not whole, and a lane has the same order.
     """
     for name, row in stored()["effects"].items():
         declared = built_in()[name].compensation
@@ -87,13 +88,15 @@ def test_an_error_of_the_reference_judges_no_correction(tmp_path: Path) -> None:
     settled, _ = fitted(grown, observations, built_in())
     write_model(model, settled)
     words = ["export", str(tmp_path / "set"), "--model", str(model), "--coefficients", str(path)]
-    told = tmp_path / "told.json"
-    answer = CliRunner().invoke(main, [*words, "--json", str(told)])
+    result_file = tmp_path / "result.json"
+    answer = CliRunner().invoke(main, [*words, "--json", str(result_file)])
     assert answer.exit_code == 0, answer.output
     assert "not judged: polygon_eccentricity" in answer.output
     written = read_coefficient_file(path)
     assert any("rises" in text for text in objections(made.measurement, written))
-    rows = {row["effect"]: row for row in json.loads(told.read_text(encoding="utf-8"))["effects"]}
+    rows = {
+        row["effect"]: row for row in json.loads(result_file.read_text(encoding="utf-8"))["effects"]
+    }
     assert rows["polygon_eccentricity"]["by"] == "reference"
     # The RMS of an order is 1/√2 of its amplitude.
     assert rows["polygon_eccentricity"]["part_arcsec"] == pytest.approx(200 / 2**0.5, rel=0.01)

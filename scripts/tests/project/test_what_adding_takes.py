@@ -1,6 +1,7 @@
 """Adding one of a kind edits only the files that CONTRIBUTING names, as copies show.
 
-For a cause and an effect see ``sim/tests/table/test_registry.py``, ``test_effect_check.py``.
+The tests for a cause and an effect are in ``sim/tests/table/test_registry.py`` and
+``test_effect_check.py``.
 """
 
 from __future__ import annotations

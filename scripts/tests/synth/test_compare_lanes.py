@@ -45,7 +45,8 @@ def test_latency_and_errors_are_those_of_the_outputs() -> None:
     latency, error, any_angle = latency_and_errors(_outputs(16))
     # The value is read after the edge that takes the phase: one register more than the delay.
     assert latency == 17
-    # Rounding to the last bit errs by at most half of it, and a million phases come near.
+    # Rounding to the last bit has an error of at most half a bit; a million phases come close to
+    # this bound.
     assert 0.99 * HALF_OF_LAST_BIT < error <= HALF_OF_LAST_BIT * (1.0 + 1e-9)
     # At the steepest cosine, half of 2**-24 turn moves it by 2 pi times as much.
     assert any_angle == pytest.approx(error + np.pi * 2.0**-24, rel=0.02)
@@ -130,11 +131,11 @@ def test_a_missing_tool_is_told(
 
     monkeypatch.setattr(compare_lanes, "measure", missing)
     page = tmp_path / "page.md"
-    for text, told in (
+    for text, message in (
         (f"{BEGIN}{END}", "verilator is missing"),
         ("page", "page.md lacks the lines <!--"),
     ):
         page.write_text(text, encoding="utf-8")
         assert compare_lanes.main(["--page", str(page)]) == 2
-        assert told in capsys.readouterr().err
+        assert message in capsys.readouterr().err
         assert page.read_text(encoding="utf-8") == text

@@ -67,9 +67,9 @@ def test_simulations_are_added_up(tmp_path: Path, sources: Path) -> None:
     assert found[source].missed == [11]
     assert share(found) == pytest.approx(2 / 3)
     assert faults(found, sources, budget=0.6) == []
-    (told,) = faults(found, sources, budget=0.7)
-    assert "66.7%" in told
-    assert "70%" in told
+    (message,) = faults(found, sources, budget=0.7)
+    assert "66.7%" in message
+    assert "70%" in message
     assert "| rtl/half_run.vhd | 3 | 2 | 66.7% | 11 |" in table(found, tmp_path)
 
 
@@ -85,10 +85,10 @@ def test_an_entity_that_only_instantiates_has_no_lines() -> None:
 
 def test_a_file_that_nothing_ran_is_named(tmp_path: Path, sources: Path) -> None:
     (sources / "constants_pkg.vhd").write_text("package constants_pkg is end;", encoding="utf-8")
-    told = faults(read_results(tmp_path, sources), sources)
-    assert told[0] == "rtl/half_run.vhd was in no simulation"
-    assert not any("constants_pkg" in fault for fault in told)
-    assert "0.0%" in told[1]
+    messages = faults(read_results(tmp_path, sources), sources)
+    assert messages[0] == "rtl/half_run.vhd was in no simulation"
+    assert not any("constants_pkg" in fault for fault in messages)
+    assert "0.0%" in messages[1]
 
 
 @pytest.mark.parametrize("text", ['{"outputs": [', '{"outputs": [{"file": "a"}]}', "[]"])

@@ -181,10 +181,10 @@ def test_two_adders_in_a_row_are_told(
         write_netlist("two_adders", tmp_path / "made", folders=[tmp_path]), flatten=True
     )
     assert timing.main(["--entity", "two_adders", "--netlist", str(netlist)]) == 1
-    told = capsys.readouterr()
-    assert "2 wide adders or DSPs on a path from" in told.err
-    assert "put a register between them" in told.err
-    assert (tmp_path / "made" / "timing.md").read_text(encoding="utf-8") in told.out
+    printed = capsys.readouterr()
+    assert "2 wide adders or DSPs on a path from" in printed.err
+    assert "put a register between them" in printed.err
+    assert (tmp_path / "made" / "timing.md").read_text(encoding="utf-8") in printed.out
 
 
 @needs_tools

@@ -499,7 +499,7 @@ def sha256_of(measurement: MeasurementSet) -> str:
 
 
 def _same_rows(one: MeasurementSet, other: MeasurementSet) -> bool:
-    """Tell whether table, columns and keys are the same."""
+    """Tell whether table, columns and keys are equal."""
     return _fingerprint(one) == _fingerprint(other)
 
 
@@ -598,7 +598,8 @@ def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) ->
 
 
 def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> dict[str, str]:
-    """Return the entries for this frame: those whose column it has, or no other frame has."""
+    """Return the entries for this frame: entries whose column this frame has, or whose column no
+    other frame has."""
     if len(frames) == 1:
         return dict(columns)
     others = [other for other in frames if other is not frame]
@@ -677,7 +678,8 @@ def _reference(found: Found, keys: Keys, warnings: list[str]) -> Reference:
 
 
 def _in_order(place: Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Raise MeasurementError for runs in pieces, and for time that runs backwards in a run."""
+    """Raise MeasurementError if the rows of a run are not together, or if time runs backwards in a
+    run."""
     time_s = columns["time_s"]
     run = columns.get("run", np.zeros(time_s.size, dtype=np.int64))
     spans = run_spans(run)

@@ -66,9 +66,9 @@ class FitParameter:
         """Compute a confidence interval by profile likelihood.
 
         At each value of this parameter, all other parameters and the noise take the values of
-        maximum likelihood. The interval is wider than ``value ± 1.96·stderr`` where slow noise may
-        have absorbed part of the parameter, for instance of a drift, and asymmetric where the
-        likelihood is.
+        maximum likelihood. The interval is wider than ``value ± 1.96·stderr`` if slow noise may
+        have absorbed part of the parameter, for instance of a drift. It is asymmetric if the
+        likelihood is asymmetric.
 
         Parameters
         ----------
@@ -172,7 +172,7 @@ class FitResult:
 
     @property
     def nfree(self) -> int:
-        """Number of rows minus that of the parameter combinations that the data determine."""
+        """Number of rows minus the number of parameter combinations that the data determine."""
         return self.nobs - self.solution.rank
 
     @property
@@ -555,7 +555,7 @@ def _conditions(
 def _equal(
     name: str, wanted: Callable[[Mapping[str, float]], float], names: tuple[str, ...], unit: str
 ) -> Condition:
-    """Require that ``name`` equals what ``wanted`` gives; a phase may differ by whole turns."""
+    """Require that ``name`` equals the value of ``wanted``; a phase may differ by whole turns."""
 
     def difference(parameters: Mapping[str, float]) -> float:
         off = parameters[name] - wanted(parameters)

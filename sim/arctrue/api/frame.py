@@ -175,7 +175,8 @@ def _means(column: str, quantity: str) -> bool:
 
 
 def _unit(frame: Frame, quantity: str, column: str, units: Mapping[str, Any]) -> Any:
-    """Return the unit: that of the caller, else of the column itself, else in the column's name."""
+    """Return the unit that the caller gives or, without it, the unit of the column itself or the
+    unit in the column's name."""
     kind = QUANTITIES[quantity]
     for name in (quantity, SET_COLUMNS[frame.name][quantity], column):
         if name in units:
@@ -202,7 +203,7 @@ def _units(kind: Kind) -> str:
 
 
 def _known(frame: Frame, quantity: str, column: str, unit: Any) -> Any:
-    """Return the name of the unit; a unit of astropy stays as it is."""
+    """Return the name of the unit; a unit of astropy is returned unchanged."""
     if not isinstance(unit, str) and hasattr(unit, "to") and hasattr(unit, "physical_type"):
         return unit
     kind = QUANTITIES[quantity]
@@ -262,7 +263,7 @@ def _of_astropy(frame: Frame, quantity: str, column: str, unit: Any) -> tuple[st
 
 
 def _dates(values: Any) -> NDArray[np.int64] | None:
-    """Return nanoseconds since 1970, or of a duration; None for values that are neither."""
+    """Return nanoseconds since 1970, or the nanoseconds of a duration; None for other values."""
     array = values.to_numpy() if hasattr(values, "to_numpy") else np.asarray(values)
     if array.dtype.kind == "O" and array.size and hasattr(array[0], "timestamp"):
         array = np.array([item.timestamp() for item in array], dtype=np.float64)

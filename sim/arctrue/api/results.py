@@ -260,7 +260,7 @@ def explain(
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Explanation:
-    """Add what the diagnosis names, one effect after the other, until it names nothing more.
+    """Add the effects that the diagnosis names, one after the other, until it names no further one.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ def find_ghdl() -> tuple[str, str]:
 
 
 def sources_of(entity: str, folders: Sequence[Path] = SOURCE_FOLDERS) -> list[Path]:
-    """Give the VHDL files that ``entity`` needs; a file is named like its entity or package.
+    """Return the VHDL files that ``entity`` needs; a file has the name of its entity or package.
 
     Raises ToolError if a file is missing.
     """

@@ -19,7 +19,8 @@ def is_printable(text: str) -> bool:
 def harmless(text: str, keep: str = "\n\t") -> str:
     """Escape every character of ``text`` that a terminal would interpret: ``\\x1b``.
 
-    ``keep``: characters that stay; line breaks and tabs belong to the caller's own text.
+    ``keep``: characters that are not escaped, such as line breaks and tabs of the caller's own
+    text.
     """
     return "".join(
         _escape(letter) if letter not in keep and _harmful(letter) else letter for letter in text

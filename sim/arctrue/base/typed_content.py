@@ -96,7 +96,8 @@ def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
 
 
 def unknown_keys(content: object, kind: type) -> dict[str, list[str]]:
-    """Find dotted keys that neither ``kind`` nor its inner structures know, with similar keys."""
+    """Find dotted keys that neither ``kind`` nor its inner structures declare, with similar
+    keys."""
     return dict(_unknown(_Spot("", _declared(kind), content)))
 
 
@@ -215,7 +216,8 @@ def _called(value: object) -> str:
 def _guilty_key(
     content: object, kind: type, taken: list[str | int], items: dict[str, Any], text: str
 ) -> str:
-    """Find the item that alone gives the same error; the library does not name it."""
+    """Return the single item that gives the same error, because the library does not name the
+    item."""
     for key, value in items.items():
         try:
             msgspec.convert(_replaced(content, taken, {key: value}), kind)
@@ -237,7 +239,8 @@ def _replaced(content: Any, path: list[str | int], new: object) -> Any:
 def _branch(declared: inspect.Type, value: object) -> inspect.Type:
     """Select the member of a union that the value matches; other declarations are returned."""
     if isinstance(declared, inspect.Metadata):
-        # A description of the whole union is kept: it says what is expected.
+        # If no member matches, the whole union stays, because the message then lists all expected
+        # forms.
         return declared if "description" in (declared.extra_json_schema or {}) else declared.type
     if not isinstance(declared, inspect.UnionType):
         return declared
@@ -269,7 +272,7 @@ def _fields(declared: inspect.Type) -> dict[str, inspect.Type]:
 
 
 _LISTS = (inspect.ListType, inspect.VarTupleType, inspect.TupleType, inspect.StructType)
-"""Possible declarations of a list; a structure if its values come without keys."""
+"""Possible declarations of a list, also of a structure whose values have no keys."""
 
 
 def _item(declared: inspect.Type, index: int) -> inspect.Type:

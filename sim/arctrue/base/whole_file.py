@@ -18,7 +18,8 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     If the block fails, the temporary file is deleted and ``path`` stays unchanged. Missing folders
     are made. The temporary name ends like ``path``, because matplotlib takes the format from it.
-    Raises OSError with ``path`` as file name: on a full disk the error of a library has no name.
+    Raises OSError with ``path`` as file name: on a full disk, a library's own error would contain
+    no file name.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

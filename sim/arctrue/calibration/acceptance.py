@@ -1,4 +1,4 @@
-"""Checks whether coefficients may be written: what the reference or the firmware would refuse.
+"""Checks whether coefficients may be written, by the criteria of the reference and of the firmware.
 
 Each function returns objections, one sentence each; without objections the coefficients may be
 written.
@@ -18,10 +18,10 @@ from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coef
 
 
 def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
-    """Object if the correction makes the error larger in the set's own reference run.
+    """Return an objection if the correction makes the error larger in the set's own reference run.
 
-    The RMS may rise by what the scatter of the rows explains: the mean square may rise by two
-    standard errors of the change of the squares.
+    A rise within the scatter of the rows is accepted: the mean square may rise by two standard
+    errors of the change of the squares.
     """
     if comparison is None:
         return []
@@ -38,8 +38,8 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
 
 
 def of_steepness(coefficients: Coefficients) -> list[str]:
-    """Object where the firmware would: ``too_steep`` and ``out_of_range``, at any temperature of
-    the file's range."""
+    """Return an objection where the firmware would refuse: ``too_steep`` and ``out_of_range``, at
+    any temperature of the file's range."""
     steepest, largest = coefficients.extent()
     thermal = coefficients.thermal
     where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"
@@ -58,7 +58,8 @@ def of_steepness(coefficients: Coefficients) -> list[str]:
 
 
 def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
-    """Object where the firmware would: ``heads_exchanged``, each head sees the other's place."""
+    """Return an objection where the firmware would refuse: ``heads_exchanged``, each head is at the
+    other's place."""
 
     def far(off_rad: float) -> bool:
         return abs(math.remainder(off_rad, math.tau)) * ARCSEC_PER_RAD > BELIEVABLE_ARCSEC
@@ -75,8 +76,8 @@ def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
 def of_estimate(
     estimate: Estimate, coefficients: Coefficients, *, made_of_estimate: bool = True
 ) -> list[str]:
-    """Object where the firmware would: ``not_better``, no smaller expected error with the
-    coefficients than without.
+    """Refuse the coefficients where the firmware would: ``not_better`` if the expected error with
+    them is not smaller than without.
 
     For an estimate x with standard uncertainty u, |x − a|² is on average 2u² too large if a does
     not come from x. If a comes from x, the remaining error is the error of x and the rounding of a.

@@ -1,4 +1,4 @@
-"""The whole calibration of a set: verify, estimate, choose orders, quantise, compare."""
+"""Calibrates a set in five steps: verify, estimate, choose orders, quantise, compare."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 While the table turns once or more in its positive direction, the readings of all heads at the same
 clocks show the sense of each head, its place after head 1, and which cable is at which head. Two
-turns at one speed, forward and backward, show by how much the electronics of one head is later than
-that of another: a head that is τ late reads θ(t − τ), so that its offset changes by τ times the
+turns at one speed, forward and backward, show how much later the electronics of one head is than
+that of another: a head that is late by τ reads θ(t − τ), so that its offset changes by τ times the
 difference of both speeds.
 """
 
@@ -34,7 +34,7 @@ class Connection:
     """The findings from the readings of the heads; lists are by cable, head 1 first.
 
     ``travels``: counts that each head moved; ``places_deg``: after head 1, NaN without an index;
-    ``at_head``: number of the planned head at which each cable is, 0 where no plan fits.
+    ``at_head``: number of the planned head to which each cable is connected, 0 if no plan fits.
     """
 
     travels: tuple[int, ...]

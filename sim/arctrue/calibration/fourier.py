@@ -159,7 +159,7 @@ def fourier(
 
 
 def _steps(part: WholeTurns) -> Float:
-    """Return n·θ − n·θ₀ of the samples for n = 1, with the assumption of equal steps."""
+    """Return θ − θ₀ of the samples, with the assumption of equal steps."""
     sign = 1.0 if part.step_counts > 0 else -1.0
     step = sign * 2.0 * np.pi * part.turns / part.samples
     return np.asarray(step * np.arange(part.samples))

@@ -1,11 +1,11 @@
-"""The separation α from the capture, its uncertainty, and whether it can be believed.
+"""Determines the separation α from the capture, its uncertainty, and whether it is plausible.
 
 mean(R₂ − R₁) over uniform true angle is the separation according to the index marks: both heads
 count from the same mark, and ε(θ + α) − ε(θ) has no mean. It repeats to ± 1 count per head. No
 repeat shows a constant difference between the places where the heads detect the mark; this
 difference is fully contained in α (10 µm at the disc are 38″). A set states its standard
 uncertainty as ``table.index_detection_arcsec``; without the key it is that of the heads' mounting,
-50″/√3. An index that was not found shows as runs that disagree or a value far from nominal.
+50″/√3. If a head did not find its index, the runs disagree or the value is far from nominal.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ NOMINAL_TOLERANCE_ARCSEC = 50.0
 U_NOMINAL_RAD = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0) * RAD_PER_ARCSEC
 """Standard uncertainty of a rectangular distribution over the tolerance."""
 U_DETECTION_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
-"""Default of ``table.index_detection_arcsec``: the sensor of the mark is mounted no better than its
-head."""
+"""Default of ``table.index_detection_arcsec``: the sensor of the mark is assumed to be mounted only
+as accurately as its head."""
 INDEX_REPEATABILITY_COUNTS = 1.0
 BELIEVABLE_ARCSEC = 900.0
 """Largest plausible difference from nominal: 0.25°, 0.24 mm at the disc. No head is mounted so

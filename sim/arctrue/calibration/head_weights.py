@@ -35,7 +35,7 @@ LEAK_LIMIT = 1e-3
 
 
 class WeightsRefusedError(ValueError):
-    """These places have no weights, or none that can be used."""
+    """No weights exist for these places, or no weights that the gateware can use."""
 
 
 def translation_columns(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
@@ -67,7 +67,7 @@ def mean_weights(
             f"heads at {named}: no weights keep a motion of the axis out of the mean; two heads "
             "must stand at 180°, three or four at different places"
         )
-    # Two heads a little off 180° also miss Σw = 1, which must hold exactly.
+    # For two heads that differ slightly from 180°, Σw also differs from 1, which must hold exactly.
     weights = weights / weights.sum()
     largest = int(np.argmax(np.abs(weights)))
     if not -MOST_WEIGHT <= weights[largest] < MOST_WEIGHT:
@@ -135,8 +135,8 @@ def weight_words(
 ) -> NDArray[np.int32]:
     """Return weights as s1.16 words whose sum is 2¹⁶ exactly, (H,); a weight 0 stays 0.
 
-    Among the words within 2 of each weight, those with the smallest share of a translation are
-    taken. Raises WeightsRefusedError for a weight that s1.16 does not hold.
+    Among the words within 2 units of each weight, those with the smallest share of a translation
+    are selected. Raises WeightsRefusedError for a weight that s1.16 does not hold.
     """
     values = np.asarray(weights, dtype=np.float64) * WEIGHT_ONE
     columns = translation_columns(places_rad, radius_ratios)

@@ -99,7 +99,7 @@ class HeadsEstimate:
 
     @property
     def noise_gain(self) -> Float:
-        """Ratio of the noise of every order of the disc to that of one head, (N,)."""
+        """Ratio of the noise of every order of the disc to the noise of one head, (N,)."""
         return order_gain(self.places_rad, self.orders, self.motion)
 
     @property

@@ -17,11 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 MotionOrders = Literal["every"] | tuple[int, ...]
-"""Orders at which the axis may move; ``every``: at each order, and without repeating as well."""
+"""Orders at which the axis may move; ``every``: at each order; the motion may also be one that does
+not repeat from turn to turn."""
 
 UNSEEN_GAIN = 1e3
-"""Gain above which an order counts as not seen: an error of 10″ in a place at order 20 is as large
-as L."""
+"""Gain above which an order counts as not seen. L is then 0.001, which is the change of L that an
+error of 10″ in a place causes at order 20."""
 
 
 def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = ()) -> Float:
@@ -37,7 +38,8 @@ def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = 
     length = np.zeros(columns.shape[:-1])
     for other in (np.ones_like(columns), forward, backward, columns):
         left = np.asarray(other, dtype=np.complex128)
-        # Twice: classical Gram-Schmidt loses digits in the first round.
+        # The projection is repeated, because classical Gram-Schmidt loses digits in the first
+        # round.
         for _ in range(2):
             for known in basis:
                 left = left - np.sum(known.conj() * left, axis=-1, keepdims=True) * known

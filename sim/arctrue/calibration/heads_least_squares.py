@@ -2,10 +2,10 @@
 
 Every sample has an unknown true angle, so that only combinations of the readings with the sum 0
 contain information. They are weighted by their estimated covariance (generalised least squares): if
-the axis also moves without repeating, the parity of four heads has the largest weight. With motion
-unknown at every order only the parity is used, which contains no translation. Prior knowledge
-enters as observations: places as mounted, index marks that all heads detect alike, radii as made.
-The fit is refused if something remains undetermined.
+the axis also has motion that does not repeat, the parity of four heads has the largest weight. With
+motion unknown at every order only the parity is used, which contains no translation. Prior
+knowledge enters as observations: the mounted places, equal index marks for all heads, and the
+manufactured radii. The fit is refused if an unknown remains undetermined.
 """
 
 from __future__ import annotations
@@ -136,7 +136,8 @@ def _first_fit(
 ) -> tuple[State, Float]:
     """Return the disc with the places as mounted, and combinations with noise of variance 1."""
     state = data.first_state(settings, _seen_orders(data, settings), motion_orders)
-    # Without a disc the places have no slope: places and radii are free from the second round on.
+    # Without a disc the derivatives by the places are 0, so that places and radii are free from the
+    # second round on.
     combinations = _combinations_of_rotation(data.heads)
     state, _ = _solved(data, state, combinations, settings, with_geometry=False)
     return state, _whitened(data, state, combinations)
@@ -152,8 +153,8 @@ class _Known:
 
     @classmethod
     def of_first_order(cls, state: State, information: Float) -> _Known:
-        """Take order 1 of the disc, which the parity does not contain and needs for places and
-        radii."""
+        """Take order 1 of the disc from the first fit: the parity does not contain it, but needs it
+        for places and radii."""
         orders = state.layout.orders
         first = np.flatnonzero(orders == 1)
         columns = np.concatenate((first, first + orders.size))
@@ -180,7 +181,8 @@ class _Data:
         self.nominal_rad = nominal_places_rad
         self.heads = nominal_places_rad.size
         self.whole_counts: list[list[int]] = []
-        """Whole turns between a head's counter and that of head 1, by run; they have no meaning."""
+        """Whole turns between a head's counter and head 1's counter, by run; they are subtracted,
+        because they have no meaning."""
         unit = arcsec_per_count(counts_per_rev) * RAD_PER_ARCSEC
         for part in turns:
             if len(part.heads) != self.heads:
@@ -304,7 +306,8 @@ def _rows(
 
 
 def _seen(data: _Data, state: State) -> Iterator[tuple[int, list[HeadSees], Float]]:
-    """Yield run, what every head sees, and readings less head 1's and the offsets, (heads, n)."""
+    """Yield run, the disc's error under every head, and the readings minus head 1's reading and the
+    offsets, (heads, n)."""
     unit = arcsec_per_count(data.counts_per_rev)
     for run, counts in data.blocks():
         offsets = state.offsets_rad[run] * ARCSEC_PER_RAD
@@ -375,7 +378,7 @@ def _solved(
     if settings.u_place_arcsec == 0.0:
         free[late] = False
     if combinations.shape[0] == 1 and data.heads > 2:
-        # One combination determines one offset: the others stay as the first fit gave them.
+        # One combination determines one offset; the other offsets keep the values of the first fit.
         free[shared:] = False
         free[shared + further - 1 :: further] = True
     step = np.zeros(size)
@@ -407,7 +410,7 @@ def _converged(
         state, information = _solved(data, state, combinations, settings, known=known)
         moved = state.values - before.values
         disc = np.linalg.norm(before.values[before.layout.disc])
-        # A place or radius changes what is predicted by its share of the disc's error.
+        # A place or radius changes the prediction by its share of the disc's error.
         geometry = disc * (
             np.linalg.norm(moved[before.layout.late]) * RAD_PER_ARCSEC
             + np.linalg.norm(moved[before.layout.radius])

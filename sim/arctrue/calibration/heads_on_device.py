@@ -280,7 +280,7 @@ def heads_on_device(
         design, _ = fit.places_equations(power)
         norms = np.linalg.norm(design, axis=0)
         of_places = np.linalg.inv((design / norms).T @ (design / norms)) / np.outer(norms, norms)
-        # As in the firmware: order 1 has the noise of all orders, without their colour.
+        # Like the firmware, give order 1 the mean noise of all orders, without their colour.
         variances[:, 0] = np.diag(of_places)[:2]
         covariances[0] = of_places[0, 1]
         further = fit.heads - 1

@@ -1,8 +1,9 @@
 """Finds the head that has moved between two calibrations, from the offsets of all counters.
 
 A head that moves along the scale by δ changes its own offset by δ; an axis that moves by c changes
-the offset of every head by Im(c·e^{jp})·ρ. Four heads show three changes relative to head 1. Any
-one head together with some c explains them, but only the head that has moved needs a small c.
+the offset of every head by Im(c·e^{jp})·ρ. Four heads show three changes relative to head 1. A
+motion of any single head together with some c explains these changes, but only for the head that
+has moved c is small.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ class ResidualSpectrum:
     """Periodogram of the residual of all runs over the order; white noise of variance 1 gives 1.
 
     ``residuals``: one array per run, each divided by the standard deviation of its run's noise.
-    Lines of the fitted orders are left out: the fit has removed them.
+    Lines of the fitted orders are omitted, because the fit has removed them.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class ResidualSpectrum:
         if number == 0:
             return np.ones(orders.size)
         first = np.searchsorted(self.orders, orders) - number // 2
-        # The nearest lines, not as many on each side: near order 0 there are none below.
+        # The nearest lines may be unevenly distributed: near order 0 there are no lower ones.
         first = np.clip(first, 0, self.power.size - number)
         return np.asarray((total[first + number] - total[first]) / number)
 

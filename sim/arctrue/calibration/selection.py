@@ -11,7 +11,7 @@ from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.noise import NEIGHBOURS
 
 FALSE_ALARM = 0.05
-"""Probability that noise alone makes any one order of a set look significant."""
+"""Probability that noise alone makes at least one order of a set significant."""
 GAIN_LIMIT_DEFAULT = 50.0
 """Largest noise gain of an order: at 33° it keeps n = 11 and 109 (19 times) and leaves out n = 120k
 and its neighbours."""

@@ -2,7 +2,8 @@
 
 Each command has one file: ``arctrue/cli/<command>.py`` holds a click command called ``<command>``
 or ``command``. A ``_`` in the file's name becomes a ``-`` on the command line; a ``_`` at its end
-(``import_``) is dropped. Files whose name begins with ``_`` hold what several commands share.
+(``import_``) is dropped. Files whose name begins with ``_`` contain code that several commands
+share.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class _NotGeneratedError(click.ClickException):
 
 
 def _without_extra(name: str, missing: MissingExtraError) -> click.Command:
-    """Make a command that always says which extra it needs."""
+    """Make a command that only names the extra that it needs."""
 
     def refuse(_: click.Context, __: click.Parameter, ___: object) -> None:
         raise missing

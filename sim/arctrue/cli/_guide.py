@@ -52,7 +52,8 @@ def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]
         ]
     imported = "arctrue import FILE NEW"
     if kind == "polygon_reindexed":
-        # The file cannot state how the polygon stands, so this measurement stays a set of its own.
+        # The file cannot state how the polygon is mounted, so that this measurement stays a
+        # separate set.
         model_file = "MODEL.toml" if model is None else shlex.quote(str(model))
         return [imported, f"arctrue compare NEW --model {model_file} --no-fit"]
     return [

@@ -1,4 +1,4 @@
-"""All output to the terminal: text from files and devices is printed, never interpreted.
+"""Prints all output on the terminal; text from files and devices is never interpreted.
 
 Titles, names, columns, file names and a device's answers come from other people. Control characters
 in them could move the cursor, hide lines or type answers; they are printed as escapes. Square

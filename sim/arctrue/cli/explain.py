@@ -1,4 +1,4 @@
-"""arctrue explain: all causes that a set shows, by size, and what is left."""
+"""arctrue explain: lists all causes that a set shows, by size, and the remaining error."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def _all() -> Iterator[Announcement]:
 
 
 def _answers(found: Announcement) -> bool:
-    """Tell whether the daemon answers; one that was killed leaves its announcement behind."""
+    """Tell whether the daemon answers; the announcement of a killed daemon still exists."""
     try:
         socket.create_connection((found.host, found.tcp_port), _REACH_S).close()
     except OSError:

@@ -72,7 +72,8 @@ class LoadedCoefficients(Device, Movable[Path]):
 
     @AsyncStatus.wrap
     async def set(self, value: Path) -> None:
-        """Load a coefficient file; done when turns have judged it and PVs show a turn with it.
+        """Load a coefficient file; the move ends when turns have judged the file and the PVs show a
+        turn with it.
 
         Parameters
         ----------

@@ -106,7 +106,7 @@ class Watch:
 def ask(
     daemon: Announcement, what: str, seconds: float = CONNECT_S, **content: Any
 ) -> dict[str, Any]:
-    """Ask for ``status`` or a ``capture``, or send ``life``; return the answer.
+    """Request ``status`` or a ``capture``, or send ``life``; return the answer.
 
     ``content``: further values of the request. Raises ConsoleError.
     """

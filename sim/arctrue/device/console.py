@@ -15,7 +15,7 @@ __all__ = ["Console", "ConsoleError", "TelemetryLine"]
 ATTEMPTS = 3
 """Number of attempts to get data that were damaged during transmission."""
 SILENCE_S = 5.0
-"""A dump that is silent for so long has ended, and its last line was damaged."""
+"""Silence after which a dump counts as ended with a damaged last line."""
 LATE_S = 10.0
 """Longest delay of a late answer."""
 
@@ -75,11 +75,9 @@ class Console:
         raise self._no_answer(line, seconds)
 
     def _drop_late_answers(self, line: str, seconds: float) -> None:
-        """Discard all lines before the answer to a marker: they answer other requests.
-
-        Those are an earlier line, whose answer came too late, or a line of another program. The
-        marker is no command, and the device repeats it.
-        """
+        """Discard all lines before the answer to a marker, because they answer other requests: an
+        earlier line, whose answer came too late, or a line of another program. The marker is not a
+        command; the device repeats it in its error message."""
         self._markers += 1
         marker = f"marker{os.getpid()}.{self._markers}"
         # Send an end of line first: the device may still hold a part of a line.
@@ -166,7 +164,8 @@ class Console:
             raise ConsoleError(f"{self.port}: {error}") from error
 
     def _line(self) -> str | None:
-        """Return the next line other than telemetry, which is stored; None: nothing in time."""
+        """Return the next line that is not telemetry, and store telemetry; None if no line arrives
+        in time."""
         try:
             data = self._transport.read_until(b"\n")
         except OSError as error:

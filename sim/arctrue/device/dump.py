@@ -125,7 +125,8 @@ def read_head(line: str) -> DumpHead | None:
 
 
 def read_row(line: str) -> tuple[int, ...] | None:
-    """Read number and counts of two to four heads; None if it is no row, or a changed one."""
+    """Return number and counts of two to four heads; None if the line is not a row or was
+    changed."""
     found = _ROW.fullmatch(line)
     if found is None:
         return None

@@ -44,8 +44,8 @@ def bind_to(interface: str) -> None:
 def confine_to_loopback() -> None:
     """Bind this program's UDP sockets of all interfaces to the loopback device (Linux).
 
-    PVXS listens for searches at port 5076 of all interfaces, whatever its variables say. Elsewhere
-    than on Linux this cannot be changed. Raises OSError if the system refuses it.
+    PVXS listens for searches at port 5076 of all interfaces, whatever its variables say. On systems
+    other than Linux this cannot be changed. Raises OSError if the system refuses it.
     """
     if not sys.platform.startswith("linux"):
         return
@@ -163,7 +163,7 @@ async def _in_thread(work: Callable[[], str]) -> str:
 def _use_access_file(file: Path) -> None:
     """Name the file of access security to EPICS, as asSetFilename of its shell does.
 
-    Raises RuntimeError if EPICS does not take it: the PVs must not be left open to writes.
+    Raises RuntimeError if EPICS does not accept it, because the PVs must not stay open to writes.
     """
     from epicscorelibs import path
 

@@ -43,8 +43,8 @@ def _descriptor(port: Any) -> int | None:
 def other_users(port: str) -> list[str]:
     """Return the other programs that have ``port`` open, as ``COMMAND LINE (process NUMBER)``.
 
-    Linux shows a user the user's own programs, and the administrator all; elsewhere the list is
-    empty.
+    Linux shows a user only the user's own programs, and shows an administrator all programs; on
+    other systems the list is empty.
     """
     try:
         wanted = Path(port).resolve(strict=True)

@@ -90,12 +90,12 @@ def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None)
 
 
 def state_of(console: Console) -> FlashState:
-    """Ask for the state. Raises FlashRefusedError if the device has no flash that it knows."""
-    told = dict(line.split(" ", 1) for line in _ask(console, "flash status") if " " in line)
+    """Ask for the state. Raises FlashRefusedError if the device has no supported flash."""
+    answers = dict(line.split(" ", 1) for line in _ask(console, "flash status") if " " in line)
     state = FlashState(
-        told.get("golden") == "whole",
-        int(told.get("sector_bytes", "0")),
-        int(told.get("started_from", "0"), 16),
+        answers.get("golden") == "whole",
+        int(answers.get("sector_bytes", "0")),
+        int(answers.get("started_from", "0"), 16),
     )
     if not state.sector_bytes:
         raise FlashRefusedError("the device reads the ID of a flash that it does not know")

@@ -35,7 +35,7 @@ DEVICE_LOADS = Capability(
 )
 """Parts of a coefficient file that the console accepts; a core that lacks one refuses the set."""
 TABLE_WINDOWS = 4
-"""Windows whose starts the device takes, used or not."""
+"""Number of window starts that the device expects, including unused windows."""
 ATTEMPTS = 3
 """Number of attempts to send the whole set if a line was damaged during transmission."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
@@ -112,7 +112,7 @@ POINTS_A_FRAME = 5
 
 
 def _table_values(coefficients: Coefficients) -> list[tuple[str, list[int]]]:
-    """Return names and numbers of the frames of the local table; the points end with its last."""
+    """Return names and numbers of the frames of the local table, up to its last point."""
     extension = coefficients.extension
     if extension is None or extension.local_table is None:
         return []
@@ -155,10 +155,10 @@ def load_frames(
 ) -> list[str]:
     """Return the console lines that load the lanes whose amplitude is not 0.
 
-    With ``unseen`` the device also accepts what no turn of two heads shows: order 0, orders that
-    the heads cannot see, words of the processor. With ``force`` it also accepts orders that turns
-    leave undecided. Without ``sets`` the sets for a missing head are omitted. ``clock_hz``: clock
-    of the gateware. Lanes of a mean are sent with its carrier, offsets and weights. Raises
+    With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
+    that the heads cannot see, words of the processor. With ``force`` it also accepts orders that
+    turns leave undecided. Without ``sets`` the sets for a missing head are omitted. ``clock_hz``:
+    clock of the gateware. Lanes of a mean are sent with its carrier, offsets and weights. Raises
     ValueError for an offset without a mean, which the device does not accept, and for parts that
     need another generic of the core.
     """
@@ -230,8 +230,8 @@ def load_frames(
 def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
     """Return the lines that give the device the phases of its lanes of real orders.
 
-    Phases that the device finds itself are left out. ``turn``: the core's number of the turn that
-    is turn 0 of the file; the file's phases are those of its turn 0.
+    The frames omit phases that the device finds itself. ``turn``: the core's number of the turn
+    that is turn 0 of the file; the file's phases are those of its turn 0.
     """
     if coefficients.extension is None:
         return []
@@ -267,12 +267,13 @@ class SentSet:
 
     @property
     def is_empty(self) -> bool:
-        """Tell whether nothing is loaded any more."""
+        """Tell whether the device has no loaded set any more."""
         return not (self.orders or self.followed or self.real or self.has_table)
 
 
 def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
-    """Try the first set of the file on the device; older firmware does not know this frame."""
+    """Test whether the device accepts the first set of the file; older firmware refuses this
+    frame."""
     first = next(frame for frame in frames if frame.startswith("load without "))
     try:
         console.command(first)
@@ -393,8 +394,8 @@ class _Status:
 def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[int, ...]:
     """Wait until captured turns have judged the sent set; return the orders without a judgement.
 
-    Raises LoadRefusedError if a turn contradicts the set, or if something else is loaded in the
-    end; ConsoleError if no turn decides.
+    Raises LoadRefusedError if a turn contradicts the set, or if another set is loaded in the end;
+    ConsoleError if no turn decides.
     """
     end = time.monotonic() + seconds
     status = _Status.read(console)

@@ -1,8 +1,8 @@
 """One HDF5 file a day in NeXus form, written from the record of a device.
 
-The record is the source: a file is written completely or not at all, so that a reader always finds
-a complete one and nothing needs repair after a crash. (A file that is extended while others read
-it, HDF5's SWMR mode, cannot be opened again after its writer was killed.)
+The files are made from the record. A file is written completely or not at all, so that a reader
+always finds a complete file and no file needs repair after a crash. (A file that is extended while
+others read it, HDF5's SWMR mode, cannot be opened again after its writer was killed.)
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from arctrue.device.recorder import RecordedTurn, read_turns, record_identity
 h5py: Any = LazyModule("h5py")
 
 _STEP = timedelta(hours=1)
-"""Part of the day that is read at once: the turns of a day need not fit into the memory."""
+"""Part of the day that is read in one step, so that the turns of a day need not fit into memory."""
 _BLOCK = 4096
 """Number of turns of an earlier file that are copied at once."""
 _RECORD, _LAST_ID = "arctrue_record", "arctrue_last_id"
@@ -95,7 +95,8 @@ def write_day(record: Path, day: date, path: Path) -> None:
     """
     start = datetime(day.year, day.month, day.day, tzinfo=UTC)
     with _opened(path) as earlier:
-        # Read the ids before the turns: a turn that comes in between is also written the next time.
+        # Read the ids before the turns, so that a turn that is recorded in between is written again
+        # the next time.
         ids, times_s = _ids_and_times(record, day, start.timestamp())
         kept = _rows_not_in(earlier, _keys(ids, times_s))
         orders = sorted({*_orders(record, day), *_orders_of_file(earlier)})

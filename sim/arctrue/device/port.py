@@ -19,7 +19,8 @@ BAUD = 115_200
 
 
 class ConsoleError(Exception):
-    """The device does not answer, or not as expected; the message is for people."""
+    """The device does not answer, or gives another answer than expected; the user sees the
+    message."""
 
 
 class Transport(Protocol):

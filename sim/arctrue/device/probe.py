@@ -1,7 +1,7 @@
 """Reads the corrected positions at a probe's edges and at compare pulses, over the console.
 
-A core with the generic EVENTS keeps its events in a queue, so that edges may come in bursts. Of
-another core only the latch can be read, which keeps the last edge.
+A core with the generic EVENTS keeps its events in a queue, so that edges may come in bursts. With a
+core without this queue, only the latch can be read, which keeps the last edge.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from arctrue.device.console import Console, ConsoleError
 
 EDGES_WRAP: Final = 1 << 16
 LOOK_S = 0.1
-"""Time between two reads of the latch; of faster edges only the last one is seen."""
+"""Time between two reads of the latch; if edges come faster, only the last one is seen."""
 QUEUE_LOOK_S = 0.02
 """Time between two reads of an empty queue, which holds 64 events."""
 CSV_HEAD: Final = "edge,time_s,position_counts,angle_deg,kind,missed"
@@ -166,9 +166,9 @@ def _told(console: Console, command: str) -> dict[str, str]:
     return {words[0]: words[1] for words in lines if len(words) == 2}
 
 
-def _value(told: dict[str, str], name: str, console: Console) -> float:
+def _value(answers: dict[str, str], name: str, console: Console) -> float:
     try:
-        return float(told[name])
+        return float(answers[name])
     except (KeyError, ValueError) as error:
         raise ConsoleError(
             f"{console.port}: the device does not tell {name}: does it have a core, and firmware "

@@ -192,7 +192,7 @@ class Recorder:
         most = self._last_id if self.deletable is None else self.deletable
         chosen = f"SELECT id FROM turn WHERE id <= ? {where} ORDER BY id LIMIT {_DELETED_AT_ONCE}"
         ids = [row[0] for row in self._connection.execute(chosen, (most, *values))]
-        # The latest turn stays, so that a new row never gets the id of an earlier one.
+        # The latest turn is never deleted, so that a new row never gets the id of an earlier row.
         ids = [number for number in ids if number != self._last_id]
         if not ids:
             return False
@@ -290,7 +290,7 @@ def read_turns(
     query = f"SELECT * FROM turn WHERE {where} ORDER BY id DESC LIMIT ?"
     turns: dict[int, RecordedTurn] = {}
     try:
-        connection.execute("BEGIN")  # both queries see the same state
+        connection.execute("BEGIN")  # both queries read the same state
         for row in reversed(connection.execute(query, [*values, latest]).fetchall()):
             fields = dict(row)
             identifier, recorded = fields.pop("id"), fields.pop("recorded")

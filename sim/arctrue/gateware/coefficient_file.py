@@ -1,4 +1,4 @@
-"""The coefficient file: what ``arctrue calibrate`` writes and the gateware loads.
+"""Reads and writes the coefficient file, which ``arctrue calibrate`` writes and the gateware loads.
 
 The format is TOML. The gateware loads the integer words; further values give the same in arcseconds
 and degrees, and the reader checks that they agree. Lanes that are not listed have amplitude 0.

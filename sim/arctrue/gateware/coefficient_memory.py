@@ -79,7 +79,7 @@ class CoefficientMemory:
         return self._words[address] if address < len(self._words) else 0
 
     def swap(self) -> None:
-        """Make the idle bank active; it keeps its values."""
+        """Make the idle bank active; both banks keep their values."""
         words = np.array(self._words, dtype=np.int64).reshape(-1, WORDS_A_LANE)
         self._active = Coefficients(
             words[:, WORD_STEP_LOW] | words[:, WORD_STEP_HIGH] << 32,  # type: ignore[arg-type]

@@ -22,8 +22,8 @@ class RotationTables:
     """Constants that the entity computes at elaboration.
 
     ``steps``: arctan 2⁻ⁱ in 2⁻ᶠ turn, f = ``angle_fraction``; ``x`` and ``y``: int32 (32,), after
-    the tabulated iterations, in units of the last place of x; ``y_final``: the first iteration
-    that leaves y as it is.
+    the tabulated iterations, in units of the last place of x; ``y_final``: the first iteration that
+    does not change y.
     """
 
     angle_fraction: int

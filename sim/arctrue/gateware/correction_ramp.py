@@ -41,8 +41,8 @@ class RampState:
     motion: RampVelocity | None = None
     """State with a bound of the acceleration: r and its velocity; replaces ``caught``."""
     excess_then: int = 0
-    """−r for the last clock's total if the acceleration is bounded; ``motion`` holds that of the
-    next clock."""
+    """−r for the last clock's total if the acceleration is bounded; ``motion`` contains the value
+    of the next clock."""
 
 
 @dataclass

@@ -38,8 +38,9 @@ class Cause(IntEnum):
 def stepped_head(moved: NDArray[np.int64], limit: int) -> int | None:
     """Find the head (from 0 on) without which all others moved by equal amounts.
 
-    ``moved`` (heads,): changes of the readings against any common one. None unless exactly one head
-    exists without which the others agree within less than ``limit`` counts.
+    ``moved`` (heads,): changes of the readings against any common one. Return the only head without
+    which the others agree within less than ``limit`` counts; None if no head or several heads meet
+    this condition.
     """
     candidates = [
         head

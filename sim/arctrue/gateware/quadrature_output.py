@@ -15,7 +15,7 @@ _A_OF_PHASE = (0, 1, 1, 0)
 _B_OF_PHASE = (0, 0, 1, 1)
 _TURNS = range(-2, 2)
 _Z_COUNTS = (1, 2, 4, 4)
-# The present lag is that of two clocks ago; it does not contain the later steps.
+# The present lag is the lag of two clocks ago and does not contain the later steps.
 _STEPS_UNDER_WAY = 3
 
 

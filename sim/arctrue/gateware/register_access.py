@@ -234,8 +234,8 @@ class RegisterMap:
     async def write_coefficients(self, coefficients: CoefficientSet) -> None:
         """Write the idle bank, all its lanes and the offset.
 
-        It becomes active with ``command("swap")``. A core without REAL_ORDERS refuses turn steps:
-        they are written if a lane has one, and from then on with every bank.
+        It becomes active with ``command("swap")``. A core without REAL_ORDERS refuses turn steps.
+        The function therefore writes them only if a lane has one, and from then on with every bank.
         """
         await self._write_words(
             self._base + registers.COEFFICIENTS_ADDRESS, coefficient_words(coefficients)

@@ -132,7 +132,8 @@ class _Filling:
                 wrapped(position1 + counts_per_rev),
                 wrapped(position1 - counts_per_rev),
             )
-        # One clock after the first sample no table can be a turn away: no check there.
+        # The model does not check one clock after the first sample, because no table moves by a
+        # turn in a clock.
         closed = (
             bool(self.rows)
             and clock > self.rows[0][0] + 1

@@ -86,7 +86,7 @@ class ThermalLanes:
 
     @property
     def has_default_range(self) -> bool:
-        """Tell whether the range is that of a file that states none."""
+        """Tell whether the range is the default range, which a file without a range has."""
         span = (self.reference_c - THERMAL_RANGE_K, self.reference_c + THERMAL_RANGE_K)
         return (self.least_c, self.most_c) == tuple(round(limit, 3) for limit in span)
 

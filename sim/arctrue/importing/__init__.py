@@ -2,8 +2,8 @@
 
 A reader (``readers``, found by the entry points ``arctrue.readers``) reads a file into a
 :class:`FileContent`; ``columns`` assigns its columns to quantities and units; ``motion`` finds
-wraps, runs and cycles; ``clocks`` aligns the clocks of two logs; ``assemble`` makes the set. What
-the file leaves open is asked through ``choices``, and every decision is reported.
+wraps, runs and cycles; ``clocks`` aligns the clocks of two logs; ``assemble`` makes the set. The
+import asks through ``choices`` for what the file does not state, and reports every decision.
 """
 
 from arctrue.importing.assemble import Imported, Settings, import_recordings

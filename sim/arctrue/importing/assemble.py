@@ -28,7 +28,8 @@ Integer = NDArray[np.int64]
 Float = NDArray[np.float64]
 
 LATE_START_S = 1e6
-"""Times of a log that begin later than this count from an epoch, not from the log's start."""
+"""If the times of a log begin later than this, they count from an epoch, not from the start of the
+log."""
 KEEP_ZERO, REFERENCE_ZERO = "keep", "shift"
 
 
@@ -80,7 +81,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Imported:
-    """A set made of recordings.
+    """A measurement set that was assembled from recordings.
 
     Parameters
     ----------
@@ -112,11 +113,11 @@ def import_recordings(
     Parameters
     ----------
     recordings : sequence of FileContent
-        What readers made of the files.
+        Contents of the files, as readers returned them.
     settings : Settings
-        What a person said of them.
+        Statements of the user about the files.
     choices : Choices
-        Asks what nobody said.
+        Asks the user for the missing statements.
 
     Returns
     -------

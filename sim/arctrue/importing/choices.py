@@ -1,4 +1,4 @@
-"""Questions that a file leaves open: a person answers them, or a script is refused."""
+"""Handles questions that a file leaves open: a user answers them, or a script is refused."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Ambiguous:
         return f"{self.option} {self.key}" if self.key else self.option
 
     def option_value(self, answer: str) -> str:
-        """Write what follows the option.
+        """Return the text that follows the option.
 
         Parameters
         ----------
@@ -95,7 +95,7 @@ class AmbiguousError(ValueError):
 
 
 def refuse(asked: Ambiguous) -> str:
-    """Answer as a script does: not at all.
+    """Answer like a script, which leaves every question open.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ _OF_THE_DATA = ("--zero", "--clock-offset", "--order")
 def open_questions(
     attempt: Callable[[Choices], object], no: str, given: Mapping[str, str]
 ) -> list[Ambiguous]:
-    """Find all questions of ``attempt`` that ``given`` does not answer, not only the first.
+    """Find all questions of ``attempt`` that ``given`` leaves open.
 
     The search answers each question provisionally: with ``no`` if that is the last answer and
     another column can take the place, else with the first answer. It then collects the questions

@@ -26,7 +26,7 @@ from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesima
 LOOKED_AT = 400
 """Number of rows whose format is examined."""
 NONE = "none"
-"""Answer for "there is no such column"."""
+"""Answer that stands for "there is no such column"."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,8 @@ def _by_common_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Assign columns whose name is common for one quantity; of two such columns, neither."""
+    """Assign columns whose name is common for one quantity; if two columns match, assign
+    neither."""
     meant: dict[str, list[str]] = {}
     for column in recording.columns:
         if column in {source.column for source in found.values()} | {*columns.values()}:

@@ -21,7 +21,8 @@ FARTHEST_FROM_ONE_ZERO_TURNS = 2.0 / 360.0
 """Reversal errors of tables and drifts between two files are smaller than this."""
 LONGEST_STEP_TURNS = 0.25
 STANDSTILL_SHARE = 1e-3
-"""Share of the other's motion; less motion counts as a standstill with noise."""
+"""Share of the other column's motion; a column with less motion counts as standing still with
+noise."""
 SAME_MOTION = 0.1
 """Relative difference of the two motions beyond which a unit must be wrong."""
 
@@ -90,12 +91,13 @@ def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
 def one_zero(
     files: Sequence[FileRows], compared: Mapping[int, Compared], zero: str, choices: Choices
 ) -> dict[int, Compared]:
-    """Give reading and reference of all files, by file number, a common zero.
+    """Give the readings and references of all files a common zero; the arguments are by file
+    number.
 
     All files get the same shift: a difference between files, such as the reversal error between an
     upward and a downward run, is an error of the table. Raises AmbiguousError if the zeros differ
-    and the user did not say what that means, and ValueError if the zeros of the files are too far
-    apart to be one.
+    and the user did not say what that means, and ValueError if the zeros of the files differ too
+    much for one zero.
     """
     means = {number: item.mean for number, item in compared.items() if item.mean is not None}
     if not means:

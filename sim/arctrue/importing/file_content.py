@@ -23,7 +23,7 @@ class Known:
 
 @dataclass(frozen=True)
 class FileContent:
-    """What a reader makes of one file.
+    """Content of one file as a reader returns it.
 
     Parameters
     ----------

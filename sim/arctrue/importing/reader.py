@@ -74,7 +74,7 @@ class Reader(Protocol):
         path : Path
             The file.
         settings : ReadSettings
-            What a person said of it.
+            Statements of the user about the file.
         choices : Choices
             Asks what nobody said.
 
@@ -142,7 +142,7 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
     name : str
         Name of the reader; "" takes the one that recognises the file.
     settings : ReadSettings
-        What a person said of it.
+        Statements of the user about the file.
     choices : Choices
         Asks what nobody said.
 

@@ -19,11 +19,11 @@ SHORTER = 0.75
 
 
 def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
-    """Give the rows as they stand, or sorted by time within each run of the file.
+    """Return the rows unchanged, or sorted by time within each run of the file.
 
     ``said``: ``sort``, ``runs`` (each step back begins a run), or "" if the user did not say. Then
-    runs that all begin near the first time stay as they are, and rows are sorted if that makes the
-    way of the table shorter; otherwise the user is asked. Raises AmbiguousError.
+    runs that all begin near the first time remain unchanged; rows are sorted if this makes the
+    travel of the table shorter; otherwise the user is asked. Raises AmbiguousError.
     """
     time_s = rows.time_s
     if time_s is None or time_s.size < 2:
@@ -65,9 +65,9 @@ def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
 
 
 def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
-    """True if no two rows have the same time and sorting makes the way much shorter.
+    """True if no two rows have the same time and sorting makes the travel much shorter.
 
-    Single misplaced rows hardly lengthen the way; for them only the jumps are compared.
+    Single misplaced rows hardly lengthen the travel, so that only the jumps are compared.
     """
     assert rows.time_s is not None
     time_s = rows.time_s[order]

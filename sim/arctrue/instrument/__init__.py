@@ -1,8 +1,6 @@
-"""The virtual instrument: the gateware as a compiled netlist, the firmware's C on its bus.
-
-GHDL makes a netlist of arctrue_core, and Verilator a library of the netlist; the signals at its
-heads are those of a simulated table.
-"""
+"""The virtual instrument: the gateware as a compiled netlist, with the firmware's C on its bus.
+GHDL creates a netlist from arctrue_core, and Verilator a library from the netlist. A simulated
+table gives the signals of the heads."""
 
 from arctrue.instrument.build import build
 from arctrue.instrument.curves import Curves, TableCurves

@@ -46,8 +46,8 @@ class Core(Protocol):
 class Firmware:
     """Calculation, application and console, compiled for this machine; see docs/firmware.md.
 
-    Its registers are those of the instrument: every access takes the clocks that it takes on the
-    bus. Its calculations take ``calculation_clocks``, between reading a bank and using the result.
+    It accesses the registers of the instrument; every access takes as many clocks as on the bus.
+    Its calculations take ``calculation_clocks``, between reading a bank and using the result.
     """
 
     def __init__(self, instrument: Core) -> None:
@@ -213,7 +213,7 @@ class Firmware:
         poll_clocks: int = 5000,
         stage: str = "",
     ) -> None:
-        """Let time pass, with rounds of the main loop.
+        """Run the core for some time, with rounds of the main loop.
 
         Parameters
         ----------
@@ -255,7 +255,7 @@ class Firmware:
 
     @property
     def coefficients(self) -> Coefficients | None:
-        """The active bank as it was written, None before the first swap."""
+        """The active bank as the firmware wrote it; None before the first swap."""
         return self.active_bank(self._instrument.read("counts_per_rev_active"))
 
     def active_bank(self, counts_per_rev: int) -> Coefficients | None:

@@ -49,7 +49,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """Progress of a run in clocks, turns of the table and time left."""
+    """Progress of a run in clocks, turns of the table and remaining time."""
 
     stage: str
     """Name of the present part of the run."""
@@ -495,7 +495,7 @@ class Instrument:
         return bool(self.library.instrument_interrupt(self.handle))
 
     def stall_bus(self, most_clocks: int, seed: int = 1) -> None:
-        """Hold back every channel of the bus at random.
+        """Delay every channel of the bus at random.
 
         Parameters
         ----------
@@ -685,7 +685,7 @@ class Instrument:
         """
         _now(self.registers.write_local_table(table))
 
-    # What leaves the core ---------------------------------------------------------------------
+    # Outputs of the core ---------------------------------------------------------------------
 
     @property
     def latency_clocks(self) -> float:

@@ -24,7 +24,7 @@ class ReadingNoise(Cause):
     The noise is Gaussian with the standard deviation ``rms_rad``. Readings more than 4 ×
     ``correlation_s`` apart are independent, so that the noise of captured samples is white. It is a
     uniform cubic B-spline of normal numbers in the table's time, with new numbers after 262,144 of
-    them. A table applies its effects in their order: put this one last.
+    them. A table applies its effects in their order; this effect must be the last.
     """
 
     rms_rad: float

@@ -32,7 +32,8 @@ class TurnScore:
     """Lowest error of all edges in each half degree, same shape."""
     highest_edge_arcsec: Float
     mean_arcsec: float
-    """Removed mean, which two heads cannot see; relative to that of the recording's first turn."""
+    """Removed mean, which two heads cannot determine; relative to the mean of the recording's first
+    turn."""
     edges_rms_arcsec: float
     """Root mean square of single edges: it includes what is finer than half a degree, the noise of
     the readings and the steps of the counts. NaN if no single edge was kept."""

@@ -52,7 +52,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Came:
-    """Reports what a recorded run lacks of the request, and further remarks, in words."""
+    """Reports in words the differences of a recorded run from the request, and further remarks."""
 
     faults: list[str]
     remarks: list[str]
@@ -95,7 +95,7 @@ def by_device(kind: str) -> bool:
 def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
     """Compare ``taken`` with what was requested in addition to ``before``.
 
-    Among several runs, the one with the fewest faults counts. Raises ValueError for an unknown
+    Among several runs, the run with the fewest faults is compared. Raises ValueError for an unknown
     kind.
     """
     asked = _asked(kind)

@@ -119,7 +119,7 @@ def _same_table(sets: Sequence[MeasurementSet], names: Sequence[str]) -> Table:
                 )
     values = {key: value for key, (_, value) in found.items()}
     if "head_places_deg" in values:
-        # It is the second of these places, from the same set.
+        # The separation is the second of these places, from the same set.
         del values["head_separation_deg"]
     return Table(**values)
 

@@ -1,5 +1,5 @@
-"""Corrects whole turns that a recording lost or gained: counts that restart, errors a turn too
-large."""
+"""Corrects whole turns that a recording lost or gained: counts that restart at each turn, and
+errors that are wrong by a whole turn."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def unwrapped_counts(
     """Return counts (n,) that continue past the turn, and how often they restarted at it.
 
     Counts are changed only if all of them lie within one turn and some step is longer than half a
-    turn. Such a step is replaced by the one that fits best to the run's usual speed and the time
-    that has passed.
+    turn. Such a step is replaced by the step that agrees best with the run's usual speed and the
+    elapsed time.
     """
     if counts.size < 3 or int(counts.min()) < 0 or int(counts.max()) >= counts_per_rev:
         return counts, 0

@@ -75,7 +75,8 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     if measurement.reference is not None:
         tables["reference.csv"] = _columns(measurement.reference, _REFERENCE_ORDER)
     with ExitStack() as unfinished:
-        # The description is moved to its place last: without it there is no set.
+        # The description is moved to its place last, because only a folder with a description is a
+        # set.
         description = unfinished.enter_context(whole_file(folder / FILE_NAME))
         description.write_text(_description(measurement), encoding="utf-8")
         for name, table in tables.items():

@@ -1,4 +1,5 @@
-"""Reads what a certificate states of item, laboratory and persons from a user's TOML file."""
+"""Reads the statements of a certificate about item, laboratory and persons from a user's TOML
+file."""
 
 from __future__ import annotations
 

@@ -95,7 +95,8 @@ def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
 def table_objections(
     reference: Reference | None, correction: Correction, counts_per_rev: int | None
 ) -> list[str]:
-    """Give the reason not to use a table: it increases the error of the set's own reference run."""
+    """Return the reason to refuse a table: it increases the error of the set's own reference
+    run."""
     if reference is None:
         return []
     if reference.mask is not None:

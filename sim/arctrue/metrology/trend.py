@@ -16,7 +16,7 @@ BLOCK_TURNS = 16
 BLOCKS = 8
 """Number of means in a line."""
 FALSE_ALARMS = 1e-3
-"""Probability that a line reports a trend of any order although there is only noise."""
+"""Probability that a test reports a trend of any order although there is only noise."""
 
 
 @dataclass(frozen=True, slots=True)

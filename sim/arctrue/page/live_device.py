@@ -175,7 +175,8 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return what the latest turn that calibrated a mean states of each head and of the axis."""
+    """Return the results for each head and for the axis from the latest turn that calibrated a
+    mean."""
     now = next((turn for turn in reversed(turns) if turn.get("places_deg")), None)
     if now is None:
         return {"rows": [], "axis": []}

@@ -1,4 +1,4 @@
-"""Turns errors into sentences that the page shows next to their cause."""
+"""Converts errors to sentences, which the page shows next to their cause."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PEOPLE_ERRORS = (MeasurementError, EffectFileError, EffectNotFoundError, ValueEr
 
 
 def sentence(error: Exception, *folders: Path) -> str:
-    """Describe the error without the paths of the server's own ``folders``."""
+    """Return the text of the error without the paths of the server's own ``folders``."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         said = f"{error.filename}: cannot be read or written: {error.strerror}"
     else:

@@ -26,7 +26,7 @@ SET = "set"
 
 
 class NoSuchSessionError(LookupError):
-    """The session or step of an address does not exist, or no longer."""
+    """The session or step of an address does not exist or no longer exists."""
 
 
 @dataclass(frozen=True)

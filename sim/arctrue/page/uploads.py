@@ -52,7 +52,8 @@ class Received:
 
 
 class OpenQuestionsError(ValueError):
-    """Files leave questions ``asked`` open; the error has ``answers`` and previews."""
+    """The files leave the questions ``asked`` open; the error contains the given ``answers`` and
+    previews."""
 
     def __init__(
         self, asked: Sequence[Ambiguous], answers: Mapping[str, str], previews: Sequence[Preview]

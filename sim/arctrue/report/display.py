@@ -90,8 +90,8 @@ def _temperature(text: str) -> float | None:
 def ranked_conditions(analysis: Analysis, ranking: Ranking | None) -> list[tuple[Condition, float]]:
     """Rank all conditions by the share of the residual that follows them, largest first.
 
-    With a ranking the share is that beyond what draws of the fitted noise reach; before that it is
-    the share beyond independent noise.
+    With a ranking, this is the share beyond the largest share of draws of the fitted noise; before
+    the ranking, it is the share beyond independent noise.
     """
     shares: dict[str, float] = {}
     for key, condition in analysis.conditions.items():

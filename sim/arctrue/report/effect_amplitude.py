@@ -34,7 +34,7 @@ PHYSICAL = ("temperature", "speed", "direction", "time")
 """Conditions that can cause an effect; they precede conditions that only correlate with it."""
 _NEARLY = 0.8
 _OF_A_PHASE = 0.5
-"""Share of an effect that a phase must hold for the effect to be drawn over that phase."""
+"""Share of an effect that a phase must explain for the effect to be drawn over that phase."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,9 @@ class AmplitudeCurve:
     amplitude: bool
     """True: amplitude of the effect's wave; False: the effect's value itself."""
     share: float
-    """Share of the effect's sum of squares that the drawn line holds."""
+    """Share of the effect's sum of squares that the drawn line explains."""
     variation: float
-    """Part of that share beyond what a constant amplitude would hold."""
+    """Part of that share that a constant amplitude would not explain."""
     x: Float
     measured: Float
     standard_error: Float
@@ -136,11 +136,9 @@ def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Cond
 
 
 def _best(shown: list[AmplitudeCurve]) -> str:
-    """Choose a phase that holds most of the effect, else the condition whose steps differ most.
-
-    Conditions that change together hold similar shares: then the first of :data:`PHYSICAL` is
-    chosen, and any condition before a run number.
-    """
+    """Return a phase that explains most of the effect, otherwise the condition whose steps differ
+    most. Conditions that change together explain similar shares; in this case the first of
+    :data:`PHYSICAL` is chosen, and any condition before a run number."""
     phases = [item for item in shown if not item.amplitude and item.share >= _OF_A_PHASE]
     if phases:
         # Bins of the turn can alias many periods per turn: the effect's own phase comes first.
@@ -232,7 +230,7 @@ def _along(
     safe = np.maximum(square, 1e-300)
     predicted = np.bincount(group, pattern * own, steps) / safe
     seen = np.bincount(group, pattern * (own + left), steps) / safe
-    # Each row has the same weight in the step's place as in its amplitude.
+    # Each row has the same weight in the place of the step and in its amplitude.
     at = np.bincount(group, pattern**2 * values, steps) / safe
     error = float(left.std()) / np.sqrt(safe)
     whole = float(own @ own)

@@ -115,7 +115,7 @@ OBSERVABLE = (
     "in full. Lower `gain_limit` below these gains where the axis moves, or use a fourth head.",
     "",
 )
-"""Section on what is observable, shown by tests."""
+"""Section on the observable errors, with the tests that show them."""
 
 
 def heads_page(found: Mapping[str, Any]) -> str:

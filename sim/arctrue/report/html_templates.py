@@ -13,7 +13,7 @@ HTML_OPTIONS: dict[str, Any] = {
     "lstrip_blocks": True,
 }
 """Options of all templates. All text is escaped, independent of the template's name: titles, names
-and sentences contain no markup. Only a ``Markup`` value is inserted as it is."""
+and sentences contain no markup. Only a ``Markup`` value is inserted without escaping."""
 
 
 def html_environment() -> Environment:

@@ -49,7 +49,7 @@ def forecast_sentence(found: Forecast, horizon_days: float) -> str:
 
 
 def calibration_sentence(history: LifeHistory) -> str:
-    """Return one sentence: which calibrations no longer hold, and since when."""
+    """Return one sentence that states which calibrations are no longer valid, and since when."""
     broken = [one for one in history.calibrations if one.broken_by]
     if len(history.machine.sets) < FEWEST_SETS:
         return (

@@ -128,7 +128,7 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
 
 
 def _finest(one: Mapping[str, Any]) -> list[str]:
-    """State it if no run has the paper's size."""
+    """Add a sentence if no run has the paper's size."""
     if _interpolation(one) == FULL:
         return []
     return ["This page's runs are coarser than the paper's 2²⁴ counts a turn.", ""]

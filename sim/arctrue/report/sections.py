@@ -184,7 +184,8 @@ def where_section(
 
 
 def _lacking(ranking: Ranking | None) -> list[str]:
-    """Name the channels that the model does not fit, whichever condition the residual follows."""
+    """Name the channels that the model does not fit, independent of the conditions that the
+    residual follows."""
     tests = {} if ranking is None else ranking["diagnosis"]["lack_of_fit"]
     return [
         channel

@@ -56,6 +56,6 @@ def to_svg(figure: Figure) -> str:
     svg = text.getvalue()
     svg = svg[svg.index("<svg") :]
     head, rest = svg.split(">", 1)
-    # The size in points would fix the width on the page: the viewBox alone lets it scale.
+    # A size in points would fix the width on the page; with the viewBox alone the figure scales.
     kept = [part for part in head.split(" ") if not part.startswith(("width=", "height="))]
     return " ".join(kept) + ">" + rest

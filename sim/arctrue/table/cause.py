@@ -303,7 +303,7 @@ class Cause:
         return None
 
     def driven(self, motion: Motion) -> Motion:
-        """Give the motion that the drive makes of the requested motion.
+        """Return the motion of the drive for the requested motion.
 
         Parameters
         ----------

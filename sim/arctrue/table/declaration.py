@@ -25,7 +25,8 @@ HeadNumber = Annotated[int, Meta(ge=1, le=4)]
 Half = Annotated[float, Meta(ge=-0.5, le=0.5)]
 
 Kind = Literal["catalogue", "parts", "stranger", "noise"]
-"""Kinds: effect of the catalogue, product of parts, neither, or noise, which is no effect."""
+"""Kinds of a cause: effect of the catalogue, product of parts, error that is neither, or noise,
+which is no effect."""
 
 
 class Given(Struct, frozen=True, forbid_unknown_fields=True):
@@ -62,9 +63,9 @@ class Occasion:
 Draw = Callable[[float, Random, Occasion], list[Cause]]
 """Draws a cause at random for a given size.
 
-A draw says what happens to the table, the counters or the instrument; it knows nothing of how the
-workbench describes the same effect. Draws are not made easier: a gear may look like a polygon
-error, an order may be one to which two heads are nearly blind.
+A draw describes the change of the table, the counters or the instrument; it does not depend on the
+workbench's description of the same effect. Draws are not made easier: a gear may look like a
+polygon error, an order may be one to which two heads are nearly blind.
 """
 
 

@@ -40,8 +40,8 @@ def count_edges(
 ) -> CountEdges:
     """Solve for the time and true angle of every count edge of a head during a motion.
 
-    The interpolator's own hysteresis keeps edges from passing their neighbours, so that noise never
-    adds a pair of edges.
+    The interpolator's own hysteresis prevents edges from passing their neighbours, so that noise
+    never adds a pair of edges.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def count_edges(
     Raises
     ------
     UnhonouredCauseError
-        If a cause acts on more than the lines and their signals: a counter that loses counts comes
-        after the edges.
+        If a cause acts on more than the lines and their signals. For example, a counter loses
+        counts after the edges, which the result would not show.
     """
 
     refuse_unhonoured(table.causes, SIGNALS, "a head's edges")

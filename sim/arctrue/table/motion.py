@@ -21,10 +21,10 @@ class Motion:
 
         θ(t) = s(t) + a·(sin(n·s(t) + p) − sin(n·start + p)),
 
-    so the ripple stands still when the drive does. ``knot_times_s`` begins at 0 and rises;
-    ``knot_speeds_rad_s`` has as many values (signed, counter-clockwise positive). A motion
-    begins as if the table had just turned back.
-    Raises ValueError for a profile that cannot be driven.
+    so that the ripple does not change while the drive stands still. ``knot_times_s`` begins at 0
+    and rises; ``knot_speeds_rad_s`` has as many values (signed, counter-clockwise positive). A
+    motion begins as if the table had just turned back. Raises ValueError for a profile that cannot
+    be driven.
     """
 
     knot_times_s: tuple[float, ...]
@@ -32,7 +32,7 @@ class Motion:
     knot_speeds_rad_s: tuple[float, ...]
     """Speed at each knot, radians a second, counter-clockwise positive."""
     start_rad: float = 0.0
-    """True angle at the begin, radians."""
+    """True angle at the beginning, radians."""
     ripple_rad: float = 0.0
     """Amplitude a of the ripple, radians."""
     ripple_order: int = 1
@@ -98,7 +98,7 @@ class Motion:
         ramp_s : float
             Time of the run-up and of the run-down, which lie within the duration; 0: none, seconds.
         start_rad : float
-            True angle at the begin, radians.
+            True angle at the beginning, radians.
         ripple_rad : float
             Amplitude of the ripple of the angle, radians.
         ripple_order : int
@@ -255,7 +255,7 @@ class _Travel:
     times_s: NDArray[np.float64]
     speeds_rad_s: NDArray[np.float64]
     travelled_rad: NDArray[np.float64]
-    """At each instant."""
+    """Values at each instant."""
     side: NDArray[np.float64]
     """Sign of each piece, +1 or −1: a standing table keeps the direction of its last motion."""
     turned_back_rad: NDArray[np.float64]

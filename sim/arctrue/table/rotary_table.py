@@ -115,7 +115,7 @@ class RotaryTable:
     counts_per_rev: int = 1 << 24
     """Counts a turn, a multiple of 4."""
     rounding: Literal["floor", "nearest"] = "floor"
-    """Where a count changes: at a whole number, or at a half."""
+    """Place where a count changes: at a whole number, or at a half."""
     noise_rad: float = 0.0
     """Standard deviation of white noise on each reading, radians."""
     index_mark_rad: float = 0.0

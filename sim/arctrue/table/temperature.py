@@ -43,7 +43,7 @@ class TemperatureCourse:
         """
         times = np.asarray(self.times_s)
         courses = np.asarray(self.temperatures_c)
-        # On a piece T = a + b·s the particular solution is a + b·(s − τ); the rest decays.
+        # On a piece T = a + b·s the particular solution is a + b·(s − τ); the remainder decays.
         slopes = np.append(np.diff(courses) / np.diff(times), 0.0)
         shown = np.empty_like(courses)
         shown[0] = courses[0]

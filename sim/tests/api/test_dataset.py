@@ -135,13 +135,14 @@ def test_an_hdf5_file_gives_the_same_set(tmp_path: Path) -> None:
 
 
 def test_the_columns_are_those_of_the_equations() -> None:
-    """Counts of the unwrapped reading follow from the equation, written here."""
+    """The expected counts of the unwrapped reading come from the equation, which this test
+    evaluates itself."""
     data = from_arrays()
     up = np.linspace(0.0, 720.0, 720, endpoint=False)
     angle = np.concatenate([up, up[::-1]])
     expected = np.round((angle + error_arcsec(angle) / 3600.0) / 360.0 * COUNTS)
     assert data.capture is not None
-    # The first reading is 30″, and nothing before it tells the number of the turn.
+    # The first reading is 30″; no earlier reading shows the number of the turn.
     np.testing.assert_array_equal(data.capture.head1_counts[:720], expected[:720])
     down = data.capture.head1_counts[720:] - expected[720:]
     assert np.unique(down).size == 1

@@ -1,5 +1,5 @@
-"""Test of a fit as an estimator: scikit-learn's own clone and grid, and its conventions without
-it."""
+"""Tests of a fit as an estimator: with scikit-learn's own clone and grid search, and the same
+conventions without scikit-learn."""
 
 from __future__ import annotations
 
@@ -56,7 +56,8 @@ def test_scikit_learn_clones_it_and_walks_a_grid(
     estimator.fit(data)
     copy = base.clone(estimator)
     assert not hasattr(copy, "result_")
-    # The model is copied, like every parameter that is no estimator; the others are equal.
+    # clone() copies the model, like every parameter that is not an estimator; the other parameters
+    # are equal.
     assert copy.get_params()["bounds"] == estimator.bounds
     values = [
         copy.set_params(**point).fit(data).result_.params[NAME].value

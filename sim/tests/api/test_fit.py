@@ -23,8 +23,8 @@ Array = np.ndarray[Any, Any]
 
 @cache
 def columns() -> dict[str, Array]:
-    """Return stations in random order, so that slow noise is independent of what depends on
-    them."""
+    """Return stations in random order, so that slow noise is independent of effects that depend on
+    the station."""
     random = np.random.default_rng(20260)
     angle = random.permutation(np.tile(np.arange(FACES) * 360.0 / FACES, CYCLES))
     direction = random.permutation(np.repeat([-1, 1], angle.size // 2))

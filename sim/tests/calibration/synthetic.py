@@ -1,4 +1,4 @@
-"""A table for the tests: readings computed from θ, and θ found back by iteration.
+"""A table for the tests: it computes readings from θ, and θ from readings by iteration.
 
 The module shares no code with arctrue.calibration or arctrue.table.
 """

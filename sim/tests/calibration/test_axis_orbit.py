@@ -55,11 +55,13 @@ def test_the_orbit_is_the_motion_of_the_axis() -> None:
 
 
 def test_figures_of_a_known_motion() -> None:
-    """A lobe of 1 repeats and one of 0.3 does not; an eccentricity of 5 is no error."""
+    """A lobe of 1 repeats, a lobe of 0.3 does not. The eccentricity of 5 does not count as error
+    motion."""
     angle = np.linspace(0.0, 20.0 * np.pi, 120_000, endpoint=False)
     motion = 5.0 * np.cos(angle + 0.4) + np.cos(3.0 * angle) + 0.3 * np.cos(4.37 * angle)
     found = error_motion(angle, motion)
-    # Bins of two degrees reduce a lobe by 1 - cos(3 * 1°); ten turns leave 0.3/10 of the other.
+    # Bins of two degrees reduce the lobe that repeats by 1 - cos(3 * 1°); the mean of ten turns
+    # contains 0.3/10 of the other lobe.
     assert found.synchronous == pytest.approx(2.0, abs=0.09)
     # One angle has ten phases, and the slope of the lobe within a bin: 3 * 2°.
     assert found.asynchronous == pytest.approx(0.6, abs=0.11)
@@ -95,8 +97,10 @@ def test_compare_draws_the_orbit(tmp_path: Path) -> None:
     # Order 2 along a line at 0.6 rad, 0.5 µm: 1.91″ times its cosine and sine, peak to peak.
     size = 2.0 * 0.5e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
     for direction, share in (("x", np.cos(0.6)), ("y", np.sin(0.6))):
-        # Three turns leave a third of the balls, 0.95″ about, and 66 samples of 0.1″ a bin.
+        # The mean of three turns contains a third of the ball motion, about 0.95″; a bin has 66
+        # samples with 0.1″ of noise.
         assert found[direction]["synchronous_arcsec"] == pytest.approx(size * share, abs=0.9)
-        # The balls' circle is 1.91″ across; three phases of it show more than half.
+        # The circle of the ball motion has a diameter of 1.91″; three of its phases show more than
+        # half of that.
         assert 0.9 < found[direction]["asynchronous_arcsec"] < 1.91 + 8.0 * 0.1
     assert (out / "axis_orbit.png").stat().st_size > 10_000

@@ -1,4 +1,4 @@
-"""Tests of what the readings of all heads show of their connection: sense, places, cables."""
+"""Tests that the readings of all heads show how the heads are connected: sense, places, cables."""
 
 from __future__ import annotations
 
@@ -59,7 +59,8 @@ def test_a_reversed_head_is_named_and_its_place_found(reversed_head: int) -> Non
     ],
 )
 def test_exchanged_cables_are_named(cables: tuple[int, ...], said: str) -> None:
-    """A cable that is at another head shows this head's place, after that of cable 1."""
+    """A cable that is connected to another head shows the place of that head, measured from the
+    head of cable 1."""
     found = judged(tuple(PLACES[head] for head in cables))
     (fault,) = found.faults
     assert said in fault
@@ -86,7 +87,8 @@ def test_places_that_no_cable_explains_are_told() -> None:
 
 
 def test_evenly_spaced_heads_are_taken_as_they_are() -> None:
-    """Turned by a third, three heads at 120° look the same: no exchange is claimed."""
+    """Three heads at 120° look the same after a rotation of the cables, so that the result names no
+    exchange."""
     plan = (0.0, 120.0, 240.0)
     readings = np.add.outer(np.linspace(0.0, 1.1, 40), np.array(plan) / 360.0) * TURN
     counted = np.rint(readings).astype(np.int64)

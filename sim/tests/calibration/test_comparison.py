@@ -36,7 +36,7 @@ def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
     assert extent(comparison.before_arcsec).peak_to_peak > 180.0
     after = extent(comparison.after_arcsec)
     assert after.peak_to_peak <= 1.2 * comparison.noise.peak_to_peak
-    # The noise itself, less what 24 means of ten remove, from numpy.
+    # numpy gives the noise without the part that 24 means of ten rows remove.
     faces = reference.error_arcsec.reshape(5, 2, 24)
     faces[:, 1] = faces[:, 1, ::-1]
     scatter = faces - faces.mean(axis=(0, 1))
@@ -46,7 +46,8 @@ def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
 def test_without_noise_what_is_left_is_rounding() -> None:
     comparison = calibrated(0.0, 0.0)[0].comparison
     assert comparison is not None
-    # Half a count from the final rounding, 0.01″ from rounded readings in the calibration.
+    # The bound is half a count for the final rounding, and 0.01″ for rounded readings in the
+    # calibration.
     assert np.abs(comparison.after_arcsec).max() < 0.5 * 1_296_000 / COUNTS + 0.02
 
 
@@ -72,7 +73,7 @@ def test_reading_without_recorded_counts() -> None:
 
 
 def test_readings_at_the_turn() -> None:
-    """A correction across zero is a small one, not a turn."""
+    """A correction across angle zero is a small angle, not nearly a turn."""
     coefficients = Coefficients.from_harmonics([1], [1000.0], [0.0], COUNTS)
     reference = Reference(
         np.zeros(3),

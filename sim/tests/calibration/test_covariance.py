@@ -40,7 +40,8 @@ def white(random, shape):
 
 @pytest.mark.parametrize("method", [fourier, least_squares])
 def test_white_noise_within_ten_percent(method) -> None:
-    """500 captures know a standard deviation of two components to 2.2 % (10 % is 4.5 of that)."""
+    """500 captures determine a standard deviation of two components to 2.2 %; the bound of 10 % is
+    4.5 times that."""
     thetas = [turn_angles(600, 2), turn_angles(500, 1, direction=-1)]
     observed, predicted = scatter(method, white, thetas)
     assert predicted / observed == pytest.approx(1.0, abs=0.10)

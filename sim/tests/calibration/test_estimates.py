@@ -27,8 +27,7 @@ DISC = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0), 8: (0.3, 1.1), 11: 
 
 
 def left_over(disc: Disc, found: Estimate, values=None) -> np.ndarray:
-    """Return the rest of R − θ in ″ after subtraction of the estimate at the reading, without
-    mean."""
+    """Return R − θ in ″ minus the estimate at the reading, without its mean."""
     reading = np.arange(4096) * (2.0 * np.pi / 4096)
     true_error = (reading - disc.true_angle(reading)) / ARCSEC
     values = found.values if values is None else values
@@ -74,7 +73,8 @@ def test_fourier_equals_the_formula_of_the_paper() -> None:
         coefficient = np.mean(delta * np.exp(-1j * order * theta))
         expected = coefficient / (np.exp(1j * order * ALPHA) - 1.0)
         assert 2.0 * abs(expected) == pytest.approx(found.amplitude_arcsec[index], abs=1e-3)
-        # The two differ by the place of θ = 0: the mean of R₁ against that of θ.
+        # The two methods differ in the place of θ = 0: one uses the mean of R₁, the other the mean
+        # of θ.
         if found.amplitude_arcsec[index] > 0.2:
             assert np.angle(expected) == pytest.approx(found.phase_rad[index], abs=1e-4)
 
@@ -87,7 +87,8 @@ def test_fourier_takes_both_directions_and_many_turns() -> None:
 
 
 def test_error_taken_at_the_reading_leaves_second_order() -> None:
-    """Slip 5: 150″ of eccentricity leave (150″)²/2 = 0.0545″ of order 2; as g(R) they do not."""
+    """Slip 5 of docs/errata.md: as a function of θ, 150″ of eccentricity leave (150″)²/2 = 0.0545″
+    of order 2; as g(R) they do not."""
     disc = Disc()
     found, _ = fourier(turns_of(disc, turn_angles()), COUNTS, ALPHA, ORDERS)
     plain = left_over(disc, found)
@@ -141,7 +142,8 @@ def test_nominal_separation_leaves_what_theory_says() -> None:
     )
     assert first == pytest.approx(1.76 * 50.0 * ARCSEC * 150.0, rel=0.03)
     assert np.abs(left_over(disc, right)).max() < 0.005
-    # The uncertainty covers it: u(α) = 50″/√3 of it, along the amplitude 0.5·cot(α/2) = 1.69.
+    # The stated uncertainty covers this error: α contributes u(α) = 50″/√3 times 0.5·cot(α/2) =
+    # 1.69 along the amplitude.
     expected = 0.5 / np.tan(ALPHA / 2.0) * 50.0 / np.sqrt(3.0) * ARCSEC * 150.0
     assert wrong.u_amplitude_arcsec[0] == pytest.approx(expected, rel=0.03)
     assert right.u_amplitude_arcsec[0] < 0.01
@@ -183,8 +185,9 @@ def test_runs_that_disagree_have_the_uncertainty_of_that() -> None:
     found, _ = least_squares(turns, COUNTS, ALPHA, ORDERS)
     assert found.disagreement[0] > 100.0
     assert (found.disagreement[1:] == 1.0).all()
-    # Four values of which one is 1″ off: their mean has u = 0.25″ along the amplitude, of which χ²
-    # over 6 degrees of freedom, of which phases are 3, knows 1/√2.
+    # One of four values is 1″ off. Their mean has u = 0.25″ along the amplitude; χ² has 6 degrees
+    # of freedom, 3 of them for the phases, which do not scatter, so that the estimated u is 1/√2 of
+    # 0.25″.
     assert found.u_amplitude_arcsec[0] == pytest.approx(0.25 / np.sqrt(2.0), rel=0.1)
 
 

@@ -13,7 +13,7 @@ from arctrue.measurement import Capture, MeasurementSet
 from .synthetic import ARCSEC, COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
 
 MOVED_COUNTS = 492
-"""Counts of 10 µm at a radius of 53.975 mm: 38.2″ of 2²⁴ counts."""
+"""10 µm at a radius of 53.975 mm in counts: 38.2″ at 2²⁴ counts per turn."""
 DISC = Disc({1: (95.0, -1.9), 2: (0.8, 2.0), 8: (0.3, 1.0), 11: (0.6, 0.7)})
 STRONG = Disc({1: (95.0, -1.9), 11: (12.0, 0.7)})
 """A disc with order 11 of 12″: the weak orders determine α best."""
@@ -68,7 +68,8 @@ def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> Non
 
 
 def test_two_heads_repeat_as_two_rectangles() -> None:
-    """If the heads detect alike, ± 1 count for either head remains: √2/√3 counts."""
+    """If both heads detect the index at the same place, ± 1 count for each head remains: √2/√3
+    counts."""
     estimate = calibrate(measured(DISC, stated_arcsec=0.0)).estimate
     two = np.sqrt(2.0 / 3.0) * 2.0 * np.pi / COUNTS
     assert estimate.u_head_separation_rad == pytest.approx(two, rel=1e-9)
@@ -154,7 +155,7 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
     assert any("rises from 67" in text for text in swapped.objections)
     minus = calibrate(replace(made, table=replace(made.table, head_separation_deg=-33.0)))
     assert len(minus.objections) == 2
-    # The reference belongs to another table: the firmware's arithmetic cannot see that.
+    # The reference belongs to another table, which the firmware's arithmetic cannot detect.
     assert made.reference is not None
     turned = replace(made.reference, error_arcsec=-made.reference.error_arcsec)
     other = calibrate(replace(made, reference=turned))

@@ -112,8 +112,8 @@ def test_two_heads_find_what_the_calibration_of_two_heads_finds() -> None:
     found = fit(part, 2, u_place_arcsec=0.0)
     same = 1e-3 * two.u_component_arcsec.min()
     np.testing.assert_allclose(found.values, two.values, atol=same)
-    # α is known in one and ± 29″ in the other: the noise's part is compared where α has little
-    # effect.
+    # One method knows α, the other has ± 29″: the test compares the part of the noise where α has
+    # little effect.
     quiet = np.flatnonzero(ORDERS > 3)
     u = np.sqrt(np.diag(found.disc_covariance)[quiet])
     np.testing.assert_allclose(u, two.u_component_arcsec[quiet], rtol=0.25)
@@ -138,17 +138,18 @@ def test_four_heads_tell_the_axis_from_the_disc(senses: tuple[int, ...]) -> None
 def test_a_forward_circle_of_order_1_is_an_eccentric_disc_and_a_backward_one_is_not() -> None:
     places = np.radians(PLACES_DEG)
     size = 0.4
-    for sense, told in ((1, False), (-1, True)):
+    for sense, reported in ((1, False), (-1, True)):
         part = captured(readings(ANGLE, places, motion={(1, sense): size}), 0.0, 1)
         plain, allowed = fit(part, 4, u_place_arcsec=1e-3), fit(part, 4, (1,), u_place_arcsec=1e-3)
         left = [float(np.linalg.norm(disc_pulls(one)[1:8])) for one in (plain, allowed)]
         wrong = np.hypot(*np.split(plain.values - true_reading_values(), 2))[0]
-        if told:
-            # The fit without the circle errs by a part of it, the fit with it does not.
+        if reported:
+            # The fit without the axis' circle contains a part of the circle as an error; the fit
+            # with the circle does not.
             assert 0.1 * size < wrong < size
             assert np.hypot(*np.split(allowed.values - true_reading_values(), 2))[0] < 0.01 * size
         else:
-            # Both take the whole circle for the disc: Im(F·e^{jx}), amplitude F.
+            # Both fits assign the whole circle to the disc: Im(F·e^{jx}), amplitude F.
             assert wrong == pytest.approx(size, rel=0.01)
         assert np.isfinite(left).all()
 
@@ -169,7 +170,7 @@ def test_motion_at_every_order_and_balls_leave_the_parity_alone() -> None:
         np.max(np.abs(one.values - true_reading_values()).reshape(2, -1)[:, 1:])
         for one in (found, fit(part, 4))
     ]
-    # Motion without a column is taken for the disc.
+    # The fit assigns motion without a column to the disc.
     assert wrong[1] > 10.0 * wrong[0]
 
 

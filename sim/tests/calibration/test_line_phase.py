@@ -1,4 +1,5 @@
-"""The phase of a slipping line of no whole order, followed from the heads over many turns."""
+"""Tests that the phase of a slipping line of a real order is followed from the heads over many
+turns."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ TURNS = 1_000
 class Slipping:
     """A disc with whole orders and a line whose order errs at random by ``slip`` (RMS).
 
-    The slip forgets itself over ``memory`` turns; 0: each turn has a slip of its own.
+    The slip is correlated over ``memory`` turns; 0: the slips of the turns are independent.
     """
 
     def __init__(
@@ -63,7 +64,7 @@ def test_a_slipping_line_is_followed_to_a_quarter(
 ) -> None:
     """A lane with the phase of the turn before leaves at most a quarter (RMS) in 1,000 turns.
 
-    A phase that is found once and held leaves far more.
+    A phase that is found once and then kept leaves a much larger error.
     """
     disc = Slipping(order, amplitude, 5, 0.001, memory)
     finder = LineFinder(order, amplitude)

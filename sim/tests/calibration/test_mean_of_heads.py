@@ -246,8 +246,8 @@ def test_a_moved_carrier_shows_only_through_the_slope_of_the_lanes(shift: Cause)
         counts = np.rint(exact).astype(np.int64)
         shown.append(mean_angle_counts(bank, counts) - weights_of(bank) @ (counts - exact))
     change = moved(shown[1] - shown[0]) * 0.0772
-    # e_moved·Σ n·E_n: 7.6″ = 3.7e-5 rad times the mean's lanes, here 15″, and 150″·7.6″, the second
-    # order of an eccentricity that changes.
+    # The bound is e_moved·Σ n·E_n, that is 7.6″ = 3.7e-5 rad times the mean's lanes (15″), and the
+    # second order of an eccentricity that changes, 150″·7.6″.
     slope = 3.7e-5 * sum(
         n * a * 0.0772 for n, a in zip(bank.orders, bank.amplitudes_counts, strict=True)
     )

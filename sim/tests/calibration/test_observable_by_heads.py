@@ -1,4 +1,5 @@
-"""What a turn of three and of four heads determines at an order, and what no method can tell apart.
+"""Tests which errors a turn of three and of four heads determines at an order, and which no method
+can separate.
 
 At order n the reading of head i has the complex line
 
@@ -51,7 +52,7 @@ def test_three_heads_see_no_order_of_the_disc_where_the_axis_moves(order: int) -
 
 @pytest.mark.parametrize("order", [2, 3, 5, 12, 40, 64])
 def test_four_heads_see_every_order_but_the_first(order: int) -> None:
-    """The parity is the part of the disc's column that no other column makes."""
+    """The parity is the part of the disc's column that is orthogonal to all other columns."""
     assert np.linalg.matrix_rank(lines(FOUR, order), tol=1e-3) == 4
     assert np.linalg.matrix_rank(lines(FOUR, 1), tol=1e-9) == 3
 
@@ -59,8 +60,8 @@ def test_four_heads_see_every_order_but_the_first(order: int) -> None:
 def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
     """A disc of order 5 with an axis at rest, and a true disc whose axis and drive move.
 
-    All differences between three heads are equal to 1e-12″ at every sample; a fourth head shows
-    which of both it is, by 0.4″.
+    All differences between three heads are equal to 1e-12″ at every sample; a fourth head separates
+    the two cases by 0.4″.
     """
     theta = 2.0 * np.pi * np.arange(720) / 720
     wave = 0.2 * np.exp(1j * (5 * theta + 0.7))

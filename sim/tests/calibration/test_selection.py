@@ -35,7 +35,8 @@ def test_noise_alone_applies_nothing() -> None:
         for seed in range(40)
         for v in select_orders(estimate_of(Disc({}), 32, seed=seed, samples=1000), 32)
     )
-    # 5 % a set: 2 expected in 40 sets, more than 6 happen once in 200.
+    # The probability is 5 % per set: 2 are expected in 40 sets, more than 6 occur once in 200 such
+    # tests.
     assert applied <= 6
 
 

@@ -64,7 +64,7 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
     assert data["before_arcsec"]["max"] == pytest.approx(95.0, abs=2.0)
     assert data["after_arcsec"]["rms"] == pytest.approx(0.15, abs=0.03)
     assert data["head_separation_deg"] == pytest.approx(33.0, abs=1e-5)
-    # The places of detection of the mark are known no better than the mounting, ±50″.
+    # The places where the heads detect the mark are only known as well as the mounting, ±50″.
     assert data["u_head_separation_arcsec"] == pytest.approx(50.0 / 3**0.5, rel=1e-3)
     alpha = data["alpha"]
     assert (alpha["from"], alpha["u_arcsec"]) == (
@@ -201,7 +201,8 @@ def test_bad_usage(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
-    """There is no second head: the orders of the disc that 24 faces tell apart have their sizes."""
+    """The set has no second head. Only the orders of the disc that 24 faces can separate have
+    sizes."""
     whole = read_measurement_set(folder)
     alone = tmp_path / "alone"
     write_measurement_set(alone, replace(whole, capture=None))
@@ -212,7 +213,8 @@ def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
     held = read_coefficient_file(tmp_path / "out" / "coefficients.toml")
     there = held.amplitudes != 0
     assert held.orders[there].tolist() == [1, 2, 8]
-    # 0.15″ of noise over the rows of the polygon: u = 0.15·√(2/rows), five of them, and rounding.
+    # 0.15″ of noise over the rows of the polygon give u = 0.15·√(2/rows); the bound is five times u
+    # plus the rounding.
     assert whole.reference is not None
     u = 0.15 * np.sqrt(2.0 / whole.reference.target_deg.size)
     count = 1_296_000 / held.counts_per_rev

@@ -1,4 +1,4 @@
-"""capture over a line that changes characters writes exactly what the device captured."""
+"""Test that capture over a line that changes characters writes exactly the captured values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests of commission against the firmware's console, over four heads that are connected anyhow."""
+"""Tests of commission against the firmware's console, with four heads that are connected in any
+order and sense."""
 
 from __future__ import annotations
 
@@ -52,7 +53,8 @@ WORLD = TurningWorld(
 
 
 class TableDevice(Device):
-    """A device on a table: it turns on between two answers, and backward after the first dump."""
+    """A device on a table that turns further between two answers, and backward after the first
+    dump."""
 
     cables = (0, 1, 2, 3)
     sense = (1, 1, 1, 1)
@@ -138,11 +140,9 @@ def test_heads_as_planned_and_a_missing_index(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_places_radii_and_skew_are_measured_and_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two turns in opposite directions: everything lies within 4 of its own uncertainties.
-
-    150 and 400 ns are 0.05″ and 0.13″ at 90°/s; the delays put all heads to the latest, in clocks
-    of 10 ns.
-    """
+    """After two turns in opposite directions, each result lies within 4 of its own standard
+    uncertainties. 150 and 400 ns are 0.05″ and 0.13″ at 90°/s. The delays align all heads with the
+    latest head, in clocks of 10 ns."""
     with connected(monkeypatch) as device:
         done = commission(device, "--write")
         parameters = device.made.parameters()

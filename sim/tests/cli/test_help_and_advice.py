@@ -134,7 +134,7 @@ def test_a_name_with_one_letter_wrong_is_meant(name: str, place: int, letter: st
 
 
 def test_errors_are_told_through_one_function() -> None:
-    """No command writes to stderr, or a prefix of its own, in another way."""
+    """No command writes to stderr by itself or with its own prefix."""
     for path in sorted(FOLDER.glob("*.py")):
         if path.name == "_terminal.py":
             continue

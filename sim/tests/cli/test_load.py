@@ -76,7 +76,7 @@ def test_a_file_is_refused_with_the_reason(device: Device, tmp_path: Path) -> No
 
 
 class OtherEnd(Device):
-    """A device that answers ``load status`` with these lines in the end, whatever is loaded."""
+    """A device that finally answers ``load status`` with these lines, for any file."""
 
     lines: tuple[str, ...] = ()
 
@@ -98,7 +98,7 @@ class OtherEnd(Device):
 def test_what_is_not_active_in_the_end_is_no_success(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, lines: tuple[str, ...], said: str
 ) -> None:
-    """A forget, a re-arm or another program came in between."""
+    """Another program, the command forget, or a re-arm changed the state in the meantime."""
     monkeypatch.setattr(OtherEnd, "lines", lines)
     made = OtherEnd()
     with made.running(monkeypatch):
@@ -165,8 +165,8 @@ class TakesSets(TakesAll):
 def test_sets_for_a_missing_head_go_to_a_gateware_that_takes_them(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, reason: str, are_sent: bool
 ) -> None:
-    """A core without FAILOVER or an earlier firmware gets everything else; the operator is
-    warned."""
+    """A core without FAILOVER, or an earlier firmware, receives all other parts; the operator gets
+    a warning."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)

@@ -35,7 +35,8 @@ ANGLES = COUNTS * (2 * np.pi / (1 << 24))
 
 
 class Device(threading.Thread):
-    """The firmware over a model of the core, which hands over a turn as soon as it may."""
+    """The firmware over a model of the core that delivers a turn as soon as the firmware allows
+    it."""
 
     @contextmanager
     def running(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:

@@ -1,4 +1,5 @@
-"""Nothing is lost at the place of the output: it is checked first, and recorded sets are kept."""
+"""Tests that no file is lost: a command checks the place of its output first, and keeps recorded
+sets."""
 
 from __future__ import annotations
 
@@ -65,7 +66,7 @@ def test_a_recorded_set_is_not_simulated_over(tmp_path: Path) -> None:
     out = tmp_path / "monday"
     simulate = ("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "lean")
     assert arctrue(*simulate).exit_code == 0
-    # A set with its truth beside it is simulate's own, and may be made again.
+    # A set with its truth in the same folder comes from simulate, which may overwrite it.
     assert arctrue(*simulate).exit_code == 0
     (tmp_path / "monday.truth.json").unlink()
     before = (out / "capture.csv").read_bytes()
@@ -83,7 +84,7 @@ def test_a_recorded_set_is_not_captured_over(tmp_path: Path) -> None:
 
 
 def test_without_generated_modules_it_is_said_how_to_make_them() -> None:
-    # A module that is None there cannot be imported.
+    # Python cannot import a module that is None in sys.modules.
     program = "import sys; sys.modules['arctrue.generated'] = None; import arctrue.cli as cli; "
     done = subprocess.run(
         [sys.executable, "-c", program + "cli.main()", "calibrate", "--help"],

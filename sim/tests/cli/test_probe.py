@@ -80,7 +80,7 @@ LOST = range(60, 64)
 class QueueDevice(Device):
     """A device with a queue of events: bursts of 50 come as soon as the queue is empty.
 
-    Of the second burst the events from the 11th to the 14th are lost.
+    The events from the 11th to the 14th of the second burst are lost.
     """
 
     def attach(self, made: Firmware) -> None:

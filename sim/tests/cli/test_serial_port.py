@@ -1,4 +1,5 @@
-"""Tests of a port with one program at a time, and of late answers, at a pseudo-terminal."""
+"""Tests at a pseudo-terminal that one program at a time uses a port, and that late answers are
+discarded."""
 
 from __future__ import annotations
 
@@ -64,7 +65,8 @@ def device() -> Iterator[Device]:
     made = Device(firmware_like)
     yield made
     os.close(made.far)
-    # A thread that still reads would take lines of the next test: its file has the same number.
+    # A thread that still reads would receive lines of the next test, because its file has the same
+    # number.
     made.join(PATIENCE_S)
     os.close(made.near)
 
@@ -89,7 +91,8 @@ time.sleep(60)
 def test_a_port_that_another_program_has_is_refused_with_its_name(
     program: str, tmp_path: Path
 ) -> None:
-    """Two readers get a part of every line each: a load failed after 16 s beside a monitor."""
+    """Each of two readers gets a part of every line: a load failed after 16 s while a monitor was
+    running."""
     near, far = pty.openpty()
     port = os.ttyname(far)
     os.close(far)
@@ -101,10 +104,10 @@ def test_a_port_that_another_program_has_is_refused_with_its_name(
             assert other.stdout is not None
             assert other.stdout.readline() == b"open\n"
             start = time.monotonic()
-            with pytest.raises(ConsoleError, match=r"is in use by .*/other\.py ") as told:
+            with pytest.raises(ConsoleError, match=r"is in use by .*/other\.py ") as raised:
                 Console(port)
             assert time.monotonic() - start < 5.0
-            assert f"(process {other.pid})" in str(told.value)
+            assert f"(process {other.pid})" in str(raised.value)
         finally:
             other.kill()
     Console(port).close()
@@ -152,7 +155,8 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next_ones(
 
 
 def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
-    """The other program ended within a line, and an answer to it is on its way."""
+    """The other program ended in the middle of a line, and the device is still sending an answer to
+    it."""
     os.write(device.far, b"load status\rload la")
     time.sleep(0.1)
     console = Console(device.port, timeout_s=0.1)
@@ -175,7 +179,8 @@ def test_a_line_that_comes_in_two_parts_is_one_line(device: Device) -> None:
 def test_a_load_whose_first_answer_is_late_ends_well(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It used to end with `not enough values to unpack`: ok was taken for the state of the load."""
+    """An earlier version ended with `not enough values to unpack`, because it read ok as the state
+    of the load."""
     answers = iter([1.5])
 
     def late_once(line: str) -> tuple[float, str]:

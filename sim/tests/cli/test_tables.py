@@ -36,7 +36,7 @@ def assert_whole(text: str) -> None:
     assert max(map(cell_len, lines)) <= WIDTH, max(lines, key=cell_len)
     for line in lines:
         assert "…" not in line, line
-        # A hyphen as a minus sign; a date or a range has a digit before it.
+        # A hyphen that is a minus sign; in a date or a range a digit precedes it.
         assert not re.search(r"(?<![\w.])-\d", line), line
 
 
@@ -46,7 +46,7 @@ def test_tables_are_made_in_one_place() -> None:
             place = f"{path.name}, line {getattr(node, 'lineno', 0)}"
             if isinstance(node, ast.ImportFrom) and node.module == "rich.table":
                 names = {item.name for item in node.names}
-                # The ladder is passed on: it only needs the name of the type.
+                # The test only passes the ladder on, so that the name of its type suffices.
                 assert path.name == "_tables.py" or (path.name, names) == ("_ladder.py", {"Table"})
             if isinstance(node, ast.FormattedValue) and node.format_spec is not None:
                 spec = ast.unparse(node.format_spec).strip("f'\"")
@@ -113,7 +113,7 @@ def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def printed(monkeypatch: pytest.MonkeyPatch, what: Any, *arguments: Any) -> str:
-    """Return what a command prints of a result."""
+    """Return the text that a command prints for a result."""
     monkeypatch.setattr(_loaded_set.console, "width", WIDTH)
     with _loaded_set.console.capture() as got:
         what(*arguments)
@@ -134,7 +134,7 @@ def curve() -> SimpleNamespace:
 
 
 def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The results need the compiled gateware, and their figures are larger than any so far."""
+    """Real results need the compiled gateware; these figures are larger than any result so far."""
     from arctrue.cli import demo, hidden, paper, revolution, run
 
     scale = SimpleNamespace(
@@ -211,7 +211,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     assert_whole(printed(monkeypatch, hidden.print_result, found))
 
-    told = SimpleNamespace(
+    reported = SimpleNamespace(
         number=12,
         result="refused",
         reason="coefficients_do_not_fit_this_turn",
@@ -225,7 +225,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         before=curve(),
         after=curve(),
         pin_to_pin_clocks=40,
-        turns=[told],
+        turns=[reported],
         passed=True,
         latencies=[
             SimpleNamespace(unit="harmonic calculation", measured_clocks=20, paper_clocks=20)

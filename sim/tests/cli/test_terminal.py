@@ -1,4 +1,4 @@
-"""The terminal shows the contents of files, but never obeys them."""
+"""Tests that the terminal shows control sequences of files as text and never executes them."""
 
 from __future__ import annotations
 
@@ -55,10 +55,10 @@ def test_tables_and_lines_of_the_console_are_harmless(nasty: str) -> None:
     table.add_row(f"cell {nasty} [bold]x[/nothing]")
     console.print(table)
     console.print(f"line {nasty}", style="bold")
-    told = console.file.getvalue()
+    shown = console.file.getvalue()
     # rich itself removes some control characters; a line break may come from a separator.
-    assert all(map(is_printable, told.split("\n"))), repr(told)
-    assert "[/nothing]" in told, "brackets of the content are no markup"
+    assert all(map(is_printable, shown.split("\n"))), repr(shown)
+    assert "[/nothing]" in shown, "brackets of the content are no markup"
 
 
 def test_every_command_prints_through_the_one_module() -> None:

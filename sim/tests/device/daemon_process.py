@@ -30,7 +30,7 @@ class Replay:
         self.end, far = pty.openpty()
         tty.setraw(far)
         self.port = os.ttyname(far)
-        os.close(far)  # the port is for one program alone
+        os.close(far)  # only one program may use the port
         os.set_blocking(self.end, False)
         self.received: queue.Queue[bytes] = queue.Queue()
         self._pulled = False

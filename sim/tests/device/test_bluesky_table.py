@@ -50,7 +50,7 @@ def ports() -> Iterator[None]:
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
     made = Device()
-    os.close(made.far)  # the daemon is another program
+    os.close(made.far)  # the daemon is a separate program
     with made.running(monkeypatch):
         yield made
 
@@ -112,14 +112,15 @@ def test_a_plan_calibrates_loads_and_verifies(
 def test_the_plan_runs_on_the_compiled_instrument(
     ports: None, engine: RunEngine, tmp_path: Path
 ) -> None:
-    """Gateware, firmware and geometry judge the plan; a count is 79″, so its rounding 23″ RMS."""
+    """Gateware, firmware and geometry test the plan. A count is 79″, so that its rounding is 23″
+    RMS."""
     scene = Scene(steady(300.0))
     turning = Turning(scene.instrument, POLL_CLOCKS)
     turning.last = 250
     file, left = tmp_path / "coefficients.toml", list[float]()
 
     def plan() -> Any:
-        # Both heads have the rounding, 33″; the fit takes nearly nothing of it.
+        # The rounding of both heads is 33″; the fit removes almost none of this.
         settings = CalibrationSettings(most_order=8, lanes=LANES)
         left.append((yield from calibrate_load_verify(table, file, 1.3 * 33.0, settings)))
 

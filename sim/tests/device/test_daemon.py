@@ -47,7 +47,7 @@ from arctrue.measurement import read_measurement_set
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
     made = Device()
-    os.close(made.far)  # the daemon is another program
+    os.close(made.far)  # the daemon is a separate program
     with made.running(monkeypatch):
         yield made
 
@@ -140,7 +140,8 @@ def test_one_operator_at_a_time_and_a_token(
 
 
 def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
-    """The console gets the refusal between two lines, although it was due within one."""
+    """The console gets the refusal between two lines, although the refusal came in the middle of a
+    line."""
     half = line_of(2)
     with daemon(replay.port, tmp_path):
         found = announcement(replay.port)
@@ -176,7 +177,8 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
 
 
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The firmware has an edge each time that the latch was read, and twice three at once."""
+    """The firmware has a new edge after each reading of the latch, and twice three edges at the
+    same time."""
     device = ProbedDevice()
     os.close(device.far)
     with (
@@ -193,7 +195,7 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
                 found.extend([event] if event["event"] == "probe" else [])
 
         more(6)
-        # An operator has the console meanwhile; edges in that time are counted.
+        # An operator uses the console meanwhile; the daemon counts edges in that time.
         assert arctrue("capture", device.port, tmp_path / "set").exit_code == 0
         more(12)
         state = ask(announcement(device.port), "status")
@@ -247,7 +249,7 @@ def test_every_event_of_the_queue_is_recorded(
 
 
 class AlarmedDevice(Device):
-    """A device whose telemetry reports too large noise from some moment on."""
+    """A device whose telemetry reports too large noise after some turns."""
 
     alarmed = False
 

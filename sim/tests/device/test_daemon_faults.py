@@ -104,7 +104,7 @@ def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path
         assert kept(tmp_path, count) == list(range(count))
         turns = [watch.turn(PATIENCE_S) for _ in range(count)]
         assert [turn.fields["turn"] for turn in turns if turn] == list(range(count))
-    # A terminal with a slow reader stops the writer: 4 KB fit into it.
+    # A terminal holds 4 KB, so that a slow reader stops the writer.
     assert behind_s < 2.0
 
 
@@ -149,7 +149,7 @@ def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path:
         state = ask(announcement(replay.port), "status")
         assert state["recording"] is False
         assert state["unrecorded_turns"] >= 1
-        # There is room again.
+        # The limit is removed, so that the daemon can write again.
         limit = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
         resource.prlimit(running.process.pid, resource.RLIMIT_FSIZE, limit)
         time.sleep(0.3)
@@ -236,7 +236,7 @@ def test_a_killed_daemon_loses_the_last_turn_at_most(
         assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         without = "SELECT count(*) FROM turn WHERE id NOT IN (SELECT turn FROM harmonic)"
         assert database.execute(without).fetchone() == (0,)
-    # A new daemon takes the port and continues; the file of the killed one misleads nobody.
+    # A new daemon takes the port and continues; no program uses the killed daemon's file.
     assert arctrue("device", "status", replay.port).exit_code == 2
     with daemon(replay.port, tmp_path):
         replay.turn(5000)
@@ -255,7 +255,7 @@ def test_the_record_keeps_to_its_limits(tmp_path: Path) -> None:
     left = numbers(file)
     assert left == list(range(left[0], 2000))
     assert 0 < left[0] < 1900
-    assert file.stat().st_size < 1.5e6  # the limit, and what one check interval adds
+    assert file.stat().st_size < 1.5e6  # the limit, and the bytes that one check interval adds
     now[0] += 2 * 86_400.0
     recorder.add(TelemetryLine({"turn": 2000, "result": "kept", "reason": "none"}))
     recorder.apply_retention()

@@ -151,7 +151,7 @@ def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
         pvs(device.port, "--allow-control"),
     ):
         shows("Connected", lambda found: found.data[0] == 1)
-        time.sleep(1.0)  # the first look is no edge
+        time.sleep(1.0)  # the first reading is not an edge
         device.latched = (1, 3 << 32, 5 * 2**24 + 2**22, 2**22)
         shows("ProbeEdge", lambda found: found.data[0] == 1)
         shows("ProbeAngle", lambda found: found.data[0] == 90.0)
@@ -196,7 +196,8 @@ def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) 
 
 
 def asks_for_a_capture(replay: Replay) -> None:
-    """Wait until the daemon's console asks whether it is in step; here nobody answers."""
+    """Wait until the daemon's console asks for the answer that synchronises it; this device does
+    not answer."""
     asked = b""
     while b"marker" not in asked:
         asked += replay.received.get(timeout=PATIENCE_S)

@@ -43,15 +43,16 @@ from arctrue.table import Motion
 
 BINS = 256
 MEAN_ERROR = float(np.mean(true_error_counts(np.linspace(0.0, TURN_RAD, 4096, endpoint=False))))
-"""Mean error of the geometry; no correction removes it, but the zeros of both tracks do."""
+"""Mean error of the geometry. No correction removes this mean, but the difference of the zeros
+does."""
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Every edge of a recording in bins of the true angle; counts, against the true angle.
 
-    The counts that head 1 lost or gained on its wires (the slip) are in the output as in its own
-    reading, for ever: no correction can know them. The slip is measured separately and subtracted
+    Counts that head 1 lost or gained on its wires (the slip) stay in the output as in its own
+    reading, because no correction can detect them. The slip is measured separately and subtracted
     from both errors.
     """
 
@@ -97,12 +98,9 @@ class Scene:
         flash: bytes | None = None,
         generics: Mapping[str, int | str] | None = None,
     ) -> None:
-        """Set the scene up; ``faults`` exist from the beginning; the table may be too fast for the
-        pins.
-
-        ``generics`` are further ones of the core. ``flash`` is that of a board that was
-        calibrated before; then no parameter is typed.
-        """
+        """Set up the scene. ``faults`` act from the beginning; the table may be too fast for the
+        pins. ``generics`` are further generics of the core. ``flash`` is the flash of a board that
+        was calibrated before; no parameter is then typed."""
         clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
         self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz, generics=generics)
         self.instrument.attach(table(), motion or steady(), may_jump=True)
@@ -145,7 +143,7 @@ class Scene:
     # Time
 
     def turn(self, turns: float) -> None:
-        """Let the table turn by so much while the firmware works."""
+        """Let the table turn by this part of a turn while the firmware works."""
         begin = self.instrument.true_angle_rad
         self.firmware.run(
             until=lambda _: abs(self.instrument.true_angle_rad - begin) >= turns * TURN_RAD,
@@ -167,7 +165,7 @@ class Scene:
         return self.last_reply
 
     def settle(self) -> None:
-        """Run until the ramp is done."""
+        """Run until the ramp has ended."""
         self.firmware.run(
             until=lambda _: not self.instrument.read("status.ramp_busy"), poll_clocks=POLL_CLOCKS
         )
@@ -179,7 +177,8 @@ class Scene:
         )
 
     def drop(self, counts: int, also_low: int = 0) -> None:
-        """Hold A and B of head 1 low for so many counts, from a count in which they are low."""
+        """Hold A and B of head 1 low for this number of counts, beginning in a count in which they
+        are low."""
         instrument, pins = self.instrument, HEAD1_A | HEAD1_B
         period_clocks = PERIOD_COUNTS * CLOCKS_A_COUNT
         begin = instrument.clock
@@ -187,7 +186,7 @@ class Scene:
         instrument.run(2 * period_clocks)
         low = instrument.traced() & pins == 0
         falls = begin + 1 + int(np.flatnonzero(~low[:-1] & low[1:])[0])
-        # Two periods later, two clocks into the count: at both ends the pins are low.
+        # Two periods later, two clocks after the start of the count; the pins are low at both ends.
         first = falls + 2 * period_clocks + 2
         fault = PinFault(first, counts * CLOCKS_A_COUNT, low=pins | also_low)
         instrument.disturb(fault)
@@ -217,7 +216,8 @@ class Scene:
         assert not self.faults()
 
     def knows_the_separation(self) -> None:
-        """Check the separation to a count of each index: that of the zero, and the latest."""
+        """Check both separations to within a count of each index: the separation at the zero, and
+        the latest one."""
         assert self.last_reply["separation"] == "measured"
         off_arcsec = (self.last_reply["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
         assert abs(off_arcsec) < 2 * ARCSEC_A_COUNT
@@ -264,7 +264,8 @@ class Scene:
         self.instrument.record(every=1)
 
     def compare(self, *, slips: bool = True) -> Comparison:
-        """Compare every edge since then; without ``slips`` none is looked for or subtracted."""
+        """Compare every edge since then. Without ``slips`` the comparison assumes that head 1 lost
+        no counts."""
         return compare(self.instrument, self._zeros, slips)
 
     def is_clean(self) -> None:
@@ -279,8 +280,8 @@ class Scene:
     def clean_bound(self) -> float:
         """Return the bound of a calibrated output without a fault.
 
-        It has half a count of rounding, the wait of an edge for the one before it, whole clocks,
-        and five standard uncertainties of every applied order.
+        It contains half a count of rounding, the time that an edge waits for the previous edge, the
+        rounding to whole clocks, and five standard uncertainties of every applied order.
         """
         first = next(t for t in self.firmware.telemetry if t["result"] == "applied")
         estimate = 5 * sum(order[3] for order in first["harmonics"][:LANES]) / ARCSEC_A_COUNT
@@ -302,8 +303,8 @@ class Scene:
     def ramp_lag(self) -> float:
         """Return how far a ramp is behind the table's error: 0 if the ramp is faster.
 
-        A ramp goes straight from the present correction to the new one. The missing part only adds
-        an error where the table's error has changed more than the ramp.
+        A ramp goes straight from the present correction to the new one. The missing part adds an
+        error only where the table's error has changed by more than the ramp.
         """
         rate = self._ramp_counts_a_clock * CLOCKS_A_COUNT
         counts = self.largest_correction / rate

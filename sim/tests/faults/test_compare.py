@@ -1,4 +1,5 @@
-"""Test of the position compare by console and gateware: when its single place is passed."""
+"""Test of the position compare through console and gateware, when the table passes its single
+place."""
 
 from __future__ import annotations
 

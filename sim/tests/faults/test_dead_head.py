@@ -11,7 +11,8 @@ from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD
 
 HEAD1 = HEAD1_A | HEAD1_B | HEAD1_Z
 DEAD_TURNS = 4.75
-"""Duration in turns; after a whole number the angle would be right and no index would tell."""
+"""Duration in turns. After a whole number of turns the angle would be right, and no index would
+show the fault."""
 HEAD2 = HEAD2_A | HEAD2_B | HEAD2_Z
 
 
@@ -29,7 +30,8 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
     scene.is_clean()
     scene.turn(1.0)
     scene.recovers()
-    # The missed edges cost it its zero. The firmware reports that and follows the zero.
+    # Because of the missed edges the head loses its zero. The firmware reports this and follows the
+    # new zero.
     assert any("zero_lost" in reply["alarms"] for reply in scene.firmware.telemetry[turns:])
     assert scene.last_reply["alarms"] == []
     scene.knows_the_separation()
@@ -37,7 +39,7 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
 
 @pytest.mark.parametrize("level", ["held", "low", "high"])
 def test_head_1_dead(scene: Scene, level: str) -> None:
-    """The output follows head 1: it stands still, and makes no step when head 1 returns."""
+    """The output follows head 1: it stops with head 1, and makes no step when head 1 returns."""
     before, turns = scene.bank(), len(scene.firmware.telemetry)
     if level == "held":
         scene.drop(round(DEAD_TURNS * COUNTS), also_low=HEAD1_Z)
@@ -48,7 +50,7 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     scene.turn(DEAD_TURNS - 0.5)
     dead = scene.instrument.recording()
     assert dead.head1.edges == dead.illegal == 0
-    # A high Z was taken for an index: only the correction ramps down.
+    # The decoder took a high Z for an index; only the correction decreases to 0 by the ramp.
     assert dead.output.edges <= (scene.largest_correction if level == "high" else 0)
     assert scene.last_reply["result"] == "refused"
     assert scene.bank() == before
@@ -73,7 +75,7 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
 @pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
-    """Without an index nothing is corrected: the output repeats head 1, which returns at any
+    """Without an index there is no correction: the output repeats head 1, which may return at any
     place."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()

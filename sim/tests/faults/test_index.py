@@ -43,7 +43,8 @@ def test_false_index(scene: Scene, head: str) -> None:
     assert scene.instrument.read("status.compensating") == 1
     assert scene.next_turn()["reason"] == "index_error"
     assert scene.bank() == before
-    # The index in its place came after it: the zero is known to be right, and nothing moves it.
+    # The true index came after the false pulse and showed that the zero is right, so that the core
+    # keeps the zero.
     assert scene.instrument.read("zero.moves") == 0
     assert "zero_lost" not in scene.last_reply["alarms"]
     scene.is_clean()

@@ -22,7 +22,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     before = scene.bank()
     scene.drop(counts)
     scene.turn(0.3)
-    # Nothing shows it before the index.
+    # No signal shows the loss before the index.
     assert not scene.faults()
     slipped = scene.compare()
     assert slipped.last_slip == -counts
@@ -44,7 +44,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     assert errors.illegal == 0
     assert errors.worse < scene.clean_bound + scene.wrong_place(counts) + heal * counts
     if heal:
-        # The output has the counts again; head 1's own count does not.
+        # The output contains the lost counts again; head 1's own count does not.
         scene.settle()
         scene.record()
         scene.turn(1.0)
@@ -58,11 +58,10 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
 
 
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
-    """The slip comes after the index of its turn, and is too small for a step between two samples.
-
-    The turn is used. A step s of head 1 within it is s/(π·n) in order n of the differences, and
-    1/|1 − e^{jnα}| times as much in the error (equation 6), which is the bound.
-    """
+    """The slip comes after the index of its turn, and is too small to be detected as a step between
+    two samples, so that the firmware uses the turn. A step s of head 1 within it is s/(π·n) in
+    order n of the differences, and 1/|1 − e^{jnα}| times as much in the error (equation 6), which
+    is the bound."""
     scene = make_scene(None, {"sample_period": TURN_CLOCKS // 300})
     scene.calibrate()
     scene.to_part(0.5)

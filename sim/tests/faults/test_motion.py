@@ -35,12 +35,12 @@ def test_reversal(make_scene: MakeScene) -> None:
         before = scene.bank()
     assert reply["reason"] in ("reversal", "wrong_step")
     assert scene.bank() == before
-    # A reversal is no fault of the signals.
+    # A reversal sets no fault of the signals.
     assert not scene.faults()
     during = scene.compare()
     assert during.illegal == 0
     assert during.most < scene.clean_bound + HYSTERESIS_COUNTS
-    # The other direction is as good.
+    # A turn in the other direction is equally good.
     assert scene.next_turn()["result"] != "refused"
     scene.settle()
     scene.record()
@@ -50,10 +50,8 @@ def test_reversal(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
-    """Edges are nearer than allowed, faster than the output may be, or more than one a clock.
-
-    The line drivers are released while the output has its fault, and by nothing else.
-    """
+    """Edges of a head are closer than allowed, too fast for the output, or more than one per clock.
+    Only the fault of the output releases the line drivers."""
     fast_s_turns = 0.02
     scene = make_scene(legs((1, 2.7), (speed, fast_s_turns), (1, 12.0)), {"release_sources": 4})
     scene.calibrate()
@@ -65,14 +63,15 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     clocks_a_count = CLOCKS_A_COUNT / speed
     assert clocks_a_count < MINIMUM_EDGE_SPACING_CLOCKS
     flags = scene.faults()
-    # Two counts in a clock are no sequence that the decoder knows.
+    # Two counts in a clock are an illegal transition for the decoder.
     assert ("head1.illegal" in flags) == (clocks_a_count < 1)
     assert "head1.overspeed" in flags
     assert ("cannot_keep_up" in flags) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)
     during = scene.compare()
     assert during.illegal == 0
     output_fault = clocks_a_count < OUTPUT_SPACING_CLOCKS
-    # Beyond the limit the output stands and ignores all later edges: no edge is later than this.
+    # Beyond the limit the output stops and ignores all later edges, so that no edge comes after
+    # this clock.
     limit = FOLLOWING_LIMIT_COUNTS if output_fault else 0
     late = (OUTPUT_SPACING_CLOCKS + 1) / clocks_a_count
     wrong = scene.wrong_place(during.most_slip)
@@ -91,7 +90,7 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     assert scene.bank() == before
     scene.record()
     scene.turn(0.4)
-    # The refused turn has cleared the flags of the heads, and the output stands as before.
+    # The refused turn has cleared the flags of the heads; the output is still stopped.
     assert (scene.compare().edges == 0) == output_fault
     assert scene.instrument.read("status.released") == output_fault
     scene.recovers(refers=output_fault)
@@ -102,7 +101,7 @@ def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene
     """A speed ripple of ±15 %, five times a turn, is refused at equal times and used at equal
     angles.
 
-    The bound of the clean comparison is that of a steady table.
+    The bound is that of a table with constant speed.
     """
     times = np.arange(0.0, 12.0 * TURN_S, TURN_S / 200.0) + RUN_UP_S
     speeds = SPEED_RAD_S * (1.0 + 0.15 * np.sin(5.0 * 2.0 * np.pi * times / TURN_S))

@@ -23,14 +23,15 @@ def test_burst_on_head_1(scene: Scene) -> None:
     assert scene.instrument.read("interrupt_status.head1_fault") == 1
     burst = scene.compare()
     assert burst.illegal == 0
-    # Spikes are nearer than the output's edges may be: it lags, within the limit of its flag.
+    # Spikes are closer than the output's edges may be, so that the output lags within the limit of
+    # its flag.
     assert "cannot_keep_up" not in scene.faults()
     wrong = scene.wrong_place(burst.most_slip)
     assert burst.worse < scene.clean_bound + FOLLOWING_LIMIT_COUNTS + wrong
     assert burst.last_slip != 0
 
     scene.record()
-    # At the index: samples captured until then are not used.
+    # At the index, samples that were captured before are discarded.
     assert "zero_lost" in scene.next_turn()["alarms"]
     assert scene.bank() == before
     assert scene.instrument.read("status.compensating") == 1
@@ -63,7 +64,8 @@ def spikes(scene: Scene) -> list[PinFault]:
 
 @pytest.mark.parametrize("filter_length", [1, 3])
 def test_spikes_end_in_the_filter(make_scene: MakeScene, filter_length: int) -> None:
-    # A filtered edge beside a spike comes up to three clocks late: four clocks before the next.
+    # A filtered edge next to a spike comes up to three clocks late, four clocks before the next
+    # edge.
     scene = make_scene(None, {"filter_length": filter_length, "minimum_edge_spacing": 2})
     scene.calibrate()
     scene.to_part(0.2)

@@ -21,7 +21,8 @@ def test_what_is_saved_corrects_again_within_a_captured_turn(
     again = make_scene(flash=scene.firmware.flash)
     assert again.firmware.coefficients is None
     assert "saved waiting" in again.firmware.send("status").splitlines()
-    # The index of both heads, and one captured turn that confirms them: telemetry is on, as saved.
+    # Run over the index of both heads and one captured turn, which confirms the coefficients.
+    # Telemetry is on, because it was saved on.
     again.calibrate()
     assert len(again.firmware.telemetry) <= 2
     assert again.bank() == before

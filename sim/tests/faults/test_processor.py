@@ -20,7 +20,7 @@ def test_hung_for_three_turns(scene: Scene) -> None:
 
 
 def test_calculation_longer_than_a_turn(scene: Scene) -> None:
-    """The bank in use by the calculation is not written meanwhile."""
+    """The sampler does not write the bank that the calculation uses."""
     scene.firmware.calculation_clocks = round(2.5 * TURN_CLOCKS)
     begin = scene.instrument.clock
     scene.next_turn()

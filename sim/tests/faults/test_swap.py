@@ -61,7 +61,7 @@ def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) 
         assert instrument.read("status.ramp_busy") == 0
         swapped = scene.compare()
         assert swapped.illegal == 0
-        # A step of more counts than the following limit would set it.
+        # A step of more counts than the following limit would set the flag.
         assert not scene.faults()
         assert swapped.worse < scene.clean_bound + scene.ramp_lag
     scene.recovers()
@@ -86,7 +86,7 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
 
 
 def test_half_a_bank_does_nothing(scene: Scene) -> None:
-    """The processor hangs while it writes: without the swap nothing takes effect."""
+    """The processor hangs while it writes. Without the swap no written word takes effect."""
     good = scene.coefficients
     wrong = replace(good, amplitudes=-good.amplitudes)
     half = wrong.amplitudes.size // 2
@@ -99,7 +99,8 @@ def test_half_a_bank_does_nothing(scene: Scene) -> None:
 
 
 def test_a_wrong_bank_is_seen(scene: Scene) -> None:
-    """The comparison works: the correction with its sign changed doubles the error."""
+    """This test shows that the comparison works: a correction with the opposite sign doubles the
+    error."""
     good = scene.coefficients
     swap(scene, replace(good, amplitudes=-good.amplitudes))
     scene.instrument.run(TURN_CLOCKS)

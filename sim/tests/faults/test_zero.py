@@ -15,7 +15,7 @@ def test_angle_at_the_last_index(counts_per_rev: int, head: int) -> None:
     core = ModelCore()
     random = np.random.default_rng(counts_per_rev + head)
     for _ in range(200):
-        # Every index is a position of 32 bits; the travel since then is up to a turn, in either
+        # Every index is a position of 32 bits; the table has since moved by up to a turn in either
         # direction.
         index = int(random.integers(0, 1 << 32))
         travel = int(random.integers(-counts_per_rev + 1, counts_per_rev))

@@ -1,8 +1,7 @@
-"""Share a running firmware and a mark among the tests of this folder.
-
-An assertion of a model that the firmware's C calls must fail the test. cffi cannot raise through C:
-it reports the exception and returns 0. Without the mark, these assertions would have no effect.
-"""
+"""Share a running firmware and a mark among the tests of this folder. The firmware's C code calls
+Python models; an assertion that fails in a model must fail the test. cffi cannot raise an exception
+through C: it reports the exception and returns 0. Without the mark, such an assertion would have no
+effect."""
 
 from __future__ import annotations
 

@@ -31,7 +31,8 @@ BOTH_INDICES_SEEN = 0b11
 INSTRUCTION_TIME = "shift=3"
 """Time of an instruction, 2³ ns; the clock advances by itself while the processor sleeps."""
 PATIENCE_S = 60.0
-"""Longest wait in wall clock time, after which the test fails; a busy machine takes far less."""
+"""Longest wait in wall clock time, after which the test fails; even a busy machine needs much
+less."""
 
 
 def build(board: str = BOARD) -> Path:

@@ -66,9 +66,9 @@ class Chip:
     def lose_power(self, done: int, draw: np.random.Generator, order: str = "up") -> None:
         """End the last write in its byte ``done``, which has any of the changing bits.
 
-        ``order``: with "up" the bytes before it are written and those after it are not, with "down"
-        the other way round, and with "none" all are unfinished. An erase may leave any bits at all:
-        most flashes program a sector to 0 before they erase it.
+        ``order``: with "up" the bytes before ``done`` are written and those after it are unchanged,
+        with "down" the opposite; with "none" all bytes are unfinished. An erase may leave any bits
+        at all: most flashes program a sector to 0 before they erase it.
         """
         assert self.under_way is not None, "nothing is written"
         first, old = self.under_way

@@ -53,7 +53,7 @@ class ModelCore:
         self.swaps_are_lost = False
         self.armed: list[tuple[int, int]] = []
         self.lasting_faults: set[str] = set()
-        """Names of ``FAULTS`` that no command ends."""
+        """Faults of ``FAULTS`` that no command can end."""
         self.release_causes = 0
         self.events: deque[tuple[int, int, int, int, int]] | None = None
         """Number, kind, time, position and angle of the events that wait; None: without EVENTS."""
@@ -265,5 +265,5 @@ class Firmware:
         """Hand over a turn, let the firmware process it, and return the telemetry."""
         self.core.hand_over(counts, flags)
         self.send("telemetry on")
-        told: dict[str, Any] = json.loads(self.step(4))
-        return told
+        telemetry: dict[str, Any] = json.loads(self.step(4))
+        return telemetry

@@ -63,7 +63,7 @@ def test_it_waits_for_the_index_of_both_heads() -> None:
     firmware.step()
     assert firmware.phase == "capture"
     assert controls(firmware.core) == {
-        "compensate": False,  # the banks may hold what was there before a reset
+        "compensate": False,  # the banks may still contain words from before a reset
         "output_enable": True,
         "capture_enable": True,
     }
@@ -91,8 +91,8 @@ def test_another_core_is_refused(register: str, word: int) -> None:
 @pytest.mark.parametrize("method", [0, 1])
 def test_a_turn_becomes_coefficients(running: Firmware, method: int) -> None:
     assert running.send(f"set method {method}") == "ok\r\n"
-    told = running.turn(turn())
-    assert told["result"] == "applied"
+    telemetry = running.turn(turn())
+    assert telemetry["result"] == "applied"
     assert controls(running.core)["compensate"]
     assert running.phase == "capture"
     assert not running.core.get("status") & bit("status", "capture_ready")
@@ -102,10 +102,10 @@ def test_a_turn_becomes_coefficients(running: Firmware, method: int) -> None:
     wrong_arcsec = np.rad2deg(angle - true) * 3600
     left = wrong_arcsec - active_coefficients(running.core).error_counts(reading) * ARCSEC_PER_COUNT
     assert np.abs(left).max() < 0.3, "order 11 alone has a noise gain of 19"
-    assert told["active_arcsec"] > 100
-    assert told["candidate_arcsec"] < 0.15
-    assert told["alarms"] == []
-    assert {n for n, *_, chosen in told["harmonics"] if chosen} >= {1, 2, 3}
+    assert telemetry["active_arcsec"] > 100
+    assert telemetry["candidate_arcsec"] < 0.15
+    assert telemetry["alarms"] == []
+    assert {n for n, *_, chosen in telemetry["harmonics"] if chosen} >= {1, 2, 3}
 
 
 def test_the_second_turn_does_not_swap_for_nothing(running: Firmware) -> None:
@@ -117,15 +117,15 @@ def test_the_second_turn_does_not_swap_for_nothing(running: Firmware) -> None:
 def test_a_disc_that_changes_is_followed(running: Firmware) -> None:
     running.turn(turn())
     for seed in range(2, 22):
-        told = running.turn(turn(Disc({**DISC.orders, 1: (155.0, 0.4)}), seed))
-    assert told["active_arcsec"] < 0.2
-    assert told["swaps"] > 5
+        telemetry = running.turn(turn(Disc({**DISC.orders, 1: (155.0, 0.4)}), seed))
+    assert telemetry["active_arcsec"] < 0.2
+    assert telemetry["swaps"] > 5
 
 
 def test_frozen_coefficients_stay(running: Firmware) -> None:
     assert running.send("freeze on") == "ok\r\n"
-    told = running.turn(turn())
-    assert (told["result"], told["reason"], told["swaps"]) == ("kept", "none", 0)
+    telemetry = running.turn(turn())
+    assert (telemetry["result"], telemetry["reason"], telemetry["swaps"]) == ("kept", "none", 0)
     assert not running.core.active
     running.send("freeze off")
     assert running.turn(turn(seed=2))["result"] == "applied"
@@ -148,10 +148,10 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
     good = dict(running.core.active)
     bad = turn(seed=2)
     bad[0, 500:] += 50_000
-    told = running.turn(bad)
-    assert (told["result"], told["reason"]) == ("refused", "jump")
-    assert (told["fault_head"], told["fault_sample"]) == (1, 500)
-    assert "harmonics" not in told
+    telemetry = running.turn(bad)
+    assert (telemetry["result"], telemetry["reason"]) == ("refused", "jump")
+    assert (telemetry["fault_head"], telemetry["fault_sample"]) == (1, 500)
+    assert "harmonics" not in telemetry
     flagged = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
     assert flagged["reason"] == "illegal_transition"
     cleared = bit("command", "clear_head1") | bit("command", "clear_head2")
@@ -165,7 +165,8 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
 
 
 def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> None:
-    """A servo that reads the output would move by itself, and it has lost counts as well."""
+    """A servo that reads the output would move the table, and the output has lost counts as
+    well."""
     assert running.turn(turn())["output_fault"] == "none"
     assert "output_fault none\r\n" in running.send("status")
     running.core.set("status", bit("status", "cannot_keep_up"))
@@ -220,8 +221,8 @@ def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> N
     good = dict(running.core.active)
     running.core.head2_slips(slip)
     running.core.writes.clear()
-    told = running.turn(slipped(turn(seed=3), slip), LOST)
-    assert (told["reason"], told["alarms"]) == ("index_error", ["zero_lost"])
+    telemetry = running.turn(slipped(turn(seed=3), slip), LOST)
+    assert (telemetry["reason"], telemetry["alarms"]) == ("index_error", ["zero_lost"])
     rearm = (address("command"), bit("command", "rearm"))
     assert rearm not in running.core.writes, "not worth a turn without correction"
     assert controls(running.core)["compensate"]
@@ -244,20 +245,20 @@ def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
         (2, 0, ["zero_lost"]),
     ):
         running.core.head2_slips(slip)
-        told = running.turn(turn(), LOST)
-        assert (running.application.head2_zero, told["alarms"]) == (zero, alarms)
+        telemetry = running.turn(turn(), LOST)
+        assert (running.application.head2_zero, telemetry["alarms"]) == (zero, alarms)
 
 
 def test_an_index_error_of_head_2_that_would_be_cleared_unseen(running: Firmware) -> None:
     """The index error follows a turn that is refused for another reason."""
     running.core.set("head2.flags", 0b11)
     running.core.head2_slips(40)
-    told = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
-    assert (told["reason"], told["alarms"]) == ("illegal_transition", ["zero_lost"])
+    telemetry = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
+    assert (telemetry["reason"], telemetry["alarms"]) == ("illegal_transition", ["zero_lost"])
     assert running.application.head2_zero == 40
     running.core.set("head2.flags", 0b01)
-    told = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
-    assert told["alarms"] == [], "not looked at without an index error"
+    telemetry = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
+    assert telemetry["alarms"] == [], "not looked at without an index error"
 
 
 def is_rearmed(core: ModelCore) -> bool:
@@ -272,8 +273,8 @@ def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
     running.turn(turn())
     running.core.writes.clear()
     running.core.moves_zero(-8)
-    told = json.loads(running.step())
-    assert told["alarms"] == ["zero_lost"]
+    telemetry = json.loads(running.step())
+    assert telemetry["alarms"] == ["zero_lost"]
     assert running.phase == "capture"
     words = [word for offset, word in running.core.writes if offset == address("control")]
     assert all(word & bit("control", "compensate") for word in words)
@@ -281,7 +282,7 @@ def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
     assert captures == [False, True], "half a turn with the wrong zero is not used"
     assert not is_rearmed(running.core)
     assert running.core.get("head1.flags") == 1, "the next turn is judged by itself"
-    assert running.step() == "", "told once"
+    assert running.step() == "", "reported once"
     assert running.turn(turn(seed=2))["alarms"] == []
 
 
@@ -289,8 +290,8 @@ def test_the_zero_moved_as_the_bank_became_full(running: Firmware) -> None:
     running.turn(turn())
     running.core.writes.clear()
     running.core.moves_zero(-8)
-    told = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("index_error1"))
-    assert (told["reason"], told["alarms"]) == ("index_error", ["zero_lost"])
+    telemetry = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("index_error1"))
+    assert (telemetry["reason"], telemetry["alarms"]) == ("index_error", ["zero_lost"])
     assert not is_rearmed(running.core)
     assert running.turn(turn(seed=2))["alarms"] == []
 
@@ -363,9 +364,9 @@ def test_a_dump_has_the_zero_that_is_known(running: Firmware) -> None:
 @pytest.mark.parametrize("method", [0, 1])
 def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     running.send(f"set method {method}")
-    told = running.turn(turn()[::-1])
-    assert (told["result"], told["reason"]) == ("refused", "heads_exchanged")
-    assert told["alarms"] == ["separation"]
+    telemetry = running.turn(turn()[::-1])
+    assert (telemetry["result"], telemetry["reason"]) == ("refused", "heads_exchanged")
+    assert telemetry["alarms"] == ["separation"]
     assert not running.core.active
     assert not controls(running.core)["compensate"]
     status = running.send("status")
@@ -373,7 +374,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     (line,) = [text for text in status.splitlines() if text.startswith("separation_deg")]
     assert float(line.split()[1]) == pytest.approx(-33.0, abs=0.01)
     assert running.turn(turn(seed=2))["result"] == "applied"
-    # Or the stated separation of the heads is wrong.
+    # The alternative cause is a wrong stated separation of the heads.
     assert running.send("set separation_deg 327") == "ok\r\n"
     assert running.turn(turn(seed=3))["reason"] == "heads_exchanged"
     assert running.turn(turn(seed=4)[::-1])["reason"] in ("none", "not_better")
@@ -384,7 +385,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     [
         (33.0, -33.0, True),
         (33.0, 327.2, True),
-        # Beyond the accepted deviation of a separation, 0.25°.
+        # The difference exceeds the accepted deviation of a separation, 0.25°.
         (33.0, -33.3, False),
         (33.0, 33.2, False),
         (33.0, 90.0, False),
@@ -423,9 +424,9 @@ def test_a_header_beyond_the_memory_is_not_followed(running: Firmware) -> None:
 
 def test_coefficients_that_do_not_read_back(running: Firmware) -> None:
     running.core.broken_lane = 1
-    told = running.turn(turn())
-    assert told["alarms"] == ["coefficients"]
-    assert (told["result"], told["swaps"]) == ("kept", 0)
+    telemetry = running.turn(turn())
+    assert telemetry["alarms"] == ["coefficients"]
+    assert (telemetry["result"], telemetry["swaps"]) == ("kept", 0)
     assert not controls(running.core)["compensate"]
 
 
@@ -446,7 +447,8 @@ def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> No
 
 
 def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
-    """A turn of the same disc is no improvement for the gate: the other orders stay as they are."""
+    """A turn of the same disc gives no improvement, so that the acceptance gate keeps the other
+    orders unchanged."""
     for seed in range(1, 6):
         running.turn(turn(seed=seed))
     reading = np.arange(0, COUNTS, COUNTS // 1024)
@@ -475,8 +477,8 @@ def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
     part = np.linspace(0.0, 1.01, SAMPLES)
     theta = 2.0 * np.pi * (part + 0.03 * np.sin(2.0 * np.pi * part))
     running.core.writes.clear()
-    told = running.turn(DISC.heads(theta, 0.1, random))
-    assert (told["result"], told["reason"]) == ("refused", "wrong_step")
+    telemetry = running.turn(DISC.heads(theta, 0.1, random))
+    assert (telemetry["result"], telemetry["reason"]) == ("refused", "wrong_step")
     # Samples of the next turn captured so far are at equal times: they are discarded.
     orders = [word for offset, word in running.core.writes if offset == address("control")]
     assert [bool(word & bit("control", "capture_enable")) for word in orders[-2:]] == [False, True]
@@ -487,9 +489,9 @@ def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
     assert 12288 / 2 - 1 <= COUNTS / step <= 12288
     reading = np.arange(3, COUNTS // step + 6) * step
     theta = DISC.true_angle(reading * 2.0 * np.pi / COUNTS)
-    told = running.turn(DISC.heads(theta, 0.1, random))
-    assert told["result"] == "applied"
-    found = {int(n): (amplitude, phase) for n, amplitude, phase, *_ in told["harmonics"]}
+    telemetry = running.turn(DISC.heads(theta, 0.1, random))
+    assert telemetry["result"] == "applied"
+    found = {int(n): (amplitude, phase) for n, amplitude, phase, *_ in telemetry["harmonics"]}
     for order, (amplitude, phase) in DISC.orders.items():
         value = found[order][0] * np.exp(1j * found[order][1])
         # Four times the standard uncertainty that the noise of a turn leaves at the weakest order.
@@ -513,8 +515,8 @@ def test_a_stuck_capture_ends_in_the_safe_state(running: Firmware) -> None:
     assert controls(running.core)["compensate"]
     running.core.set("snapshot.head1_position", position + 5 * COUNTS)
     (line,) = running.step().splitlines()
-    told = json.loads(line)
-    assert told == {
+    telemetry = json.loads(line)
+    assert telemetry == {
         "turn": 1,
         "result": "alarm",
         "reason": "none",
@@ -536,9 +538,9 @@ def test_alarms(running: Firmware) -> None:
     running.core.set("overrun_count", 1)
     running.send("set alarm_noise_arcsec 0.01")
     running.send("set alarm_separation_arcsec 0.001")
-    told = running.turn(turn(Disc({1: (160.0, 0.4)}, alpha_deg=33.001), seed=3))
-    assert told["alarms"] == ["noise", "error", "separation", "output", "overrun"]
-    assert running.turn(turn(seed=5))["alarms"][-1] == "output", "an overrun is told once"
+    telemetry = running.turn(turn(Disc({1: (160.0, 0.4)}, alpha_deg=33.001), seed=3))
+    assert telemetry["alarms"] == ["noise", "error", "separation", "output", "overrun"]
+    assert running.turn(turn(seed=5))["alarms"][-1] == "output", "an overrun is reported once"
 
 
 def test_a_turn_of_counts_that_the_core_refuses(running: Firmware) -> None:
@@ -651,8 +653,8 @@ def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase:
     for name in ("control", "head1.flags", "head2.flags", *setup):
         running.core.set(name, 0)
     running.core.set("counts_per_rev_active", 1 << 24)
-    told = json.loads(running.step())
-    assert (told["result"], told["alarms"]) == ("alarm", ["core_reset"])
+    telemetry = json.loads(running.step())
+    assert (telemetry["result"], telemetry["alarms"]) == ("alarm", ["core_reset"])
     assert running.phase == "wait_for_index"
     assert controls(running.core) == {
         "compensate": False,
@@ -661,7 +663,7 @@ def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase:
     }
     assert {name: running.core.get(name) for name in setup} == setup
     assert running.core.get("counts_per_rev_active") == COUNTS
-    assert running.step(3) == "", "told once"
+    assert running.step(3) == "", "reported once"
     running.core.see_index()
     running.step()
     assert running.turn(turn(seed=2))["result"] == "applied"
@@ -708,7 +710,8 @@ def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
 
 
 def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
-    """A 0 would look like a perfect mean; a head that the gateware left out is named."""
+    """Telemetry omits this value, because a 0 would look like a perfect mean; it names a head that
+    the gateware left out."""
     assert running.turn(counts_of(DISC))["active_arcsec"] > 100
     running.turn(counts_of(DISC))
     running.core.set("version", 0x000800)
@@ -717,11 +720,11 @@ def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
     running.core.set("heads_status", 0b1111 << 8 | 0b0100)
     assert running.application.has_active
     running.application.active.mean.heads = 4
-    told = running.turn(counts_of(DISC))
-    assert told["mean_of_heads"] == 4
-    assert "active_arcsec" not in told
-    assert "candidate_arcsec" not in told
-    assert told["left_out"] == [3]
+    telemetry = running.turn(counts_of(DISC))
+    assert telemetry["mean_of_heads"] == 4
+    assert "active_arcsec" not in telemetry
+    assert "candidate_arcsec" not in telemetry
+    assert telemetry["left_out"] == [3]
 
 
 def test_coefficients_of_its_own_switch_the_failover_off(running: Firmware) -> None:

@@ -101,7 +101,8 @@ def test_an_amplitude_that_the_gateware_does_not_hold(fitted: Any) -> None:
 
 
 def test_a_fit_that_is_not_finite_is_refused() -> None:
-    """The console cannot send a separation that is no number, but the fit must refuse it too."""
+    """The console cannot send a separation that is not a number (NaN); the fit must refuse NaN
+    too."""
     ffi, library = firmware()
     held = capture_in_c(counts_of(samples=600))
     asked = ffi.new("struct calibration_settings *")
@@ -252,8 +253,8 @@ def test_the_gate_lets_a_real_change_pass(fitted: Any) -> None:
 
 
 def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> None:
-    """0.037″ of 150″ are unknown; the active coefficients have the same error, so that it
-    cancels."""
+    """0.037″ of 150″ are unknown. The active coefficients have the same error, so that the error
+    cancels in the comparison."""
     asked = {"index_detection_arcsec": 50.0 / np.sqrt(3.0)}
     made = []
     for seed, amplitude in ((3, 150.0), (6, 150.03)):
@@ -265,7 +266,7 @@ def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> 
     first = made[1].harmonic[0]
     hidden = np.hypot(first.by_separation_cosine, first.by_separation_sine)
     assert hidden > 0.03
-    assert found.candidate_arcsec >= hidden / np.sqrt(2.0), "what is not known is told all the same"
+    assert found.candidate_arcsec >= hidden / np.sqrt(2.0), "the unknown part is reported too"
 
 
 def test_the_gate_refuses_too_few_lanes_after_many(fitted: Any) -> None:

@@ -34,8 +34,8 @@ def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
     core.set("chip_dna_low", 0x89ABCDEF)
     names = [ffi.new("char[]", word) for word in (b"1.2.3", b"0123456789ab")]
     running.console.firmware, running.console.build = names
-    told = running.send("version").splitlines()
-    assert told == [
+    printed = running.send("version").splitlines()
+    assert printed == [
         "firmware 1.2.3",
         "build 0123456789ab",
         "gateware 3.21.7",
@@ -169,7 +169,7 @@ def test_harmonics_of_a_refused_turn_are_not_shown(running: Firmware) -> None:
         line for line in running.send("status").splitlines() if line.startswith("noise_arcsec")
     ]
     refused = 5.0 * np.sqrt(2.0)
-    # 1500 samples leave 2 % of it unknown.
+    # 1,500 samples determine the value to 2 %.
     assert float(noise.split()[1]) == pytest.approx(refused, rel=0.1)
 
 
@@ -212,9 +212,9 @@ def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
             running.core.hand_over(turn(seed=turns + 1))
         said += running.step(4)
     assert turns > 5
-    told = [line for line in said.splitlines() if line.startswith("{")]
-    assert len(told) >= turns
-    assert all('"alarms":[]' in line for line in told), "no overrun"
+    printed = [line for line in said.splitlines() if line.startswith("{")]
+    assert len(printed) >= turns
+    assert all('"alarms":[]' in line for line in printed), "no overrun"
     rows = [line.split(",") for line in said.splitlines() if line[0].isdigit()]
     found = np.array([[int(row[1]), int(row[2])] for row in rows]).T
     np.testing.assert_array_equal(found, counts)
@@ -305,7 +305,7 @@ def test_numbers_are_written_right(value: float, decimals: int) -> None:
     made.said.clear()
     library.text_fixed(made.sink, value, decimals)
     text = made.said.decode()
-    # Half a place, and the rounding of value * 10^decimals.
+    # The bound is half a unit of the last decimal, plus the rounding of value * 10^decimals.
     assert abs(float(text) - value) <= 0.5 * 10.0**-decimals + abs(value) * 3e-16
     assert len(text.partition(".")[2]) == decimals
     parsed = ffi.new("double *")
@@ -351,9 +351,9 @@ def test_what_the_board_knows_is_told(running: Firmware) -> None:
     running.console.reset_reason, running.console.fabric = reason, fabric
     running.console.overruns = 3
     running.console.reset_instruction = 0x1A2C
-    told = running.send("status")
-    assert "console_overruns 3\r\n" in told
-    assert "reset hang\r\nreset_instruction 0x00001A2C\r\nfabric loaded\r\n" in told
+    printed = running.send("status")
+    assert "console_overruns 3\r\n" in printed
+    assert "reset hang\r\nreset_instruction 0x00001A2C\r\nfabric loaded\r\n" in printed
 
 
 UART_OUTPUT_RING = 4096
@@ -383,16 +383,16 @@ def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) 
     running.send("set alarm_separation_arcsec 600")
     room.characters = length + 400
     running.core.hand_over(turn(seed=3))
-    told = json.loads(running.step(4))
-    assert (told["turn"], told["alarms"]) == (3, ["separation"])
+    printed = json.loads(running.step(4))
+    assert (printed["turn"], printed["alarms"]) == (3, ["separation"])
     assert "telemetry_overruns 1\r\n" in running.send("status")
     running.core.hand_over(turn(seed=4))
     assert json.loads(running.step(4))["alarms"] == [], "once"
 
 
 def test_the_longest_line_of_telemetry_has_room_in_the_ring(running: Firmware) -> None:
-    """Every number has its greatest length and every alarm is on; a longer line would never be
-    sent."""
+    """Every number has its greatest length and every alarm is on; the console could never send a
+    longer line."""
     ffi, library = firmware()
     running.core.hand_over(turn(seed=1))
     running.step(4)

@@ -155,7 +155,8 @@ def test_an_order_that_cannot_be_seen(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_heads_that_detect_the_mark_at_different_places(method: str) -> None:
-    """10 µm at the disc, 38″, are 492 counts of head 2: no data tell them from a separation."""
+    """10 µm at the disc are 38″ or 492 counts of head 2, which no data can separate from the
+    separation of the heads."""
     u_detection = 38.0
     counts = counts_of()
     moved = counts + np.array([[0], [492]])

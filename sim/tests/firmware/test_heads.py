@@ -212,8 +212,9 @@ def test_c_equals_numpy(world: World) -> None:
     assert residuals == pytest.approx(numpy.residuals_arcsec, abs=same)
     circles = np.array([[*c.found.forward_arcsec], [*c.found.backward_arcsec]]).T
     assert np.abs(circles - numpy.circles).max() < same
-    # C has the noise of the last pass. The step d after it ends the fit, and the variance falls by
-    # d² at most: d² <= 0.1·REFINED_SHARE·largest value·step before (heads_fit.c), which is < 1″.
+    # C uses the noise of the last pass. The step d after this pass ends the fit and reduces the
+    # variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before (heads_fit.c), which
+    # is < 1″.
     last_step = 0.1 * 1e-11 * np.abs(numpy.disc).max()
     variance = numpy.noise_arcsec**2
     assert c.estimate.noise_arcsec**2 == pytest.approx(variance, rel=2e-8, abs=last_step)
@@ -283,7 +284,7 @@ def test_mean_of_the_device_is_true(heads: int) -> None:
     """The mean less its orders equals the table's angle on another turn, in float64.
 
     Noise of 0.2″ times √Σw² is 0.12″ a sample for three heads, 0.1″ for four. No combination shows
-    the mean's order 1: half of 50″ in the places lets 1e-4 of 144″ through.
+    the mean's order 1: an error of 25″ in the places leaves 1e-4 of 144″.
     """
     world = World(heads=heads, noise_arcsec=0.2, samples=12_000, seed=3)
     if heads == 4:

@@ -1,4 +1,5 @@
-"""Tests that a file is judged order by order, and each loaded order again in every later turn.
+"""Tests that the firmware judges a file order by order, and each loaded order again in every later
+turn.
 
 A turn has 2^20 counts; the disc has orders 1, 2 and 5 of 200, 50 and 10 counts. The test is
 independent of the C code: the readings come from geometry (``synthetic.Disc``), the residual from
@@ -93,7 +94,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
         {"o5": -10.0},
         {"o9": 20.0},
         {"o1": 200.0, "o2": 50.0, "o9": 1.0},
-        # Less than half the noise of a reading: only the odds of the order itself show it.
+        # The order is smaller than half the noise of a reading, so that only the odds of this order
+        # show it.
         {"o9": 0.1},
         {"o300": 3.0},
     ],
@@ -120,8 +122,8 @@ def test_a_true_file_is_active_with_the_first_turn(turns_before: int) -> None:
     for seed in range(turns_before):
         made.turn(turn(100 + seed))
     load(made, file_of(o1=200.0, o2=50.0, o5=10.0))
-    told = made.turn(turn(1))
-    assert (told["result"], state(made)) == ("applied", "load active")
+    telemetry = made.turn(turn(1))
+    assert (telemetry["result"], state(made)) == ("applied", "load active")
     assert left_rms_arcsec(made, disc()) < QUIET_RMS_ARCSEC
 
 
@@ -131,15 +133,15 @@ def test_a_loaded_order_that_drifts_is_told() -> None:
     load(made, exact_file_of(disc(), [1, 2, 5]))
     made.turn(turn(1))
     quiet = [made.turn(turn(seed)) for seed in range(2, 8)]
-    assert {tuple(told["alarms"]) for told in quiet} == {()}
+    assert {tuple(telemetry["alarms"]) for telemetry in quiet} == {()}
     for step in range(11):
         now = disc(o5=10.0 + 5.0 * step)
-        told = made.turn(turn(10 + step, now))
+        telemetry = made.turn(turn(10 + step, now))
     left = left_rms_arcsec(made, now)
     assert left == pytest.approx(50.0 * ARCSEC / np.sqrt(2.0), rel=0.01)
-    assert told["active_arcsec"] == pytest.approx(left, rel=0.01)
-    assert told["loaded_arcsec"] == pytest.approx(left, rel=0.01)
-    assert told["alarms"] == ["error"]
+    assert telemetry["active_arcsec"] == pytest.approx(left, rel=0.01)
+    assert telemetry["loaded_arcsec"] == pytest.approx(left, rel=0.01)
+    assert telemetry["alarms"] == ["error"]
     (row,) = [r for r in made.send("load status").splitlines() if r.startswith("left_arcsec 5 ")]
     assert float(row.split()[2]) == pytest.approx(50.0 * ARCSEC, rel=0.01)
 
@@ -170,9 +172,9 @@ def test_a_saved_set_whose_order_5_has_reversed_is_not_confirmed(loaded: bool) -
     assert board.order("save").startswith("ok, record 1")
     board.power_on()
     now = disc(o5=-10.0)
-    told = board.firmware.turn(turn(9, now))
+    telemetry = board.firmware.turn(turn(9, now))
     assert board.status("saved") == ["not_confirmed"]
-    assert told["alarms"] == ["not_confirmed"]
+    assert telemetry["alarms"] == ["not_confirmed"]
     assert left_rms_arcsec(board.firmware, now) < QUIET_RMS_ARCSEC
     # The record is confirmed with the first turn, as before.
     board.power_on()
@@ -251,7 +253,8 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 @pytest.mark.parametrize("head2", [0.0, 3.0, 3.0j, -2.0])
 @pytest.mark.parametrize("order", [4096, 3600])
 def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: int) -> None:
-    """3,600 is a multiple of 120, but the eccentricity moves the heads against each other."""
+    """Order 3,600 is a multiple of 120, but the eccentricity changes the distance of the heads, so
+    that the order becomes visible."""
     made = started()
     made.send("set alarm_noise_arcsec 10")
     both = (4.0 + 0.0j, head2)
@@ -263,8 +266,8 @@ def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: 
     load(made, load_frames(true))
     made.turn(subdivided(2, both, order))
     assert state(made) == "load active"
-    told = made.turn(subdivided(3, both, order))
-    assert (told["loaded_arcsec"] < QUIET_RMS_ARCSEC, told["alarms"]) == (True, [])
+    telemetry = made.turn(subdivided(3, both, order))
+    assert (telemetry["loaded_arcsec"] < QUIET_RMS_ARCSEC, telemetry["alarms"]) == (True, [])
 
 
 def test_samples_that_cannot_separate_an_order_decide_nothing() -> None:
@@ -308,9 +311,9 @@ def test_a_re_arm_and_a_refused_load_leave_the_loaded_set() -> None:
     load(made, file_of(o9=20.0))
     for seed in range(2, 4):
         made.turn(turn(seed))
-    told: Any = made.turn(turn(4))
+    telemetry: Any = made.turn(turn(4))
     assert "loaded_order 5\r\n" in made.send("load status")
-    assert told["alarms"] == []
+    assert telemetry["alarms"] == []
     rows = [line.split() for line in made.send("show harmonics").splitlines()[1:-1]]
     assert rows[4][-1] == "loaded"
 

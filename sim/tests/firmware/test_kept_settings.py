@@ -1,4 +1,5 @@
-"""The operator's settings survive a fault; where they do not, the output is safe."""
+"""Tests that the operator's settings survive a fault, and that the output is safe if they do
+not."""
 
 from __future__ import annotations
 
@@ -133,7 +134,7 @@ def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
 
 
 def test_another_turn_than_that_of_the_core_re_arms() -> None:
-    """The fabric was loaded again meanwhile, or the fault came within an order."""
+    """The fabric was loaded again in the meantime, or the fault interrupted a command."""
     device = Device()
     device.work(1)
     device.core.set("counts_per_rev_active", 1000)

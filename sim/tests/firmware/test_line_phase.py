@@ -1,4 +1,4 @@
-"""The firmware finds and follows the phase of a line of no whole order from the heads."""
+"""Tests that the firmware finds and follows the phase of a line of a real order from the heads."""
 
 from __future__ import annotations
 
@@ -31,11 +31,13 @@ NOISE_ARCSEC = 0.1
 LANES = 32
 SLIP = 0.001
 TOLERANCE = 1e-9
-"""Relative: double precision, with sums of 1,500 samples in another order."""
+"""Relative tolerance for double precision, because the sums of 1,500 samples have another order of
+addition."""
 
 
 class Table:
-    """A disc with whole orders and a line whose phase goes on by a slipping order in every turn."""
+    """A disc with whole orders, and a line whose order changes at random from turn to turn; its
+    phase continues."""
 
     def __init__(self, order: float, amplitude_arcsec: float, turns: int, seed: int) -> None:
         self.amplitude = amplitude_arcsec
@@ -66,7 +68,7 @@ class Table:
 
 @pytest.mark.parametrize("order", [0.42, 0.5, 7.3, 71.4])
 def test_the_firmware_computes_what_the_reference_computes(order: float) -> None:
-    """Some turns upwards and downwards, from anywhere, into negative turns."""
+    """Return some turns upwards and downwards, from different starts, into negative turns."""
     ffi, library = firmware()
     table = Table(order, 4.0, 12, 3)
     step = round((order % 1.0) * 2**48)
@@ -127,7 +129,8 @@ def capture(running: Firmware, counts: NDArray[np.int64]) -> None:
 
 
 def lane_arcsec(running: Firmware, order: float, place_turns: Float) -> Float:
-    """Return what the active lane takes away, by its words, in the turn of the places."""
+    """Return the correction of the active lane, computed from its words, at the places in the
+    turn."""
     words = [running.core.active[COEFFICIENTS + 16 * (LANES - 1) + 4 * word] for word in range(4)]
     step = round((order % 1.0) * 2**48)
     offset = turn_offsets(int(place_turns[0] // 1.0), [step], [words[2]])[0]
@@ -137,7 +140,8 @@ def lane_arcsec(running: Firmware, order: float, place_turns: Float) -> Float:
 
 
 def followed(running: Firmware, order: float, turns: int) -> tuple[float, int]:
-    """Return the RMS left of the line over its own RMS, and the turns before the lane was on."""
+    """Return the remaining RMS of the line over its own RMS, and the number of turns before the
+    lane was active."""
     amplitude = 4.0
     table = Table(order, amplitude, turns, 8)
     built(running)
@@ -169,7 +173,8 @@ def test_a_line_that_slips_is_found_and_followed(running: Firmware, order: float
 
 @pytest.mark.large
 def test_a_line_that_slips_is_followed_over_a_thousand_turns(running: Firmware) -> None:
-    """The order errs at random by 0.1 % in every turn; a phase that is held leaves half."""
+    """The order changes at random by 0.1 % in every turn; with a constant phase half of the line
+    would remain."""
     share, _ = followed(running, 7.3, 1_000)
     assert share <= 0.25
 

@@ -1,5 +1,5 @@
-"""Tests of coefficients loaded over the console: whole or not at all, together with the
-calibration."""
+"""Tests that coefficients are loaded over the console completely or not at all, and work together
+with the calibration."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 SUBDIVISION_ARCSEC, SUBDIVISION_RAD = 0.5, 1.3
 READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
 LEFT_ARCSEC = 0.05
-"""Error left by the calibration: noise of 0.1″ over 1,500 samples, at gains below 2."""
+"""Error that the calibration leaves: noise of 0.1″ over 1,500 samples, with gains below 2."""
 
 
 def turn(seed: int = 1, noise: float = 0.1, disc: Disc = DISC) -> Any:
@@ -113,8 +113,8 @@ def test_an_order_that_is_loaded_is_no_longer_the_calibrations(running: Firmware
     assert state(running) == "load active"
     moved = Disc({**DISC.orders, 2: (9.0, 4.2)})
     for seed in range(6, 26):
-        told = running.turn(turn(seed, disc=moved))
-    assert told["reason"] in ("none", "not_better")
+        telemetry = running.turn(turn(seed, disc=moved))
+    assert telemetry["reason"] in ("none", "not_better")
     rows = [line.split() for line in running.send("show harmonics").splitlines()[1:-1]]
     assert rows[1][-1] == "loaded"
     bank = active_coefficients(running.core)
@@ -288,8 +288,8 @@ def test_a_re_arm_keeps_what_is_loaded_and_has_it_judged(running: Firmware) -> N
 def test_a_bank_that_does_not_hold_it(running: Firmware) -> None:
     load(running, file_of(SUBDIVISION))
     running.core.broken_lane = 0
-    told = running.turn(turn(seed=5))
-    assert told["alarms"] == ["coefficients"]
+    telemetry = running.turn(turn(seed=5))
+    assert telemetry["alarms"] == ["coefficients"]
     assert state(running) == "load refused not_read_back"
 
 

@@ -68,7 +68,7 @@ def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> Non
     assert running.core.get("conditions.dead_zone") == 4
     nominal = running.core.get("conditions.nominal_speed") / 2**32
     assert nominal == pytest.approx(45.0 / 360.0 * COUNTS / 1e8, abs=2.0**-32)
-    # The calibration's next turns keep the words, and lose none of their own orders.
+    # The calibration's next turns keep the words, and also all of the calibration's own orders.
     for seed in (6, 7):
         running.turn(turn(seed))
         assert last_lane(running.core.active) == expected
@@ -99,7 +99,8 @@ def test_alone_they_are_a_set_and_a_start_asks_again(running: Firmware) -> None:
 def test_what_cannot_be_is_refused(
     running: Firmware, conditions: Conditions, force: bool, built: bool, reason: str
 ) -> None:
-    """Loading fails without the generic, without force, and where 26 counts change within 50."""
+    """Loading fails without the generic, without force, and if the correction changes by 26 counts
+    within 50."""
     if built:
         modulators(running)
     frames = load_frames(with_direction(SUBDIVISION, conditions), force=force)
@@ -161,8 +162,8 @@ def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Fi
     assert state(running) == "load active"
     # The monitoring of loaded orders knows the direction of each turn.
     for seed, direction in ((8, 1), (9, -1)):
-        told = running.turn(loose_turn(seed, direction))
-        assert "loaded_wrong" not in told["alarms"], told
+        telemetry = running.turn(loose_turn(seed, direction))
+        assert "loaded_wrong" not in telemetry["alarms"], telemetry
         assert state(running) == "load active"
 
 
@@ -247,8 +248,8 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
     size = 18.0
     assert set(send(running, load_frames(loose_file((size, LOOSE[1][1]))))) == {"ok"}
     for seed, direction in ((5, 1), (6, -1)):
-        told = running.turn(loose_turn(seed, direction))
-        ((order, name, measured, u, loaded),) = told["followed"]
+        telemetry = running.turn(loose_turn(seed, direction))
+        ((order, name, measured, u, loaded),) = telemetry["followed"]
         assert (order, name) == (1, "direction")
         assert loaded == pytest.approx(size, abs=0.01)
         assert 0.0 < u < by_change + 0.2
@@ -258,8 +259,8 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
     for seed, direction in ((7, 1), (8, -1)):
         running.turn(loose_turn(seed, direction))
     assert state(running) == "load active"
-    told = running.turn(loose_turn(9, 1))
-    ((_, _, measured, u, loaded),) = told["followed"]
+    telemetry = running.turn(loose_turn(9, 1))
+    ((_, _, measured, u, loaded),) = telemetry["followed"]
     assert loaded == pytest.approx(LOOSE[1][0], abs=0.01)
     assert 0.0 < u < 0.2
     assert abs(measured - loaded) < 0.2
@@ -279,12 +280,12 @@ def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmwar
     assert set(send(running, load_frames(bank))) == {"ok"}
     for seed, direction in ((5, 1), (6, -1), (7, 1)):
         orders = {**DISC.orders, 3: (20.0, 0.7 + (0.0 if direction > 0 else np.pi))}
-        told = running.turn(
+        telemetry = running.turn(
             counts_of(Disc(orders), 0.1, seed, samples=SAMPLES, direction=direction)
         )
     assert state(running) == "load active"
     assert "loaded_order 3\r\n" in running.send("load status")
-    verdicts = {row[0]: row[4] for row in told["harmonics"]}
+    verdicts = {row[0]: row[4] for row in telemetry["harmonics"]}
     assert verdicts[3] == 0
 
 

@@ -1,4 +1,5 @@
-"""Tests of lanes of real orders, from console to registers: off until their phase is known."""
+"""Tests that lanes of real orders, loaded over the console, have amplitude 0 until their phase is
+known."""
 
 from __future__ import annotations
 
@@ -124,8 +125,8 @@ def test_what_cannot_be_is_refused(
 
 
 def test_a_steep_line_is_refused(running: Firmware) -> None:
-    """The line has 5,000.5 periods a turn and is so large that the corrected angle would turn
-    back."""
+    """The line has 5,000.5 periods a turn and is so large that the corrected angle would move
+    backwards."""
     built(running)
     wanted = with_real_orders({})
     amplitudes = wanted.amplitudes.copy()

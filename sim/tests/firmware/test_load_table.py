@@ -1,4 +1,5 @@
-"""Tests of the local table, from console to registers: judged by turns, whole or not at all."""
+"""Tests that the local table is loaded over the console completely or not at all, and that turns
+judge it."""
 
 from __future__ import annotations
 
@@ -99,7 +100,7 @@ def test_a_scratch_is_taken_away(running: Firmware) -> None:
     wrong = np.rad2deg(angle - SCRATCHED.true_angle(angle)) * 3600.0
     lanes = active_coefficients(running.core).error_counts(READINGS) * ARCSEC_PER_COUNT
     corrected = lanes + local_table(READINGS, bank) * 2.0**-22 * ARCSEC_PER_COUNT
-    # The lanes also leave the subdivision error of test_load, and a part of the bump is in them.
+    # The lanes also leave the subdivision error of test_load, and they contain a part of the bump.
     assert np.abs(wrong - corrected).max() < HEIGHT_ARCSEC / 10.0
     assert np.abs(wrong - lanes).max() > 0.9 * HEIGHT_ARCSEC
 
@@ -267,7 +268,8 @@ def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(st
 
 
 def test_the_table_of_a_mean_of_four_heads_is_loaded_with_it() -> None:
-    """No turn of two heads judges the table or the lanes; the table has a window for each head."""
+    """Turns of two heads judge neither the table nor the lanes; the table has a window for each
+    head."""
     running = Firmware(prepared.FailoverCore())
     running.library.application_start(running.application)
     running.core.see_index()

@@ -43,7 +43,7 @@ COEFFICIENT_OFFSET = 0x83C
 
 
 class FourHeadsCore(FailoverCore):
-    """The model of the core with four heads that read as the world says."""
+    """The model of the core with four heads, whose readings come from the simulated world."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -115,9 +115,9 @@ def failover_is_on(running: Firmware) -> bool:
 @pytest.fixture(scope="module")
 def calibrated() -> Firmware:
     running = started(WORLD)
-    told = running.turn(WORLD.counts())
+    telemetry = running.turn(WORLD.counts())
     running.step(3)
-    assert (told["result"], told["mean_of_heads"]) == ("applied", HEADS)
+    assert (telemetry["result"], telemetry["mean_of_heads"]) == ("applied", HEADS)
     return running
 
 
@@ -159,7 +159,7 @@ def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
         steps = np.sqrt(0.5) * ARCSEC_PER_COUNT / 2**11 + abs(value) * np.pi / 2**24
         assert abs(value - orders[order - 1]) < steps + 1e-9 * 144.0, order
     left = [n - 1 for n in range(1, ORDERS + 1) if n not in found]
-    # Left out: what is below the significance of one turn, 5 standard uncertainties.
+    # The set omits orders below the significance of one turn, 5 standard uncertainties.
     assert np.all(np.abs(orders[left]) < 5.0 * np.sqrt((noise + by_places)[left]))
     assert abs(words.offset / 2**11 * ARCSEC_PER_COUNT - constant) < ARCSEC_PER_COUNT / 2**11
 
@@ -200,15 +200,15 @@ def test_the_failover_is_on_and_off_while_words_change(calibrated: Firmware) -> 
 
 
 def test_telemetry_has_places_and_radii() -> None:
-    """Places lie within 4 of their uncertainties, the radii of the world within 4 of theirs."""
+    """Places and radii agree with the simulated world within 4 of their standard uncertainties."""
     world = replace(WORLD, ratios=(1.0, 1.001, 0.999, 1.0005), axis=())
-    told = started(world).turn(world.counts())
+    telemetry = started(world).turn(world.counts())
     places = np.degrees(world.true_rad)
-    off = np.abs(np.array(told["places_deg"]) - places) * 3600.0
-    assert np.all(off <= 4.0 * np.array(told["u_places_arcsec"]) + 1e-3)
-    radii = np.abs(np.array(told["radii"]) - 1.0 / np.array(world.ratios))
-    assert np.all(radii <= 4.0 * np.array(told["u_radii"]) + 1e-6)
-    assert max(told["u_radii"]) <= 0.0011, "0.1 mm, rectangular, on 53.975 mm"
+    off = np.abs(np.array(telemetry["places_deg"]) - places) * 3600.0
+    assert np.all(off <= 4.0 * np.array(telemetry["u_places_arcsec"]) + 1e-3)
+    radii = np.abs(np.array(telemetry["radii"]) - 1.0 / np.array(world.ratios))
+    assert np.all(radii <= 4.0 * np.array(telemetry["u_radii"]) + 1e-6)
+    assert max(telemetry["u_radii"]) <= 0.0011, "0.1 mm, rectangular, on 53.975 mm"
 
 
 def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
@@ -218,9 +218,9 @@ def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
     places = (0.0, 30.0, 60.0, 200.0)
     monkeypatch.setitem(PLACES, HEADS, places)
     running = started(WORLD)
-    told = running.turn(WORLD.counts())
+    telemetry = running.turn(WORLD.counts())
     running.step(3)
-    assert told["mean_of_heads"] == HEADS
+    assert telemetry["mean_of_heads"] == HEADS
     noises = [
         np.inf if isinstance(one, Exception) else float(np.linalg.norm(one))
         for one in weights_without_each(np.radians(places), noise_limit=np.inf)
@@ -290,7 +290,7 @@ def test_saved_sets_outlive_the_power() -> None:
     board.power_on()
     assert windows(board) == [{}] * HEADS, "the gateware was without power"
     assert board.status("saved") == ["waiting"]
-    # Saved again before a turn has confirmed the record: the sets stay in it.
+    # A second save before a turn has confirmed the record keeps the sets in the record.
     assert board.order("save").startswith("ok, record 2: ")
     board.power_on()
     board.core.writes.clear()
@@ -309,8 +309,8 @@ def test_saved_sets_outlive_the_power() -> None:
 
 
 def test_a_record_without_sets_and_a_core_without_failover() -> None:
-    """A record as an older firmware writes it is read; a core without windows takes the mean
-    alone."""
+    """A record as an older firmware writes it is read; a core without windows loads only the
+    mean."""
     board = BoardWithFourHeads()
     board.failover = False
     board.power_on()
@@ -360,7 +360,7 @@ def kept_from(core: FourHeadsCore) -> Any:
 
 
 def test_kept_sets_that_do_not_fit_are_refused(calibrated: Firmware) -> None:
-    """Each change of the words makes a mean, a lane or a length that the gateware cannot hold."""
+    """Each change of the words gives a mean, a lane or a length that the gateware cannot hold."""
     ffi, library = firmware()
     good = kept_from(calibrated.core)
     assert library.kept_sets_are_valid(good, HEADS, COUNTS)

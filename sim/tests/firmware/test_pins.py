@@ -141,8 +141,8 @@ def test_compare_begins_at_the_next_place_in_the_way_of_the_table(
     core.stand_at(position % 2**32, at_angle)
     for line in (f"compare first {angle}", f"compare interval {interval}", "compare on 1"):
         assert firmware.send(line) == "ok\r\n"
-    first, told = core.armed[-1]
-    assert told == interval
+    first, distance = core.armed[-1]
+    assert distance == interval
     away = (first - position + 2**31) % 2**32 - 2**31
     margin, step = TURN // 1024 + 1, interval or TURN
     index = position - at_angle

@@ -1,7 +1,7 @@
 """Tests of sets for a missing head: loaded over the console, and the effect of a failure.
 
-The model of the core has four heads of which heads 3 and 4 read as heads 1 and 2: the firmware's
-check of places and its telemetry need readings, not a table.
+The model of the core has four heads; heads 3 and 4 have the readings of heads 1 and 2. The
+firmware's check of places and its telemetry need four readings, but no simulated table.
 """
 
 from __future__ import annotations
@@ -172,7 +172,8 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
 
 
 def test_the_parity_has_the_weights_of_the_workbench() -> None:
-    """Offsets of a mean with separate heads have these weights, to a unit of the words."""
+    """The test moves each head separately: the offsets then show the weights, to a unit of the
+    words."""
     places = np.radians([0.0, 64.3, 177.0, 257.9])
     offsets = tuple(int(word) for word in np.rint(places / (2.0 * np.pi) * COUNTS * 16))
     running = Firmware(FailoverCore())
@@ -204,10 +205,10 @@ def test_a_head_that_is_left_out_is_told_at_once_and_comes_back_on_request(
     assert '"alarms":["head_left_out"]' in said
     assert running.status("left_out") == ["3"]
     assert running.status("left_out_causes") == ["8"]
-    assert running.step(2) == "", "told once"
-    told = running.turn(turn(3))
-    assert (told["left_out"], told["active_set"]) == ([3], 3)
-    assert "head_left_out" in told["alarms"]
+    assert running.step(2) == "", "reported once"
+    telemetry = running.turn(turn(3))
+    assert (telemetry["left_out"], telemetry["active_set"]) == ([3], 3)
+    assert "head_left_out" in telemetry["alarms"]
     running.core.writes.clear()
     assert "not left out" in running.send("come_back 2")
     assert running.core.writes == []
@@ -218,8 +219,8 @@ def test_a_head_that_is_left_out_is_told_at_once_and_comes_back_on_request(
 def test_telemetry_has_the_parity(running: Firmware) -> None:
     loaded(running, file_of(1, 2, 3, 4))
     running.core.set("parity.value", -3 * 2048 - 1024)
-    told = running.turn(turn(3))
-    assert (told["parity_counts"], told["parity"]) == (-3.5, "within")
+    telemetry = running.turn(turn(3))
+    assert (telemetry["parity_counts"], telemetry["parity"]) == (-3.5, "within")
     running.core.set(
         "heads_status", running.core.get("heads_status") | bit("heads_status", "parity_beyond")
     )
@@ -282,7 +283,8 @@ def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: 
 
 @pytest.mark.parametrize("reason", ["out_of_range", "no_failover"])
 def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
-    """One set of all heads claims to be without head 2; one core lacks the windows."""
+    """Refuse a set without head 2 whose heads include head 2, and any set where the core has no
+    windows for sets."""
     core = FailoverCore()
     if reason == "no_failover":
         core.set("capability", HEADS | 1 << 3)
@@ -334,7 +336,8 @@ def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
 
 
 def test_the_firmware_refuses_sets_beside_a_lane_of_a_real_order(running: Firmware) -> None:
-    """No tool writes these frames; the gateware's prepared sets would hold no turn step."""
+    """No tool writes these frames. The gateware's prepared sets have no turn step, which a real
+    order needs."""
     core = running.core
     core.set("capability", core.get("capability") | 1 << 6)
     frames = load_frames(file_of(1), unseen=True)

@@ -94,8 +94,10 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
     with running(tmp_path, core_window(counts[:, :1])) as machine:
         machine.wait_for(GREETING)
         machine.send("telemetry on")
-        told = machine.wait_for('"turn":')
-        assert '"result":"refused","reason":"short_of_a_turn"' in machine.wait_for("}\r\n"), told
+        telemetry = machine.wait_for('"turn":')
+        assert '"result":"refused","reason":"short_of_a_turn"' in machine.wait_for("}\r\n"), (
+            telemetry
+        )
 
 
 @pytest.mark.parametrize(
@@ -103,13 +105,14 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
     [
         # udf.w #0
         (bytes.fromhex("f0f700a0"), "undefined_instruction"),
-        # udf #0xA5: what an assertion that fails comes to.
+        # udf #0xA5: the instruction that a failed assertion executes.
         (bytes.fromhex("a5de"), "assertion"),
         # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped there.
         (bytes.fromhex("4ff050400068"), "data_abort"),
         # mov.w r0, #0x31000; str r0, [r0]: the page below the stack.
         (bytes.fromhex("4ff444300060"), "stack_overflow"),
-        # mov.w r0, #0xE0000000; ldr r0, [r0]: the UART where the bus has it, beyond the table.
+        # mov.w r0, #0xE0000000; ldr r0, [r0]: the bus address of the UART, which the page table
+        # does not map.
         (bytes.fromhex("4ff060400068"), "data_abort"),
         # mov.w r0, #0x1C000; str r0, [r0]: texts are read only.
         (bytes.fromhex("4ff4e0300060"), "data_abort"),

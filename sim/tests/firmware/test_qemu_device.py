@@ -195,7 +195,7 @@ def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
         assert wait_until(lambda: interrupts(machine) == interrupts(machine)), "none any more"
 
 
-def temperature_told(machine: Emulator) -> Any:
+def temperature_of(machine: Emulator) -> Any:
     return json.loads(machine.next_line("{"))
 
 
@@ -207,18 +207,18 @@ def test_the_temperature_of_the_die(tmp_path: Path) -> None:
         hand_over(machine)
         machine.ask("status", "temperature_c absent")
         machine.send("telemetry on")
-        assert temperature_told(machine)["temperature_c"] is None
+        assert temperature_of(machine)["temperature_c"] is None
         machine.send("telemetry off")
         code = 0xB70
         machine.write_register(AT["XADC_CMDFIFO"], 2 << 26 | code << 4)
         celsius = code * 503.975 / 4096 - 273.15
         machine.ask("status", f"temperature_c {celsius:.9f}")
         machine.send("telemetry on")
-        told = temperature_told(machine)
+        reported = temperature_of(machine)
         # A line from before the write may still have been on its way.
-        told = told if told["temperature_c"] is not None else temperature_told(machine)
-        assert told["temperature_c"] == pytest.approx(celsius, abs=0.005)
-        assert told["alarms"] == ["temperature"], "87 °C is above the preset of 85"
+        reported = reported if reported["temperature_c"] is not None else temperature_of(machine)
+        assert reported["temperature_c"] == pytest.approx(celsius, abs=0.005)
+        assert reported["alarms"] == ["temperature"], "87 °C is above the preset of 85"
 
 
 def flash_options(folder: Path, content: bytes) -> list[str]:
@@ -237,7 +237,7 @@ def flash_options(folder: Path, content: bytes) -> list[str]:
 @pytest.mark.parametrize(
     ("content", "state"),
     [
-        # QEMU of Debian 12 has no configuration port: its INIT never comes.
+        # QEMU of Debian 12 has no configuration port, so that the signal INIT never comes.
         (image(bitstream(200_000)), "not_ready"),
         (image(bitstream(20_000), crc=1), "crc"),
         (image(bitstream(20_000), version=9), "version"),
@@ -322,11 +322,11 @@ def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
     give."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
-        told = machine.machine_command(
+        reported = machine.machine_command(
             "human-monitor-command", **{"command-line": "info registers"}
         )
-        state = int(told.split("PSR=")[1].split()[0], 16)
-        assert not state & ASYNCHRONOUS_ABORTS_OFF, "it would never be told"
+        state = int(reported.split("PSR=")[1].split()[0], 16)
+        assert not state & ASYNCHRONOUS_ABORTS_OFF, "it would never be reported"
         place = symbol("application_step")
         handler = symbol("fault_taken") | 1
         code = assemble(
@@ -350,7 +350,8 @@ def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
 
 
 def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
-    """The bus answers the first word with an error: no core, and no endless fault."""
+    """The bus answers the first word with an error: the firmware reports that there is no core, and
+    does not repeat the fault."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase wait_for_index")
@@ -428,7 +429,7 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
 
 
 def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
-    """QEMU's reset leaves the memory as it is: here it stands for a start without a reset."""
+    """QEMU's reset does not change the memory; this test uses it as a start without a reset."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         control = CORE_BASE + register_named("control").address
@@ -466,9 +467,9 @@ def test_orders_outlive_faults_and_faults_in_a_row_end(tmp_path: Path) -> None:
             assert field(status, "compensation") == "bypassed"
             assert field(status, "coefficients") == "frozen"
             assert (field(status, "phase") == "held") == (number == 3)
-        told = machine.send("show parameters")
-        assert field(told, "separation_deg") == "47.500000000"
-        assert field(told, "method") == "0.000000000"
+        reported = machine.send("show parameters")
+        assert field(reported, "separation_deg") == "47.500000000"
+        assert field(reported, "method") == "0.000000000"
         assert "held after 3 faults in a row: rearm begins anew\r\n" in machine.said
         assert machine.send("rearm").startswith("ok")
         machine.ask("status", "phase capture")
@@ -487,7 +488,8 @@ def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> Non
 
 
 def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
-    """QEMU's watchdog counts but does not reset: the test sees its counter fall unfed.
+    """QEMU's watchdog counts but does not reset: the test checks that its counter falls, because
+    the firmware no longer restarts it.
 
     The test then makes the reset with the watchdog's flag that the chip would make.
     """

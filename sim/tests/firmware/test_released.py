@@ -1,4 +1,5 @@
-"""A fault removes the line drivers' enable: who is informed, and how the operator ends it."""
+"""Tests who is informed when a fault removes the line drivers' enable, and how the operator ends
+this state."""
 
 from __future__ import annotations
 
@@ -33,10 +34,10 @@ def test_one_command_brings_the_drivers_back(running: Firmware, name: str) -> No
     """Clip and silence faults end by themselves, without the operator."""
     assert "released none\r\n" in running.send("status")
     releases(running, name)
-    told = json.loads(running.step(2))
-    assert (told["result"], told["alarms"]) == ("alarm", ["output"])
-    assert told["released"] == [name]
-    assert running.step(3) == "", "told once"
+    telemetry = json.loads(running.step(2))
+    assert (telemetry["result"], telemetry["alarms"]) == ("alarm", ["output"])
+    assert telemetry["released"] == [name]
+    assert running.step(3) == "", "reported once"
     said = running.send("status")
     assert f"released {name}, still present\r\nadvice the line drivers" in said
     if running.core.lasting_faults:
@@ -51,7 +52,7 @@ def test_one_command_brings_the_drivers_back(running: Firmware, name: str) -> No
     assert running.send("clear_output") == "error: the output has no fault\r\n"
     assert running.turn(turn())["released"] == []
     releases(running, name)
-    assert running.step(2) != "", "a release that comes again is told again"
+    assert running.step(2) != "", "a release that comes again is reported again"
 
 
 def test_nothing_else_brings_the_drivers_back(running: Firmware) -> None:
@@ -70,10 +71,10 @@ def test_nothing_else_brings_the_drivers_back(running: Firmware) -> None:
 def test_each_turn_tells_that_the_drivers_are_released(running: Firmware) -> None:
     releases(running, "processor_silent")
     running.step(2)
-    told = running.turn(turn())
-    assert told["released"] == ["processor_silent"]
-    assert told["output_fault"] == "none"
-    assert "output" in told["alarms"]
+    telemetry = running.turn(turn())
+    assert telemetry["released"] == ["processor_silent"]
+    assert telemetry["output_fault"] == "none"
+    assert "output" in telemetry["alarms"]
 
 
 def test_all_causes_are_told_and_only_what_stands_is_named_as_such(running: Firmware) -> None:
@@ -119,7 +120,8 @@ def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmwar
 
 
 def test_a_held_core_is_only_cleared() -> None:
-    """After repeated faults no turn is processed: neither capture nor zeros are touched."""
+    """After repeated faults the firmware processes no turn and changes neither capture nor
+    zeros."""
     core = ModelCore()
     core.see_index()
     firmware = Firmware(core)

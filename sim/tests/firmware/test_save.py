@@ -1,4 +1,5 @@
-"""Parameters and coefficients in the flash: power lost at any byte of a write loses nothing."""
+"""Tests that parameters and coefficients in the flash survive a power loss at any byte of a
+write."""
 
 from __future__ import annotations
 
@@ -106,8 +107,8 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
     assert working.status("settings") == ["saved"]
     assert working.status("saved") == ["waiting"]
     assert not controls(working.core)["compensate"], "no turn has confirmed them yet"
-    told = working.firmware.turn(turn(seed=9))
-    assert (told["result"], told["alarms"]) == ("applied", [])
+    telemetry = working.firmware.turn(turn(seed=9))
+    assert (telemetry["result"], telemetry["alarms"]) == ("applied", [])
     assert working.status("saved") == ["confirmed"]
     assert controls(working.core)["compensate"]
     assert left(working.firmware) < LEFT_ARCSEC
@@ -140,8 +141,8 @@ def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
     board.power_on()
     with_modulators(board.firmware)
     assert board.core.active == {}
-    told = board.firmware.turn(turn(seed=9))
-    assert (told["result"], told["alarms"]) == ("applied", [])
+    telemetry = board.firmware.turn(turn(seed=9))
+    assert (telemetry["result"], telemetry["alarms"]) == ("applied", [])
     assert board.status("saved") == ["confirmed"]
     assert last_lane(board.core.active) == words
     assert board.core.get("conditions.width") == CONDITIONS.width
@@ -162,13 +163,14 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
     board.work(range(5, 7))
     assert board.order("save").startswith("ok")
     board.power_on()
-    told = board.firmware.turn(turn(seed=9))
-    assert "not_confirmed" in told["alarms"]
+    telemetry = board.firmware.turn(turn(seed=9))
+    assert "not_confirmed" in telemetry["alarms"]
     assert board.core.active == {} or last_lane(board.core.active) == [0, 0, 0, 0]
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """A power cycle without a record shows what the record contributes to the test above."""
+    """A power cycle without a record is the counter-test: it shows the effect of the record in the
+    test above."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4
@@ -179,8 +181,8 @@ def test_another_table_does_not_get_them(working: Board) -> None:
     working.order("save")
     working.power_on()
     other = Disc({n: (a, p + 2.0) for n, (a, p) in DISC.orders.items()})
-    told = working.firmware.turn(turn(seed=9, disc=other))
-    assert told["alarms"] == ["not_confirmed"]
+    telemetry = working.firmware.turn(turn(seed=9, disc=other))
+    assert telemetry["alarms"] == ["not_confirmed"]
     assert working.status("saved") == ["not_confirmed"]
     assert any("not explained better" in advice for advice in working.status("advice"))
     assert left(working.firmware, other) < 0.7, "its own calibration went on in the same turn"
@@ -228,7 +230,8 @@ def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
 
 
 def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: Board) -> None:
-    """Power on, set a parameter, save: nothing has been judged yet, and nothing may be lost."""
+    """A save right after power-on and one set parameter, before any turn was judged, must keep all
+    earlier content."""
     said = working.order("save")
     working.power_on()
     working.firmware.send("set keep 0.5")
@@ -252,7 +255,8 @@ def re_armed(board: Board, line: str) -> None:
 def test_a_save_after_a_re_arm_keeps_the_coefficients(
     working: Board, line: str, saved_before: bool
 ) -> None:
-    """No turn has come and nothing is active: the former coefficients and the file are kept."""
+    """No turn has come and no coefficients are active: the save keeps the former coefficients and
+    the file."""
     if saved_before:
         working.order("save")
     bank = active_coefficients(working.core)
@@ -269,7 +273,8 @@ def test_a_save_after_a_re_arm_keeps_the_coefficients(
 
 
 def test_a_save_of_nothing_keeps_what_no_turn_has_confirmed(working: Board) -> None:
-    """The firmware is frozen at power-on with another disc: nothing is active, and all is kept."""
+    """The firmware is frozen at power-on with another disc: no coefficients are active, and the
+    save keeps the whole record."""
     working.firmware.send("freeze on")
     said = working.order("save")
     working.power_on()
@@ -290,7 +295,7 @@ def test_a_counts_per_rev_that_is_set_back_has_lost_nothing(working: Board) -> N
 
 
 def test_fewer_orders_than_the_record_has_are_not_written(working: Board) -> None:
-    """Call `save_begin` with fewer orders than it has to keep: the invariant itself."""
+    """Call `save_begin` directly with fewer orders than it has to keep; it must refuse."""
     ffi, library = c_library()
     working.order("save")
     kept = working.save.kept_lanes
@@ -414,9 +419,9 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
     board.chip.worn = {places[1]: wear, places[2]: wear}
     for number in range(2, len(places) + 4):
         board.firmware.send(f"set keep 0.{number:02}")
-        told = board.order("save")
-        assert told.startswith("ok, record "), told
-        assert told.endswith("; worn sectors: 2\r\n")
+        answer = board.order("save")
+        assert answer.startswith("ok, record "), answer
+        assert answer.endswith("; worn sectors: 2\r\n")
         assert board.status("saved_worn_sectors") == ["2"]
     assert [board.chip.erased.count(place) for place in places[1:3]] == [1, 1]
     (kept,) = board.status("saved_record")
@@ -550,7 +555,7 @@ def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
     first = first.ljust(length, b"\xff")
     draw = np.random.default_rng(1)
     for cut in range(length):
-        # The byte being written has any of its bits.
+        # The byte that is being written may have any of its bits.
         torn = bytes([third[cut] | int(draw.integers(256))])
         found = flash_of(third[:cut] + (torn if torn != third[cut : cut + 1] else b""), second)
         assert found.found() == 2, cut

@@ -49,7 +49,8 @@ def answer(coefficients: Coefficients) -> str:
 
 
 STEEP = (1640.0, 0.0, 0.0, 0.0)
-"""Slope of 8,221 counts at 25 °C: |dε/dR| = 1.97, and more than a lane holds."""
+"""Slopes that give 8,221 counts at 25 °C: |dε/dR| = 1.97, and the amplitude exceeds a lane's
+range."""
 
 
 def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:

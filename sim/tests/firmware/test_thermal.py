@@ -188,8 +188,12 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
     running.thermometer.pass_time(5.0, 10)
     assert field(running, "thermometer_state") == fault
     assert order1_left(running, 20.8) < 0.12, "held, not followed"
-    told = running.turn(turn(9, disc=warm(20.8)))
-    assert (told["alarms"], told["thermometer"], told["table_c"]) == (["thermometer"], fault, 20.8)
+    telemetry = running.turn(turn(9, disc=warm(20.8)))
+    assert (telemetry["alarms"], telemetry["thermometer"], telemetry["table_c"]) == (
+        ["thermometer"],
+        fault,
+        20.8,
+    )
     # The advice on "jumped" is about the temperature, on the others about the thermometer.
     subjects = ("advice the thermometer", "advice the temperature")
     assert any(line.startswith(subjects) for line in running.send("status").splitlines())
@@ -204,7 +208,8 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
 
 
 def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> None:
-    """The cable is off for two minutes while the table warms further: no operator is needed."""
+    """The cable is off for two minutes while the table warms further; the firmware continues
+    without the operator."""
     running.thermometer.celsius = None
     running.thermometer.pass_time(120.0, 240)
     assert field(running, "thermometer_state") == "silent"
@@ -258,7 +263,8 @@ def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
 
 @pytest.mark.parametrize("lag_s", [0.0, 3.0, 60.0])
 def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
-    """The observer's gains have no value once the whole lag has decayed: it starts again."""
+    """The observer's gains are not defined once the whole lag has decayed, so that it starts
+    again."""
     readings = [20.0] * 8 + [None] * 1200 + [20.5] * 3
     table = followed(readings, lag_s)
     assert table.celsius == pytest.approx(20.5, abs=0.1)

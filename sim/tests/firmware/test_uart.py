@@ -28,7 +28,8 @@ RX_OVERFLOW = 1 << 5
 FIFO = 64
 RESET_READS = 3
 CHARACTER_READS = 20
-"""Reads a character takes: time advances with the reads, hundreds a character at 115,200 baud."""
+"""Number of reads per character. Time advances with the reads; at 115,200 baud a character takes
+hundreds of reads."""
 
 SEAM = """
 #include <stdint.h>

@@ -20,7 +20,8 @@ def reason(running: Firmware, seed: int, noise: float) -> Any:
 
 
 def test_noise_that_rises_slowly_becomes_the_usual_one(running: Firmware) -> None:
-    """Each turn contributes a fifth: in steps of 1.6 no turn comes near 3 times the usual noise."""
+    """Each turn contributes a fifth to the usual noise. If the noise grows in steps of 1.6, no turn
+    reaches 3 times the usual noise."""
     noise = NOISE_ARCSEC
     for seed in range(4):
         reason(running, seed, noise)
@@ -53,11 +54,12 @@ def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
         running.send(f"set keep {keep}")
         running.send("forget")
         for seed in range(16):
-            told = running.turn(turn(seed=300 + seed, noise=NOISE_ARCSEC))
-        (order3,) = [item for item in told["harmonics"] if item[0] == 3]
+            telemetry = running.turn(turn(seed=300 + seed, noise=NOISE_ARCSEC))
+        (order3,) = [item for item in telemetry["harmonics"] if item[0] == 3]
         scatter[keep] = order3[3]
-        components = [item[1] for item in told["harmonics"] if item[0] in (4, 5, 6)]
+        components = [item[1] for item in telemetry["harmonics"] if item[0] in (4, 5, 6)]
         scatter[keep, "found"] = float(np.sqrt(np.mean(np.square(components))))
-    # The part of the separation is no noise and is not averaged; order 3 has none here.
+    # The contribution of the separation is not noise, so that the mean does not reduce it; order 3
+    # has no such contribution here.
     assert scatter[1] == pytest.approx(scatter[0] / 4, rel=0.1)
     assert scatter[1, "found"] < 0.6 * scatter[0, "found"]

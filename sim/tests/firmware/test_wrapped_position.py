@@ -18,7 +18,7 @@ STEP_TURNS = 1.0 / SAMPLES
 WRAP = 1 << 31
 """First count that a signed word of 32 bits does not hold."""
 NUMBER_OF_WRAPS = [0, 1, 5]
-"""Whole wraps that the table has passed before the tested one."""
+"""Number of complete wraps before the tested wrap."""
 WRAPS_AT_TURNS = {
     "before the bank": -0.01,
     "in its first step": 0.5 * STEP_TURNS,
@@ -26,7 +26,7 @@ WRAPS_AT_TURNS = {
     "after it, before it is looked at": 1.2,
     "not yet": 1.6,
 }
-"""Travel from the first sample at which the word wraps."""
+"""Travel between the first sample and the wrap of the word."""
 LOOKED_AT_TURNS = 1.4
 NOISE_ARCSEC = 0.1
 LEFT_ARCSEC = 1.0

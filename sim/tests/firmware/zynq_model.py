@@ -84,7 +84,7 @@ class ZynqModel:
         self.received = b""
         self.pieces: list[int] = []
         self.finished_us: int | None = None
-        # Time in us from the end of the DMA until the port has taken everything.
+        # Time in us from the end of the DMA until the port has read all words.
         self.port_us = 1000
         self.port_done_us: int | None = None
         # Time in us from its end until a transfer leaves the queue.

@@ -52,7 +52,8 @@ def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int
 def _smooth(
     name: str, counts: float, ticks: int, rate: int, acceleration: int, *at: int
 ) -> RampScenario:
-    """Make one step of so many counts, and markers to another level at some ticks of 256 clocks."""
+    """Return a scenario with one step of this number of counts, and with markers to another level
+    at some ticks of 256 clocks."""
     clocks = 256 * ticks
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -71,7 +72,8 @@ def _smooth(
 
 
 def _marked_every_tick(counts: float, first: int, phase: int) -> RampScenario:
-    """Make a step; from tick ``first`` on, one clock of each 256 has a marker with the same ε."""
+    """Return a scenario with a step; from tick ``first`` on, one clock of each 256 has a marker
+    with the same ε."""
     clocks = 256 * 120
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -124,7 +126,8 @@ def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -
     )
 
 
-# Largest sum of 64 lanes and the offset, with a cosine that is one too large in its last bit.
+# Largest sum of 64 lanes and the offset, with cosines that are too large by one unit of the last
+# bit.
 LARGEST = 64 * (8192 * COUNT + COUNT // 2) + 8192 * COUNT
 
 SCENARIOS = [

@@ -20,7 +20,7 @@ UNITS = 2520
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks a count; with 0 the disc stands."""
+    """Clocks per count; 0: the disc does not move."""
     down: bool = False
     wander: bool = False
     """Random speed that changes at random times, up to a count a clock in either direction."""
@@ -34,7 +34,7 @@ class Segment:
     minimum_edge_spacing: int = 0
     index_tolerance: int = 0
     counts_per_rev: int = 0
-    """Counts of a turn; with 0 those of the scenario."""
+    """Counts per turn; 0 selects the scenario's counts per turn."""
     clear: bool = False
     """Clear for one clock at the start."""
     rearm: bool = False
@@ -54,7 +54,7 @@ class Scenario:
     start: int = 0
     """Place of the disc at the start, counts from the index."""
     index_at: Fraction = Fraction(0)
-    """Distance in counts of the index edge after the edge of A or B; with 0 they coincide."""
+    """Distance in counts from the edge of A or B to the index edge; 0: the edges coincide."""
     index_width: Fraction = Fraction(1)
     """Number of counts for which Z is high."""
     index_scatter: int = 0
@@ -469,7 +469,8 @@ SKEWED: dict[str, Scenario] = {
 
 
 def scenarios_to_run(default_generics: bool) -> list[str]:
-    """Return names for a bench: with other generics only those that show the difference."""
+    """Return the scenarios of a bench: all for the default generics, otherwise those in which the
+    generics make a difference."""
     if default_generics:
         return [*LOSSLESS, *SCATTERED, *FAULTY, *SKEWED, *RANDOM_SEEDS]
     return [

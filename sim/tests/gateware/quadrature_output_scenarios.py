@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks a count; with 0 the table stands."""
+    """Clocks per count; 0: the table does not move."""
     down: bool = False
     tremble: int = 0
-    """Counts after which the table turns back; with 0 it never does."""
+    """Counts after which the table turns back; 0: it never turns back."""
     jump: int = 0
     """Counts by which position and angle jump at the start."""
     angle_jump: int = 0
@@ -90,7 +90,7 @@ SCENARIOS: dict[str, Scenario] = {
     "too_fast_then_standing": Scenario(
         [
             Segment(600, 1, minimum_spacing=3, following_limit=50),
-            # Still behind: the clear does not last.
+            # The output is still behind, so that the fault returns after the clear.
             Segment(100, minimum_spacing=3, following_limit=50, clear=True),
             Segment(1500, minimum_spacing=3, following_limit=50),
             Segment(200, minimum_spacing=3, following_limit=50, clear=True),

@@ -21,7 +21,7 @@ INDEX_SEEN = 0b11
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks a count; with 0 the table stands."""
+    """Clocks per count; 0: the table does not move."""
     down: bool = False
     enable: bool = True
     mode: int = 0
@@ -45,7 +45,7 @@ class Scenario:
     hold: tuple[int, int] = (0, 120)
     """Least and largest number of clocks for which the processor keeps a READY bank."""
     expect: dict[str, int] = field(default_factory=dict)
-    """Expected numbers of captures, overruns and full (banks full before a turn)."""
+    """Expected numbers of captures, of overruns, and of banks that were full before a turn."""
 
 
 def repeated(count: int, *segments: Segment) -> list[Segment]:
@@ -161,8 +161,8 @@ SCENARIOS: dict[str, Scenario] = {
     "equal_angle_zero_moves": Scenario(
         [
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16),
-            # Lost counts are whole periods, some that two bits of a jump do not show, and one
-            # count.
+            # The lost counts are whole periods, a number that two bits of a jump do not show, and a
+            # single count.
             Segment(1201, clocks_a_count=2, mode=1, angle_step=16, zero_slip=4),
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16, zero_slip=-7),
             Segment(1201, clocks_a_count=1, mode=1, angle_step=16, zero_slip=1, down=True),

@@ -1,4 +1,4 @@
-"""The coefficient file reads back as written, and its faults are named."""
+"""Tests that a coefficient file is read back as written, and that an error names its faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Quantised coefficients are within half a unit of the requested values, or refused."""
+"""Tests that quantised coefficients are within half a unit of the requested values, or are
+refused."""
 
 from __future__ import annotations
 

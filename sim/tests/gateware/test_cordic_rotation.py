@@ -74,7 +74,7 @@ def test_constants() -> None:
     assert tables.angle_fraction == 21
     for i, step in enumerate(tables.steps):
         assert abs(step / 2**21 * 2 * math.pi - math.atan2(1, 2**i)) <= math.pi / 2**21
-    # Each tabulated vector has the radius that the first iterations give it.
+    # Each tabulated vector has the radius that results from the first iterations.
     gain = math.prod(math.hypot(1, 2.0**-i) for i in range(TABULATED_ITERATIONS))
     assert np.allclose(
         np.hypot(tables.x, tables.y) / 2**COSINE_WIDTH, start_radius() * gain, atol=2.0**-18
@@ -83,7 +83,8 @@ def test_constants() -> None:
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine; half a turn further it has exactly the negative."""
+    """A mirrored phase has the same cosine; half a turn further it has exactly the negative
+    value."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase)
     assert np.array_equal(lane_cosine(TURN - 1 - phase), cosine)
@@ -104,7 +105,7 @@ def test_what_is_not_built_is_refused(width: int, iterations: int) -> None:
 
 
 def test_picture(tmp_path: Path) -> None:
-    """The picture is drawn, and the returned number is the swept one."""
+    """The function draws the picture and returns the largest error of the sweep."""
     picture = tmp_path / "reports" / "error.png"
     phase = swept_phases(12)
     largest = draw_cordic_error(picture, (phase, lane_cosine(phase)))

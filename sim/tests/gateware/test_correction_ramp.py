@@ -51,7 +51,7 @@ def jumps(scenario: RampScenario) -> np.ndarray:
 def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     total = run(scenario)
     before = np.concatenate(([0], total[:-1])) + jumps(scenario) * COUNT
-    # A total that cannot hold the jump ends at its limit.
+    # If the jump exceeds the range of the total, the total ends at its limit.
     fits = scenario.marker & (np.abs(before + 0.5) < HOLDS_COUNTS * COUNT)
     assert np.array_equal(total[fits], before[fits])
     clipped = scenario.marker & ~fits
@@ -66,10 +66,10 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     rate = -(-scenario.ramp_rate * UNIT // RATE_ONE)
     change = np.abs(np.diff(total))
     ends = UNIT if scenario.ramp_acceleration else 0
-    # After a hold two clocks of ε come at once; plus a unit at the lower limit.
+    # After a hold, the change of ε in two clocks comes at once; one more unit at the lower limit.
     moved = np.abs(np.diff(scenario.correction))
     moved[1:] += np.abs(np.diff(scenario.correction[:-1]))
-    # A jump that the total could not hold moves it by less than a count beyond its limit.
+    # A jump beyond the range of the total changes the total by less than a count beyond its limit.
     at_limit = np.abs(total[:-1] + 0.5) > scenario.limit * COUNT
     jumped = at_limit & np.any(clipped)
     assert np.all((change <= moved + rate + ends + 1 + COUNT * jumped)[~scenario.marker[1:]])
@@ -138,7 +138,7 @@ def test_limited_flag_says_clipped() -> None:
     result = correction_ramp(correction, np.zeros(clocks, dtype=bool), 4, 0)
     assert result.limited.tolist() == [False, False, False, True, False, True, False, False]
     assert (result.total[:5] // COUNT).tolist() == [0, 3, 4, 4, -4]
-    # The lower limit allows one unit more, which rounds to it.
+    # The lower limit allows one unit more, which is rounded to the limit.
     assert result.total[5:].tolist() == [-4 * COUNT - 1, 0, 0]
 
 
@@ -265,7 +265,8 @@ def test_a_marker_on_the_way_leaves_the_velocity() -> None:
     speed = np.diff(total)[~near[1:]]
     mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
     change = np.abs(mean[TICK:] - mean[:-TICK]).max()
-    # In 512 clocks between the two, and in what a marker holds, the velocity changes twice.
+    # The velocity changes twice: in the 512 clocks between the two markers, and in the clocks that
+    # a marker holds.
     of_a_tick = scenario.ramp_acceleration / 2**59 * TICK * COUNT
     held = 7 * scenario.ramp_rate / 2**8 / TICK
     assert change <= 3 * of_a_tick + held

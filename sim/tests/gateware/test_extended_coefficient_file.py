@@ -179,7 +179,8 @@ def test_weights_that_leave_the_format_are_refused() -> None:
 
 @pytest.mark.parametrize("of_set", [False, True])
 def test_prepared_sets_exclude_lanes_of_real_orders(of_set: bool) -> None:
-    """The gateware's prepared sets hold no turn steps: a lane of a set would keep another's."""
+    """The gateware's prepared sets contain no turn steps, so that a lane of a set would keep the
+    turn step of another lane."""
     steps = ((3, 1 << 47),)
     extension = Extension(THREE, turn_steps=steps if of_set else ())
     entry = dataclasses.replace(HALF_ORDER, extension=extension)

@@ -58,7 +58,8 @@ def test_a_scratch_is_taken_away() -> None:
     table = LocalTable(TURN, (start,), 6, 8, points)
     angle = np.arange(0, TURN, 101)
     left = scratch(angle) - local_table(angle, table) * 2.0**-VALUE_FRACTION
-    # Half a unit of a point, and the lines: in all far below a tenth of 259 counts.
+    # The rounding of a point to half a unit and the interpolation together are far below a tenth of
+    # 259 counts.
     assert np.abs(left).max() < 0.05
     assert scratch(angle).max() > 250
 
@@ -98,7 +99,8 @@ def test_words_of_a_file_become_a_bank() -> None:
 
 @pytest.mark.parametrize(("width", "leaps"), [(0, 0.0), (4, 2.0)])
 def test_the_slope_of_a_table_counts_with_that_of_the_lanes(width: int, leaps: float) -> None:
-    """A wave of 300 counts over the window has the slope 2π·300 / its length, and a leap of 2."""
+    """A wave of 300 counts over the window has the slope 2π·300 / length of the window, and a step
+    of 2."""
     place = 2.0 * np.pi * np.arange(POINTS) / POINTS
     points = tuple(np.rint((300.0 * np.sin(place) + leaps) * 2**6).astype(int).tolist())
     table = extension.LocalTable(points, (0,), width, 6)

@@ -1,4 +1,4 @@
-"""Tests of the weights of the parity, and of the head that a step is ascribed to."""
+"""Tests of the weights of the parity, and of the head to which a step is assigned."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
         head = int(rng.integers(0, 4))
         rounded[head] += int(rng.choice([-1, 1])) * (2 * STEP_COUNTS + int(rng.integers(0, 4000)))
         assert stepped_head(rounded, STEP_COUNTS) == head
-        # Between the limit and its double the answer may be no head, but no other head.
+        # Between the limit and twice the limit, the answer is the right head or no head, never
+        # another head.
         small = np.rint(moved).astype(np.int64)
         small[head] += int(rng.integers(STEP_COUNTS, 2 * STEP_COUNTS))
         assert stepped_head(small, STEP_COUNTS) in (None, head)

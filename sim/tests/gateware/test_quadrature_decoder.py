@@ -153,7 +153,7 @@ def test_time_of_the_last_edge(name: str) -> None:
 @pytest.mark.parametrize("stages", [2, 3, 4])
 @pytest.mark.parametrize("filter_length", [1, 2, 7])
 def test_no_edge_after_reset_with_any_levels(filter_length: int, stages: int) -> None:
-    # The pins change in the very clock of a reset that is one clock long.
+    # The pins change in the clock of a reset that is one clock long.
     clock = np.arange(60)
     for before, during, at in itertools.product(range(8), range(8), (0, 20)):
         levels = np.where(clock < at, before, during)
@@ -198,7 +198,7 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     scenario, given, trace = played("lost_count_between_index_marks")
     marks, _ = true_marks(scenario, given)
     intervals = trace.index_interval[np.flatnonzero(trace.index_strobe)]
-    # A jump over two counts counts as zero or, with the next step upwards, as a loss.
+    # The decoder counts a jump over two counts as 0, or as a loss if the next step is upwards.
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
@@ -241,7 +241,8 @@ def test_a_scattered_index_moves_no_count(name: str) -> None:
     at = np.flatnonzero(trace.index_strobe)
     assert (trace.index_position[at] + given.count[2]).tolist() == places[: len(at)].tolist()
     assert len(set((places % scenario.counts_per_rev).tolist())) > 1, "the index does not scatter"
-    # The first mark is the zero, where it was met; the others change nothing.
+    # The first mark sets the zero at the place where the disc reached it; the other marks do not
+    # change the zero.
     seen = int(np.argmax(trace.index_seen))
     expected = given.count[seen - delay : -delay] - places[0]
     assert trace.turn_position[seen:-1].tolist() == expected.tolist()
@@ -266,8 +267,8 @@ def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
     else:
         assert not wrong.any()
         strict = given.columns | {"index_tolerance": 2 * scenario.index_scatter - 1}
-        told = quadrature_decoder(DecoderInputs(**strict, timestamp=given.timestamp))
-        assert told.index_error_count[-1] == (off == off.max()).sum() > 0
+        reported = quadrature_decoder(DecoderInputs(**strict, timestamp=given.timestamp))
+        assert reported.index_error_count[-1] == (off == off.max()).sum() > 0
 
 
 def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
@@ -283,11 +284,11 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
     assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
     first = int(np.argmax(trace.index_seen))
     assert trace.index_seen[first:].all()
-    # The angle is never further off than the lost counts, and right again within two turns.
+    # The error of the angle never exceeds the lost counts, and is 0 again within two turns.
     assert set(off[first:].tolist()) <= {0, -4, 8, -12}
     wrong_clocks = np.diff(np.flatnonzero(np.diff(off[first:]) != 0))[::2]
     assert (wrong_clocks[:2] <= 2 * turn * 3 + 20).all()
-    # The position keeps the loss.
+    # The position still contains the loss.
     assert trace.position[-1] == given.count[-delay] - given.count[2] + (-4 + 8 - 12)
     # The angle is turn_position modulo the turn throughout.
     assert (trace.turn_position[first:] % turn == trace.angle[first:]).all()
@@ -295,7 +296,7 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
 
 @pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
 def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
-    """The false marks are 5 counts a turn off or nearer, and are seen once each."""
+    """The false marks are at most 5 counts from a whole turn, and each is seen once."""
     count = np.repeat(np.arange(700), 8)
     mark = (count % 100 == 0) | np.isin(count, false_at)
     clock = np.arange(count.size)
@@ -346,8 +347,8 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
     # The report comes at the fifth excess count of levels before the filter, after the
     # synchroniser.
-    told = int(np.argmax(trace.overspeed))
-    assert too_fast[0] < told <= too_fast[5] + latency_clocks()
+    reported = int(np.argmax(trace.overspeed))
+    assert too_fast[0] < reported <= too_fast[5] + latency_clocks()
     assert not trace.illegal.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
     assert not trace.overspeed[cleared + 1 : cleared + 20].any()
@@ -382,7 +383,7 @@ def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
         edges = np.flatnonzero(np.diff(b) != 0) + 1
         inputs = DecoderInputs(a ^ spoilt, b, filter_length=9, reset=clock < 3)
         trace = quadrature_decoder(inputs)
-        # Where B changes within the pulse, or in its first clock, it looks like a period.
+        # A pulse in which B changes, also in its first clock, looks like a period.
         if not ((edges >= at) & (edges <= at + pulse)).any():
             assert not trace.overspeed.any(), at
 
@@ -416,7 +417,8 @@ def test_rearm_forgets_the_index_and_starts_the_angle_at_zero() -> None:
     delay = latency(given)
     expected = given.count[2:-delay] - given.count[2]
     assert trace.position[2 + delay : -1].tolist() == expected.tolist()
-    # Each stretch counts with the turn set at its re-arm, whatever comes later.
+    # Each stretch uses the counts per turn that were set at its re-arm, even if the setting changes
+    # later.
     ends = [*after[np.diff(after, append=10**9) > 1], len(rearm) + 1]
     turns = set()
     for start, end in itertools.pairwise(ends):
@@ -516,8 +518,8 @@ def marks_off(clocks_a_count: int, skew: tuple[int, int, int], width: int) -> tu
     late = [np.roll(pin, by) for pin, by in zip(pins, skew, strict=True)]
     clock = np.arange(place.size)
     trace = quadrature_decoder(DecoderInputs(*late, counts_per_rev=1000, reset=clock < 3))
-    told = trace.index_position[np.flatnonzero(trace.index_strobe)]
-    return told.size, int(np.abs(told - first).max())
+    reported = trace.index_position[np.flatnonzero(trace.index_strobe)]
+    return reported.size, int(np.abs(reported - first).max())
 
 
 SKEWS = list(itertools.product(range(INDEX_SKEW + 1), repeat=3))
@@ -527,17 +529,15 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """Pins are up to ``most`` clocks apart: no mark is off at the header's spacing, some are below
-    it.
-
-    The header derives it: a step's Z is taken INDEX_SKEW clocks after it, and the Z of the next
-    step comes up to ``most`` clocks before that step.
-    """
+    """The pins change up to ``most`` clocks apart. At the spacing that the header states every mark
+    is placed correctly; below it some marks are displaced. The header derives the spacing: the
+    decoder reads Z INDEX_SKEW clocks after a step, and the Z of the next step comes up to ``most``
+    clocks before that step."""
     least = most + INDEX_SKEW + 1
     skews = [skew for skew in SKEWS if max(skew) <= most]
     for clocks in (least, least + 1, least + 4):
         found = [marks_off(clocks, skew, width) for skew in skews]
-        assert min(told for told, _ in found) > 10
+        assert min(reported for reported, _ in found) > 10
         assert max(off for _, off in found) == 0, clocks
     faster = [marks_off(least - 1, skew, width)[1] for skew in skews]
     assert max(faster) > 0
@@ -550,7 +550,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """Z is half a count beside its step: at 14 clocks a count no mark is off, at 12 some are."""
+    """Z changes half a count after its step. At 14 clocks per count every mark is placed correctly;
+    at 12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),
@@ -567,8 +568,8 @@ def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> N
 
 @pytest.mark.parametrize("z_early", [0, 1])
 def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
-    """The disc goes up through a mark of 6 counts, back by one, and on: the far edge is not the
-    zero."""
+    """The disc moves up through a mark of 6 counts, back by one, and further up; the far edge must
+    not become the zero."""
     ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5
     count = np.repeat(np.concatenate([[0], np.cumsum(ways)]), 20)
     mark = np.roll((count >= 10) & (count < 16), -z_early)
@@ -580,7 +581,7 @@ def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> Non
 
 
 def test_a_reversal_within_a_count_leaves_no_trace() -> None:
-    """Z changes within a count, where the table turns back, on both edges of the mark."""
+    """At both edges of the mark, Z changes within a count and the table reverses there."""
     half_counts = [*range(40), *range(39, 37, -1), *range(39, 60), *range(59, 10, -1)]
     half_counts = np.repeat(half_counts, 12)
     count = half_counts // 2

@@ -1,4 +1,4 @@
-"""Tests of the quadrature output model against the view of a receiver of its edges."""
+"""Tests of the quadrature output model against the count of a receiver of its edges."""
 
 import itertools
 
@@ -47,7 +47,8 @@ def without_reset(names: dict[str, Scenario]) -> list[str]:
 def test_edges_are_legal_and_spaced(name: str) -> None:
     columns, trace = played(SCENARIOS[name])
     at = edges(trace)
-    # The spacing is that in force when the edge was decided, three clocks before it shows.
+    # The spacing is the setting at the decision about the edge, three clocks before the edge
+    # appears.
     spacing = np.maximum(columns["minimum_spacing"], 1)[at[:-1] - 3]
     assert (np.diff(at) >= spacing).all()
 
@@ -79,7 +80,8 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
     assert np.abs(behind[STARTED:]).max() <= 1
     if (columns["minimum_spacing"] > 1).any():
         return
-    # After two counts in the same direction and a clock of rest nothing is held back.
+    # After two counts in the same direction and a clock without motion, the output holds no count
+    # back.
     last_way = 0
     for clock, move in enumerate(np.diff(position), start=1):
         if move == 0 and last_way in (-2, 2) and clock > STARTED:
@@ -102,7 +104,7 @@ def test_following_error_is_what_the_pins_lack_of_the_position_two_clocks_ago(na
 
 
 def settings_of(name: str) -> tuple[bool, int, int]:
-    """Return z_gated, z_state and the counts of Z, where they are the same throughout."""
+    """Return z_gated, z_state and the counts of Z, if they do not change within the run."""
     (found,) = {(g.z_gated, g.z_state, g.z_width) for g in SCENARIOS[name].segments}
     return found[0], found[1], (1, 2, 4)[found[2]]
 
@@ -133,7 +135,7 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
 def test_the_zero_lies_in_one_state_whatever_the_start(start: int, way: int, of_zero: int) -> None:
     """After power-up at any count, Z comes in the state of the head's own A and B at its index."""
     position = start + way * (np.arange(2000) // 3)
-    enable = np.arange(2000) > 40  # enabled on the way, not where it started
+    enable = np.arange(2000) > 40  # enabled after a move, not at the start
     trace = quadrature_output(
         OutputInputs(position, position % 40, 40, enable=enable, phase_of_zero=of_zero)
     )
@@ -174,7 +176,8 @@ def test_a_reset_moves_neither_a_nor_b() -> None:
         trace = quadrature_output(
             OutputInputs(position, position % 40, 40, reset=reset, enable=enable)
         )
-        # An edge may be on its way; then the output stands until it is enabled again.
+        # An edge may still be in the pipeline; after that the output stops until it is enabled
+        # again.
         assert edges(trace)[-1] <= at + 2
         held.add((int(trace.a[-1]), int(trace.b[-1])))
     assert len(held) == 4
@@ -186,10 +189,11 @@ def test_what_was_missed_is_not_replayed() -> None:
     assert trace.cannot_keep_up[stands_from]
     at = edges(trace)
     fault = int(np.argmax(trace.cannot_keep_up))
-    # The limit of 100 counts, six clocks of ten behind.
+    # The limit is 100 counts; the output is behind in six of ten clocks.
     assert fault < 20 + 4 * (100 / 0.6 + 10)
     assert not ((at > fault + 5) & (at < stands_from + 3000)).any()
-    # Cleared while it stands: at most two edges to the levels of the present position.
+    # The clear comes while the output is stopped: it makes at most two edges to the levels of the
+    # present position.
     assert ((at > fault + 5) & (at < stands_from + 3060)).sum() <= 2
     resumed = decoded(trace)[stands_from + 3080 :]
     position = turned(columns)[stands_from + 3080 - LATENCY :][: len(resumed)]
@@ -208,7 +212,8 @@ def test_z_comes_once_a_turn_together_with_an_edge(turn: int, down: bool) -> Non
     rising = changes[trace.z[changes + 1] == 1]
     assert len(rising) >= 5
     assert (np.abs(np.diff(shown[rising + 1])) == turn).all()
-    # Both directions meet the same physical edge: up it rises into 0, down it falls out of 0.
+    # Both directions have the same physical edge: upwards Z rises at the step to 0, downwards Z
+    # falls at the step from 0.
     assert (shown[rising + 1] % turn == 0).all()
 
 
@@ -335,5 +340,6 @@ def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_e
     """Starts follow from the clock after the heal, while the counts are in the pipeline."""
     starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)
     assert {place_after_a_heal(start) for start in starts} == {0}
-    # A phase as late as the position would be the former one, for all later turns.
+    # If the phase were as late as the position, the output would keep the earlier phase in all
+    # later turns.
     assert place_after_a_heal(HEAL_AT + 5, phase_late_clocks=PIPELINE) == 2

@@ -25,10 +25,10 @@ async def _no_write(address: int, words: Sequence[int]) -> None:
 def test_an_unknown_register_is_named_whole(path: str, near: str) -> None:
     registers = RegisterMap(_no_read, _no_write)
     for access in (registers.read(path), registers.write(path, 0), registers.read_fields(path)):
-        with pytest.raises(KeyError) as told:
+        with pytest.raises(KeyError) as raised:
             asyncio.run(access)
-        assert f"no register {path!r}" in str(told.value.args[0])
-        assert near in str(told.value.args[0])
+        assert f"no register {path!r}" in str(raised.value.args[0])
+        assert near in str(raised.value.args[0])
 
 
 def test_an_unknown_field_is_told_with_those_there_are() -> None:

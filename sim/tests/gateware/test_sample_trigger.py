@@ -60,7 +60,7 @@ def walk(seed: int, clocks: int, start: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("step", [1, 2, 3, 7, 31])
 def test_equal_angle_is_the_next_multiple_in_either_direction(seed: int, step: int) -> None:
-    # Floor division gives the multiple; the model only adds and compares.
+    # The test finds the multiples by floor division; the model only adds and compares.
     start = int(np.random.default_rng(seed).integers(-(2**30), 2**30))
     position = walk(seed, 3000, start)
     clocks = sampled(sample_trigger(position, mode=1, angle_step=step))
@@ -102,7 +102,8 @@ def test_grid_is_found_while_the_table_turns_with_an_edge_every_clock() -> None:
 
 
 def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
-    # Every count is a multiple, and every clock brings one: only the search delays the trigger.
+    # Every count is a multiple, and the table moves by one count in every clock, so that only the
+    # search delays the trigger.
     position = np.arange(200)
     enable = position >= 20
     assert sampled(sample_trigger(position, enable=enable, mode=1, angle_step=1))[0] == 20 + 36

@@ -34,7 +34,8 @@ def check_capture(
 ) -> None:
     clocks = capture.sample_clocks
     inside = slice(clocks[0], clocks[-1] + 1)
-    # Both heads come from one clock, and every trigger from the first to the last sample is there.
+    # Both heads' values come from the same clock, and no trigger between the first and the last
+    # sample is missing.
     assert (capture.samples[:, 0] == columns["turn_position1"][clocks]).all()
     assert (capture.samples[:, 1] == columns["turn_position2"][clocks]).all()
     assert clocks.tolist() == (clocks[0] + np.flatnonzero(trace.trigger[1:][inside])).tolist()
@@ -45,7 +46,8 @@ def check_capture(
     assert away[-1] or len(clocks) == scenario.depth
     assert len(clocks) <= scenario.depth
     assert bool(capture.flags & FULL_BEFORE_TURN) == (not away[-1])
-    # Sampling was enabled, both indices were seen, and no fault flag is missing.
+    # Check that sampling was enabled, that both indices were seen, and that the capture has every
+    # fault flag.
     assert columns["enable"][inside].all()
     assert (columns["flags"][inside] & 0b11 == 0b11).all()
     assert capture.flags & 0xFF == np.bitwise_or.reduce(columns["flags"][inside])

@@ -38,13 +38,15 @@ def test_every_phase_stays_within_the_bound() -> None:
         largest = max(largest, float(error.max()))
     assert largest <= error_bound() < 2.7e-5
     assert largest <= SWEPT
-    # Less than half of the CORDIC's: 5.2e-5 swept, 1.18e-4 by the paper's bound.
+    # The error is less than half of the CORDIC's, which is 5.2e-5 in a sweep and 1.18e-4 by the
+    # paper's bound.
     assert largest < 5.2e-5 / 2
     assert error_bound() < cosine_bound() / 4
 
 
 def test_rows_are_a_product() -> None:
-    """Truncated partial products lose less than one unit of the last row of slope times place."""
+    """The error of the truncated partial products is less than one unit of the last row of slope
+    times place."""
     table = tangent_table()
     folded = np.arange(0, TURN // 4, 4_999, dtype=np.int32)
     unit = Fraction(1, 2**ROW_FRACTION)
@@ -66,7 +68,8 @@ def test_lines_meet_their_neighbours() -> None:
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine; half a turn further it has exactly the negative."""
+    """A mirrored phase has the same cosine; half a turn further it has exactly the negative
+    value."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase, rotation="table")
     assert np.array_equal(lane_cosine(TURN - 1 - phase, rotation="table"), cosine)

@@ -15,7 +15,7 @@ PLACES_DEG = np.array([0.0, 33.0, 162.5, 300.5])
 
 
 def mean_angle(angles: np.ndarray, mean: MeanSet, counts: int) -> np.ndarray:
-    """Return θ with E = 0 in counts: the carrier's whole reading less the term."""
+    """Return θ for E = 0 in counts: the carrier's whole reading minus the term."""
     whole = whole_readings(angles, mean, counts)
     return whole[:, mean.carrier - 1] - weighted_mean(whole, mean, counts).term * TERM_LSB_COUNTS
 
@@ -48,7 +48,7 @@ def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
 
 
 def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
-    """The turn of the readings ends between the heads: no carrier sees a step."""
+    """The readings wrap between the heads; the mean has no step with any carrier."""
     weights, offsets = (16384,) * 4, (8, 777 * 16, 5, 16 * (COUNTS - 900) + 9)
     true = np.arange(-3000, 3000, 7)
     whole = np.array(offsets) // 16
@@ -61,12 +61,9 @@ def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
 
 
 def test_a_translation_of_the_axis_is_not_in_the_mean() -> None:
-    """Heads at 0/33/162.5/300.5° see an axis that moves by 2 µm at 52 mm radius: over 5.4″ at head
-    1.
-
-    The mean keeps one count of rounding a head, weighted, and the rounding of the weights (2⁻¹⁷ of
-    the motion each).
-    """
+    """The axis moves by 2 µm under heads at 0/33/162.5/300.5° with a radius of 52 mm: more than
+    5.4″ at head 1. The mean contains the weighted rounding of each head to one count, and the
+    rounding of the weights (2⁻¹⁷ of the motion each)."""
     weights = weights_for(PLACES_DEG)
     mean = MeanSet(weights, (0,) * 4)
     turn = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)

@@ -1,4 +1,5 @@
-"""Files in the forms of other programs are read, or answered with what to do."""
+"""Tests that files of other programs are read, or are refused with a message that says what to
+do."""
 
 from __future__ import annotations
 
@@ -327,7 +328,8 @@ def test_runs_that_begin_anew_are_not_mixed(tmp_path: Path) -> None:
 
 
 def test_an_order_that_nobody_can_know_is_asked_for(tmp_path: Path) -> None:
-    # The second half was recorded before the first, or is another run: both are smooth.
+    # Both explanations give smooth rows: the second half was recorded before the first, or is
+    # another run.
     late = np.concatenate([TIME_S[:180] + 500.0, TIME_S[180:]])
     (tmp_path / "log.csv").write_text("\n".join([HEADER, *_rows(late)]) + "\n")
     words = (tmp_path / "log.csv",)

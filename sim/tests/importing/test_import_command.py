@@ -1,4 +1,5 @@
-"""Tests of arctrue import: files in foreign forms become the set that they were made of."""
+"""Tests that arctrue import converts files in other formats back into the set from which they were
+written."""
 
 from __future__ import annotations
 
@@ -235,7 +236,7 @@ def test_the_sign_is_never_guessed(real: MeasurementSet, tmp_path: Path) -> None
     found = imported(tmp_path, tmp_path / "a.npz", "--sign", "true-reading").reference
     assert found is not None
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)
-    # With the reading beside it, the sign is found and reported.
+    # If the file also has the reading, the import finds and reports the sign.
     both = {"target_deg": target, "error_arcsec": -error, "head1_counts": counts}
     np.savez(tmp_path / "b.npz", **both)
     words = [tmp_path / "b.npz", "--counts-per-rev", "65536", tmp_path / "second"]
@@ -338,7 +339,7 @@ def test_two_logs_on_different_clocks_are_brought_together(tmp_path: Path) -> No
     def angle(t: Float) -> Float:  # turns; the speed varies and does not repeat
         return 0.05 * t + 0.004 * np.sin(0.9 * t) + 0.003 * np.sin(0.37 * t * np.sqrt(2.0) + 1.0)
 
-    late = 0.00137  # the reference's clock is behind by this, beside 1,000 s
+    late = 0.00137  # the reference's clock is late by this time in addition to 1,000 s
     reference_time_s = np.arange(5.0, 55.0, 0.023)
     error = 20.0 / 1_296_000.0 * np.sin(2 * np.pi * angle(time_s))
     np.savez(tmp_path / "enc.npz", t=time_s, A=angle(time_s) + error)
@@ -358,7 +359,8 @@ def test_two_logs_on_different_clocks_are_brought_together(tmp_path: Path) -> No
     ]
     found = import_recordings(read, settings, choices)
     assert found.clocks is not None
-    # The table's own error moves the match: 20″ in a speed that varies by some 0.004 turn/s.
+    # The table's own error of 20″ shifts the match, because the speed varies by some 0.004 turn/s
+    # only.
     assert abs(found.clocks.offset_s - 1000.0 - late) < max(5 * found.clocks.u_s, 1e-4)
     assert found.clocks.u_s < 2e-3
     assert any(note.startswith("clocks: +1000.00") for note in found.notes)

@@ -1,4 +1,5 @@
-"""Columns are known by common names; the output says what an unused column would give."""
+"""Tests that common names of columns are recognised, and that the output says which effects an
+unused column could show."""
 
 from __future__ import annotations
 
@@ -117,7 +118,7 @@ def test_unused_columns_are_listed_with_what_they_would_unlock(tmp_path: Path) -
     assert "--column NAME=COLUMN makes a column a condition" in said
     kept = read_measurement_set(tmp_path / "out").origin.notes
     assert any("not used: 1 Uhr, 4 Drehmoment, 5 Bemerkung (text)" in note for note in kept)
-    # If no column is unused, nothing is reported.
+    # If every column is used, the import reports nothing.
     (tmp_path / "b.csv").write_text(
         "time_s,target_deg,head1_deg\n" + "".join(f"{i},{i},{i + 0.01}\n" for i in range(60))
     )

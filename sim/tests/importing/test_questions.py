@@ -1,4 +1,5 @@
-"""All open questions are on one screen, with the first rows; a number answers for a column."""
+"""Tests that one screen shows all open questions with the first rows, and that the number of a
+column is an answer."""
 
 from __future__ import annotations
 
@@ -54,7 +55,7 @@ def test_a_script_is_told_every_question_at_once(odd_names: Path, tmp_path: Path
     assert "1 tick  2 axis $1  3 axis 'two'  4 n" in " ".join(done.output.split("\n")).replace(
         "   ", "  "
     ).replace("   ", "  ")
-    # With all of them answered no question remains.
+    # If all questions are answered, the list of questions is empty.
     words = ["--column", "target=2", "--column", "head1=3", "--unit", "target=deg"]
     done = arctrue(odd_names, *words, "--unit", "head1=deg", tmp_path / "out")
     assert done.exit_code == 0, done.output
@@ -82,7 +83,7 @@ def test_a_number_answers_for_a_column(odd_names: Path, tmp_path: Path) -> None:
     assert found.reference.target_deg[7] == 7.0
     assert found.reference.error_arcsec[7] == pytest.approx(36.0, abs=1e-3)
     assert found.origin.command is not None
-    # The column's name is kept: it says more than the number.
+    # The import keeps the column's name, because it says more than the number.
     assert "target=axis $1" in shlex.split(found.origin.command)
 
 

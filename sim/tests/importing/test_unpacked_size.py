@@ -66,7 +66,7 @@ def _rows_that_grow(path: Path) -> None:
 
 
 def _wide_text_in_gzip(path: Path) -> None:
-    """Write one long text, which needs as much memory for each other one."""
+    """Write one long text; in memory every other text of the column needs as much space."""
     path.write_bytes(gzip.compress(b"0,a\n" * 1000 + b"0," + b"a" * 2000 + b"\n"))
 
 
@@ -94,7 +94,7 @@ def _mat_struct(path: Path) -> None:
 def _mat_73(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w", userblock_size=512) as file:
-        # One byte each, and no value was ever written.
+        # The values have one byte each, and the file contains no written value.
         data = file.create_dataset("a", shape=(1, ROWS), dtype="u1", chunks=(1, 1000))
         data.attrs["MATLAB_class"] = np.bytes_("uint8")
     with path.open("r+b") as raw:
@@ -143,7 +143,7 @@ def test_it_is_refused(
 
 
 def test_unpacking_stops_at_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A bomb does not fill the disk before it is refused."""
+    """The program refuses a decompression bomb before it fills the disk."""
     path = tmp_path / "a.csv.gz"
     path.write_bytes(gzip.compress(b"\0" * 100_000_000))
     monkeypatch.setattr(unpacked_size, "MOST_BYTES", SMALLER)

@@ -44,13 +44,14 @@ after that. The first index is the zero of turn_position (header of index_zero).
 """
 
 SAMPLE_AFTER_EDGE = -1
-"""Clocks from the edge to the sample's pins of head 1, those of the clock before the edge.
+"""Clocks from the edge to the pins of head 1 in the sample: the pins in the clock before the edge.
 
 The strobe comes 4 clocks after its pin, the turn position 5 (headers of pulse_input and
 quadrature_decoder).
 """
 NOTED = 1
-"""Clocks between the recorded inputs and outputs: inputs of a clock, outputs after its edge."""
+"""Clocks between the recorded inputs and outputs: the recording has the inputs of a clock and the
+outputs after its edge."""
 TRIGGER_AFTER_EDGE = 4 + 1 + 1 - NOTED
 """Clocks of pulse_input, sample_trigger and pulse_output."""
 COMPARE_AFTER_PINS = 5 + 29 + 2 + 1 - NOTED
@@ -154,12 +155,13 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
         latches.append(latch)
     clocks = np.array(edges)
     wanted = corrected(scene.pins().of(clocks)[0], bank)
-    told = np.array([latch.angle_deg for latch in latches]) * COUNTS / 360.0
-    off = (told - wanted + COUNTS / 2) % COUNTS - COUNTS / 2
+    reported = np.array([latch.angle_deg for latch in latches]) * COUNTS / 360.0
+    off = (reported - wanted + COUNTS / 2) % COUNTS - COUNTS / 2
     assert np.abs(off).max() <= bound
-    # A clock later the worst of them is another count: the bench would see it.
+    # One clock later, the least accurate of them would differ by a count, which the bench would
+    # detect.
     later = corrected(scene.pins().of(clocks + 1)[0], bank)
-    assert np.abs((told - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
+    assert np.abs((reported - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
     # Positions and times are those of the same edges, with different origins.
     positions = np.array([latch.position_counts for latch in latches])
     assert np.abs(np.diff(positions) - np.diff(wanted)).max() <= 2 * bound
@@ -173,7 +175,7 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     instrument, firmware = scene.instrument, scene.firmware
     for line in ("trigger width 2", "sync capture 1"):
         assert firmware.send(line) == "ok"
-    # The turn that was begun in equal times is dropped.
+    # The firmware drops the turn that began with equal times.
     firmware.run(2000)
     assert instrument.read("capture_fill") == 0
     assert not instrument.read("status.capture_ready")
@@ -193,8 +195,8 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     turned = np.diff(pins.of(sampled[[0, -1]])[0])
     assert COUNTS <= turned <= COUNTS + gaps.max()
     assert np.array_equal(samples.T, pins.of(sampled + SAMPLE_AFTER_EDGE))
-    told = edges[edges < instrument.clock - TRIGGER_AFTER_EDGE]
-    assert np.array_equal(pins.rises(TRIGGER_OUT, begin), told + TRIGGER_AFTER_EDGE)
+    reported = edges[edges < instrument.clock - TRIGGER_AFTER_EDGE]
+    assert np.array_equal(pins.rises(TRIGGER_OUT, begin), reported + TRIGGER_AFTER_EDGE)
     # The firmware uses such a turn like any other.
     assert "samples sync_in" in firmware.send("status")
     assert scene.next_turn()["samples"] == samples.shape[0]
@@ -254,12 +256,13 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
     times = np.array([event.time_s for event in found]) * instrument.read("clock_hz")
     assert np.array_equal(np.diff(np.round(times)), np.diff(clocks[order]))
     wanted = corrected(pins.of(clocks[order])[0], bank)
-    told = np.array([event.angle_deg for event in found]) * COUNTS / 360.0
-    assert np.abs((told - wanted + COUNTS / 2) % COUNTS - COUNTS / 2).max() <= bound
+    reported = np.array([event.angle_deg for event in found]) * COUNTS / 360.0
+    assert np.abs((reported - wanted + COUNTS / 2) % COUNTS - COUNTS / 2).max() <= bound
 
 
 def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
-    """The position at Z is that of the pins in that clock, though 1 of 17 edges is kept."""
+    """The position at Z is the position of the pins in that clock, although the recording has only
+    1 of 17 edges."""
     instrument = scene.instrument
     begin = instrument.clock
     instrument.record(every=17)

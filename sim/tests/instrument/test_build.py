@@ -1,4 +1,4 @@
-"""A missing tool is named, and nothing is built twice."""
+"""Tests that the build names a missing tool, and builds no part twice."""
 
 from __future__ import annotations
 
@@ -84,6 +84,6 @@ def test_two_processes_build_once(tmp_path: Path) -> None:
         for number in range(2)
     ]
 
-    told = sorted(process.communicate(timeout=60)[0].strip() for process in started)
-    assert told == ["False", "True"]
+    answers = sorted(process.communicate(timeout=60)[0].strip() for process in started)
+    assert answers == ["False", "True"]
     assert (tmp_path / "made" / "who").exists()

@@ -107,7 +107,7 @@ def test_two_instruments_side_by_side() -> None:
 
 
 def test_libraries_of_two_sizes_share_no_name() -> None:
-    """Otherwise the C++ of the first loaded library would serve the second too."""
+    """Otherwise the second library would use the C++ functions of the first loaded library."""
     listed = subprocess.run(
         ["nm", "-D", "--defined-only", build(LANES, DEPTH)],
         capture_output=True,
@@ -117,6 +117,6 @@ def test_libraries_of_two_sizes_share_no_name() -> None:
     kinds = {line.split()[-1].split("@")[0]: line.split()[-2] for line in listed.splitlines()}
     ours = {name for name in kinds if name.startswith(("instrument_", "firmware_"))}
     assert ours
-    # Names of the C++ library itself are the same in both; a model's never are.
+    # Both libraries contain the same names of the C++ library, but no common name of a model.
     assert not [name for name in kinds if "arctrue" in name.lower() and name not in ours]
     assert not [name for name, kind in kinds.items() if kind == "u"]

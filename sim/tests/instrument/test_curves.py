@@ -69,7 +69,7 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
     assert knot < smooth
     clock = np.arange(1, 2000, 7)
     off = between(head1, knot, clock) - exact(table, 0, 20_000 + clock)
-    # With one knot a clock the knots are the clocks: the cubic has nothing to interpolate.
+    # With one knot per clock every clock is a knot, so that the cubic does not interpolate.
     assert np.abs(off).max() < INTERPOLATION_TOLERANCE_COUNTS
 
 
@@ -119,7 +119,7 @@ def test_noise_of_a_long_run_never_repeats_and_has_no_seams() -> None:
     found = np.corrcoef(pieces)
     # Independent pieces of 2,000 independent readings: five standard deviations of 1/√2000.
     assert np.abs(found - np.eye(6)).max() < 5 / np.sqrt(2000)
-    # Any order of the queries, and a fresh start, give the same.
+    # Queries in any order, and queries after a new start, give the same values.
     again = ReadingNoise(rms_rad=rms, correlation_s=step_s, seed=4)
     np.testing.assert_array_equal(read(again, time_s + 5 * knots * step_s), pieces[5])
     np.testing.assert_array_equal(read(noise, time_s), pieces[0])

@@ -26,7 +26,8 @@ Eccentricity of 142″ then changes a difference of two heads by 58 counts to ei
 of 32 counts is for 90°/s at 100 MHz.
 """
 CLOCKS_A_SLIPPED_COUNT = 4
-"""Slower than the table, whose edges they also meet: some of them are illegal steps."""
+"""Edges slower than the table's; some of them coincide with edges of the table and are illegal
+steps."""
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +62,8 @@ def back_in(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
-    """Head 3's pins stay low for a turn: three heads continue, the balls stay out of the output."""
+    """Head 3's pins stay low for a turn: three heads continue, and the output contains no ball
+    motion."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     turn_clocks = round(SETTINGS.counts_per_rev * 1.15)
@@ -69,8 +71,8 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
         PinFault(instrument.clock + 100, 5 * turn_clocks, low=HEAD3_A | HEAD3_B | HEAD3_Z)
     )
     device.run_until(lambda: left_out(device, first), "the failure")
-    told = alarm_of(device, first)
-    assert told["left_out"] == [HEAD]
+    telemetry = alarm_of(device, first)
+    assert telemetry["left_out"] == [HEAD]
     status = instrument.read_fields("heads_status")
     assert (status["left_out"], status["set"]) == (1 << HEAD - 1, HEAD)
     assert f"left_out {HEAD}" in firmware.send("status")
@@ -86,7 +88,7 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> None:
-    """A and B of head 3 count on by themselves; three heads continue, and head 3 returns."""
+    """A and B of head 3 count without the table; three heads continue, and head 3 returns."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     begin = instrument.clock + 100
@@ -107,12 +109,10 @@ def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> No
 
 @pytest.mark.slow
 def test_the_device_makes_its_own_sets() -> None:
-    """Nothing is loaded: the device calibrates four heads, and head 3 dies in motion.
-
-    Afterwards three heads keep the balls and the disc's orders out of the output. The sums of a
-    mean of three have √Σw² = 0.82 instead of 0.5, so that the tolerance of a line is 0.82/0.5 times
-    as large.
-    """
+    """Without a loaded file, the device calibrates four heads, and head 3 fails while the table
+    turns. Afterwards the mean of three heads removes the ball motion and the disc's orders from the
+    output. The sums of a mean of three have √Σw² = 0.82 instead of 0.5, so that the tolerance of a
+    line is 0.82/0.5 times as large."""
     three = LINE_ARCSEC * 0.82 / 0.5
     with HeadsDevice(SETTINGS, failover=True) as device:
         device.firmware.send(f"set failover_step_counts {STEP_COUNTS}")

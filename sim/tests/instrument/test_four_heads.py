@@ -79,7 +79,7 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert device.load(coefficients) == "load active"
     mean = device.accepted_turn()
     assert (mean["mean_of_heads"], mean["carrier"], mean["result"]) == (4, 1, "kept")
-    # Largest error of a place: that of the calibration with 1,600 counts of 5″, twice.
+    # Largest error of a place: twice the error of the calibration with 1,600 counts of 5″.
     assert mean["mean_off_arcsec"] < 0.5
     assert mean["alarms"] == []
     assert "active_arcsec" in first
@@ -88,7 +88,7 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert abs(before.line(BALLS.order)) < LINE_ARCSEC
     assert abs(head1_before.line(BALLS.order)) == pytest.approx(balls_arcsec, abs=LINE_ARCSEC)
 
-    # The hub moves while the power is off. A turn confirms the saved set, nothing is fitted.
+    # The hub moves while the power is off. A turn confirms the saved set without a new fit.
     device.firmware.send("save")
     device.run_until(lambda: "saved_record 1" in device.firmware.send("status"))
     flash = device.firmware.flash
@@ -106,8 +106,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
 
 @pytest.mark.slow
 def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
-    """Without a host the firmware fits, weighs, writes and swaps; the true angle judges fresh
-    turns."""
+    """Without a host, the firmware fits the coefficients, calculates the weights, writes and swaps;
+    the test compares further turns with the true angle."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     device.calibrate_alone()
     device.firmware.send("forget")

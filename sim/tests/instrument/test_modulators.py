@@ -77,7 +77,8 @@ def order_0(counts: float, modulator: str | None, counts_per_rev: int = COUNTS) 
 def run(
     instrument: Instrument, script: Script, bank: Coefficients, **words: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], float]:
-    """Return clock and error (counts, of the old angle) of every output edge, and that age."""
+    """Return clock and error of every output edge, in counts against the earlier angle, and the age
+    of that angle."""
     instrument.attach_curves(script)  # type: ignore[arg-type]
     instrument.reset()
     instrument.write("counts_per_rev", script.counts_per_rev)
@@ -124,7 +125,8 @@ def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
     found = []
     for first, last, pace in ((80e3, 119e3, PACES[0]), (200e3, 319e3, PACES[1])):
         chosen = (clock - start > first) & (clock - start < last)
-        # The recording compares with the angle at the output's own age before.
+        # The recording compares each edge with the earlier angle, older by the output's own
+        # latency.
         found.append(float(np.mean(error[chosen])) - pace * latency)
     return found
 
@@ -179,11 +181,12 @@ def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
-    """At 2²⁴ counts at most two counts are left, and τ·a·lag; a steady lane leaves the change."""
+    """At 2²⁴ counts, at most two counts plus τ·a·lag remain; with a steady lane the whole change
+    remains."""
     slowing = 0.5 * FULL_PACE / CHANGE_CLOCKS
     error = changing_errors(modulated, "speed")
     assert np.abs(error).max() <= 2.0 + FULL_LATE * slowing * LAG_CLOCKS
-    # The speed stands again: two counts alone.
+    # The speed is constant again: only two counts remain.
     assert np.abs(error[-500:]).max() <= 2.0
     without = changing_errors(modulated, None)
     assert np.abs(without).max() == pytest.approx(0.5 * FULL_LATE * FULL_PACE, abs=1.5)
@@ -196,7 +199,8 @@ FULL_WIDTH = 5000.0
 
 @pytest.mark.parametrize("modulator", ["direction", None])
 def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
-    """Less than a twentieth of 2″ between up and down is left once settled, at 2²⁴ counts."""
+    """After the settling less than a twentieth of the 2″ between up and down remains, at 2²⁴
+    counts."""
     pace = 0.25
     legs = [(90_000, pace)]
     for way in (-14_000.0, 13_000.0, -12_000.0):
@@ -214,7 +218,7 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
     )
     knot = np.clip((clock - start) // KNOT, 0, script.place.size - 2)
     step = np.diff(script.place)[knot]
-    # Settled: the last 2W of travel had one direction.
+    # An edge counts as settled if the last 2W of travel had one direction.
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(script.place)))])
     before = np.searchsorted(travel, travel[knot] - 2.1 * FULL_WIDTH)
     moved = np.abs(script.place[knot] - script.place[before])
@@ -225,7 +229,7 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
         assert abs(up - down) == pytest.approx(2.0 * FULL_HALF_REVERSAL, abs=1.0)
     else:
         assert abs(up - down) <= 2.0 * FULL_HALF_REVERSAL / 20.0
-        # In the reversals too, as at the small scale.
+        # The bound also holds in the reversals, as at the small scale.
         slope = FULL_HALF_REVERSAL / FULL_WIDTH
         bound = 1.0 + slope * (2.0 + 1.0 + pace * (2 * SWEEP_CLOCKS + 20))
         assert np.ptp(error[clock - start > 70_000]) / 2.0 <= bound
@@ -255,8 +259,8 @@ def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
-    """The error is removed at rest and in each reversal; a lane without the direction removes
-    nothing.
+    """The lane removes the error at standstill and in each reversal; a lane that does not follow
+    the direction removes none of it.
 
     The bound is a count of roundings, plus the delay times the slope B / 2 / W of the wind-up: two
     counts of dead zone, the whole count in which the place moves, and two sweeps and a division of
@@ -271,8 +275,8 @@ def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
 
 
 def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) -> None:
-    """A tremble within the dead zone changes nothing, and the output makes no edge at
-    standstill."""
+    """A tremble within the dead zone does not change the correction, and the output makes no edge
+    at standstill."""
     legs = [(90_000, 0.1), *[(40, 0.05), (40, -0.05)] * 100, (3000, 0.0)]
     run(
         modulated,
@@ -286,7 +290,8 @@ def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) ->
 
 
 def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
-    """From 0.5 to -0.25 of 20 counts the output moves by 15, by the slew and without a step.
+    """When the word changes from 0.5 to -0.25 of 20 counts, the output moves by 15 counts at the
+    slew rate, without a step.
 
     The bound is half a count each for the roundings of reading and output; an edge at a time.
     """

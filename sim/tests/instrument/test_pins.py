@@ -73,7 +73,7 @@ def test_pins_of_a_table(instrument: Instrument) -> None:
     off = np.flatnonzero(pins != wanted)
     assert np.count_nonzero(np.diff(wanted)) > 10_000
     assert off.size <= MOST_EDGES_A_CLOCK_OFF
-    # Each of them is off for one clock only.
+    # Each of these edges differs for one clock only.
     assert np.all(np.diff(off) > 1)
 
 
@@ -115,7 +115,7 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
     assert recording.illegal == illegal.size == 0
     assert recording.output.edges == np.count_nonzero(step) == recording.output.clock.size
     assert np.array_equal(recording.output.clock, begin + 1 + np.flatnonzero(step))
-    # A step down passes the upper end of the count that it comes to.
+    # A step downwards crosses the upper end of the new count.
     level = np.where(step < 0, np.cumsum(step) + 1, np.cumsum(step))[step != 0]
     assert np.array_equal(np.diff(recording.output.position), np.diff(level))
     # The reading's error is known exactly; an edge is recorded up to a clock late, ½ on average.
@@ -128,7 +128,7 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
 
 
 def test_latency_is_that_of_the_edges(instrument: Instrument) -> None:
-    """A single edge at head 1 comes out after the latency, with the filter too."""
+    """A single edge at head 1 leaves the output after the latency, also with the filter."""
     for length in (1, 4):
         instrument.attach_pins(PinEvents(0, np.zeros(0, dtype=np.int64), np.zeros(0, np.uint8)))
         instrument.reset()

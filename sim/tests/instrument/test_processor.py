@@ -43,7 +43,8 @@ def test_refused_parameters_say_why(instrument: Instrument) -> None:
 
 
 def test_an_error_of_the_bus_reaches_python(instrument: Instrument) -> None:
-    """The C code cannot see it: the first error is kept and reported after the step."""
+    """The C code cannot receive the exception: the model keeps the first error and raises it after
+    the step."""
     firmware = set_up(instrument.firmware, SETTINGS)
     for address in (0x20000, 0x3FFFC):
         instrument.library.firmware_bus_read(firmware._bus, address)
@@ -61,7 +62,8 @@ def test_what_it_writes_is_what_the_core_holds(instrument: Instrument) -> None:
         until=lambda f: taken.append(instrument.clock) or bool(f.telemetry),
         poll_clocks=SETTINGS.poll_clocks,
     )
-    # The step with the calibration: every word of the bank over the bus, and the calculation.
+    # The step that calibrates reads every word of the bank over the bus and calculates the
+    # coefficients.
     words = 2 * firmware.telemetry[0]["samples"]
     assert taken[-1] - taken[-2] > 3000 + 4 * words
     assert firmware.telemetry[0]["result"] == "applied"

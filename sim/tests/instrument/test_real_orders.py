@@ -23,7 +23,8 @@ TURN_RAD = 2.0 * np.pi
 ORDERS = np.array([0.5, 71.4, 70.4, 72.4])
 """Orders of a belt, and of a gear with its side lines."""
 AMPLITUDES = np.array([10.0, 3.0, 1.0, 1.0])
-"""Amplitudes in counts; the sum is so flat that errors at reading and angle agree to 0.4 count."""
+"""Amplitudes in counts. The slope of the sum is so small that the errors at reading and angle agree
+to 0.4 count."""
 PHASES = np.array([0.7, -2.0, 1.1, 0.3])
 SHOWN_TURNS = 2
 
@@ -84,8 +85,8 @@ def amplitudes_left(instrument: Instrument, end_turns: float) -> NDArray[np.floa
 def run(
     instrument: Instrument, coefficients: Coefficients, up: int, down: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the lines left after so many turns forwards, and after so many back from there,
-    counts."""
+    """Return the remaining lines in counts, after this number of turns forwards, and after the same
+    number back."""
     instrument.attach_curves(ThereAndBack(up + 0.5, down + 0.5))  # type: ignore[arg-type]
     instrument.reset()
     instrument.write("counts_per_rev", COUNTS)
@@ -120,7 +121,7 @@ def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> Non
 
 @pytest.mark.large
 def test_lines_are_gone_after_a_thousand_turns(built: Instrument) -> None:
-    """Nothing drifts: a thousand turns later, and back again, the lines are as small as after a
-    few."""
+    """The phase does not drift: after a thousand turns, and after the way back, the lines are as
+    small as after a few turns."""
     for found in run(built, bank(on=True), 1000, 1000):
         assert found.max() < 0.5, found

@@ -25,7 +25,7 @@ class Turning(threading.Thread):
         self._orders: queue.SimpleQueue[Callable[[Firmware], object]] = queue.SimpleQueue()
 
     def order(self, work: Callable[[Firmware], object]) -> None:
-        """Let the thread of the instrument do something."""
+        """Let the thread of the instrument execute a command."""
         self._orders.put(work)
 
     def turns(self) -> int:
@@ -56,5 +56,5 @@ class Turning(threading.Thread):
             if self.turns() < self.last:
                 self.firmware.run(self._poll_clocks, poll_clocks=self._poll_clocks)
             else:
-                # A round of the main loop takes clocks of the bus, in which the table turns.
+                # The table turns during the bus clocks of each round of the main loop.
                 time.sleep(0.005)

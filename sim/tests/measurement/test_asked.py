@@ -1,4 +1,5 @@
-"""A further measurement is the requested one, or its lack is reported."""
+"""Tests that a further measurement is the requested one, or that the program reports the
+difference."""
 
 from __future__ import annotations
 
@@ -169,7 +170,7 @@ def test_the_commands_can_be_typed(tmp_path: Path) -> None:
         for line in commands(kind, tmp_path / "my set"):
             words = line.split()
             assert words[0] == "arctrue"
-            told = run(words[1], "-h").output
+            help_text = run(words[1], "-h").output
             for option in (word for word in words if word.startswith("--")):
-                assert option in told
+                assert option in help_text
             assert by_device(kind) == ("capture" in commands(kind, tmp_path)[0])

@@ -1,4 +1,5 @@
-"""Foreign descriptions name no file outside the set, and deep nesting breaks no reader."""
+"""Tests that a description can name only files inside the set, and that readers refuse deep nesting
+without a crash."""
 
 from __future__ import annotations
 

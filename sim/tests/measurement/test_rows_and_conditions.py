@@ -1,4 +1,4 @@
-"""Tests of further columns a row may have: uncertainty, mask, conditions; and of mask.csv."""
+"""Tests of further columns (uncertainty, mask, conditions) and of mask.csv."""
 
 from __future__ import annotations
 
@@ -101,8 +101,8 @@ def test_a_condition_that_is_spelt_like_a_missing_column_is_told(
 def test_a_column_of_the_mask_file_that_is_not_known_is_told_once(tmp_path: Path) -> None:
     text = "reference_row,mask,capture_rw\n2,1,7\n"
     read = read_measurement_set(_write(tmp_path, mask=text))
-    told = [warning for warning in read.warnings if "mask.csv" in warning]
-    assert told == [f"{tmp_path / 'mask.csv'}: column capture_rw is not known and is not used"]
+    reported = [warning for warning in read.warnings if "mask.csv" in warning]
+    assert reported == [f"{tmp_path / 'mask.csv'}: column capture_rw is not known and is not used"]
 
 
 def test_mask_file_has_the_last_word(tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
-"""A content that does not fit its declaration gets a sentence: key, expected, found, a near
-name."""
+"""Tests that content that differs from its declaration gives a message with key, expected value,
+found value and a similar name."""
 
 from __future__ import annotations
 

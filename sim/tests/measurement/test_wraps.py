@@ -30,13 +30,13 @@ def test_wrapped_counts_are_read_as_they_were_before(tmp_path: Path) -> None:
         rows = made.capture.run == run
         moved = np.diff(made.capture.head1_counts[rows])
         assert np.array_equal(np.diff(read.capture.head1_counts[rows]), moved)
-    told = [warning for warning in read.warnings if "starts anew" in warning]
-    assert len(told) == 2
-    assert "head1_counts starts anew at 16777216 counts 6 times" in told[0]
+    reported = [warning for warning in read.warnings if "starts anew" in warning]
+    assert len(reported) == 2
+    assert "head1_counts starts anew at 16777216 counts 6 times" in reported[0]
 
 
 def test_a_gap_across_the_zero_is_counted_by_time(tmp_path: Path) -> None:
-    """1.7 turns are missing: only the speed and the time stamps tell how far the table went."""
+    """1.7 turns are missing: only the speed and the time stamps show how far the table turned."""
     made = measurement_set(runs=1, reference=False)
     assert made.capture is not None
     left = np.ones(made.capture.run.size, dtype=bool)

@@ -57,12 +57,13 @@ def test_the_sensitivity_to_the_head_separation() -> None:
     kept = np.tile(applied, 2)
     change = (second.estimate.values - first.estimate.values)[kept]
     rms = math.sqrt(0.5 * float(np.sum(change**2)))
-    # A third of a percent: the step is finite, and g is a function of the reading.
+    # The tolerance is a third of a percent, because the step is finite and g is a function of the
+    # reading.
     assert separation_slope(first) * 30.0 == pytest.approx(rms, rel=0.01)
 
 
 def test_two_heads_against_the_disc(tmp_path: Path) -> None:
-    """The rest of the disc's own error is within U, and the lines are those of the set."""
+    """The remainder of the disc's own error is within U, and the budget has the set's lines."""
     made = measurement_set(runs=2, turns=2)
     made = replace(made, table=replace(made.table, index_detection_arcsec=2.0))
     calibration = calibrate(made)

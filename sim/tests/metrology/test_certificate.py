@@ -130,7 +130,8 @@ def test_the_sensitivity_to_the_head_separation_is_that_of_the_equation() -> Non
     component = amplitude * np.exp(0.4j)
     slope = (-component * 1j * turned / (turned - 1.0) * np.exp(1j * np.radians(ANGLES))).real
     expected = np.abs(slope) * np.pi / 648_000.0 * 50.0 / np.sqrt(3.0)
-    # The finite difference is exact to the second order of the shift; both runs round alike.
+    # The finite difference is exact to the second order of the shift, because both runs have the
+    # same rounding.
     np.testing.assert_allclose(found.u_separation_arcsec, expected, atol=0.02 * expected.max())
     assert SHIFT_ARCSEC < 50.0
 
@@ -189,7 +190,7 @@ def test_the_file_has_what_was_found_and_stated(place: Path) -> None:
     expanded = np.array([float(x) for x in text(".//si:valueExpandedMUXMLList").split()])
     assert expanded.shape == values[1].shape == (24,)
     off = np.abs(values[1] - true_error(np.radians(values[0])))
-    # The error of the fit alone, without the constant of the reference: well inside U.
+    # The error of the fit without the constant of the reference is much smaller than U.
     assert (off <= expanded).all()
     assert text(".//si:coverageFactorXMLList") == "2"
     assert text(".//si:coverageProbabilityXMLList") == "0.9545"

@@ -164,7 +164,8 @@ OF_A_WORM = ("onstep",)
 """Formats that only hold harmonics of a worm; they have their own tests below."""
 OF_THE_TURN = tuple(name for name in FORMATS if name not in OF_A_WORM)
 OF_THE_COMMAND = ("linuxcnc", "twincat")
-"""Controllers that change the command; the servo brings the reading to the sum."""
+"""Controllers that change the command; the servo moves the table until the reading equals the
+sum."""
 
 
 def _left(name: str, text: str, angle_deg: float, way: int) -> float:
@@ -192,7 +193,8 @@ def test_the_controller_leaves_what_is_said(name: str) -> None:
     left = [_left(name, text, angle, way) for angle in angles.tolist() for way in (1, -1)]
     assert np.abs(left).max() <= said.largest_arcsec + 1e-4
     assert np.sqrt(np.mean(np.square(left))) == pytest.approx(said.rms_arcsec, rel=0.05)
-    # Straight lines between exact rows; half a step of the whole numbers; the direction.
+    # The bound has three parts: straight lines between exact rows, half a step of whole numbers,
+    # and the direction.
     rounding = {"moteus-256": 0.5 / 127.0 * 102.0, "twincat": 0.5 * 0.36}.get(name, 1e-4)
     direction = 0.0 if form.knows_direction else REVERSAL / 2
     assert said.largest_arcsec <= _chord(form.points) * 1.02 + rounding + direction
@@ -241,9 +243,9 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
         )  # fmt: skip
         assert answer.exit_code == 0, answer.output
         text = (tmp_path / name / form.file_name).read_text()
-        told = json.loads((tmp_path / "e.json").read_text())
-        assert told["format"] == name
-        assert f"leaves at most {told['left_arcsec']['largest']:.3f}″" in answer.output
+        written = json.loads((tmp_path / "e.json").read_text())
+        assert written["format"] == name
+        assert f"leaves at most {written['left_arcsec']['largest']:.3f}″" in answer.output
         # Compare with the disc itself, which no part of the package made.
         for angle_deg in np.arange(0.0, 360.0, 7.3).tolist():
             angle = math.radians(angle_deg)
@@ -252,7 +254,9 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
             taken = CONTROLLERS[name](text, at, 1)
             # Noise of the fit: 0.15″ on 240 rows, 23 columns, five standard deviations.
             noise = 5 * 0.15 * math.sqrt(23 / 240)
-            assert taken == pytest.approx(error, abs=noise + told["left_arcsec"]["largest"]), name
+            assert taken == pytest.approx(error, abs=noise + written["left_arcsec"]["largest"]), (
+                name
+            )
 
 
 def test_stations_that_leave_a_gap_are_refused(tmp_path: Path) -> None:

@@ -163,12 +163,12 @@ def test_the_command_gives_figures_before_and_after_a_model(tmp_path: Path) -> N
         main, ["add", "hysteresis", str(tmp_path / "set"), "--model", str(model)]
     )
     assert grown.exit_code == 0, grown.output
-    told = _run(
+    printed = _run(
         tmp_path / "set", "--model", model, "--json", tmp_path / "f.json", "--drift", 0.2,
         "--out", tmp_path / "out",
     )  # fmt: skip
-    assert "According to ISO 230-2." in told
-    assert "fitted to this run" in told
+    assert "According to ISO 230-2." in printed
+    assert "fitted to this run" in printed
     data = json.loads((tmp_path / "f.json").read_text())
     before, after = (data[key]["over_the_turn_arcsec"] for key in ("measured", "corrected"))
     assert before["M"] > 150.0

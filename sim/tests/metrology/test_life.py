@@ -56,7 +56,7 @@ def test_the_scatter_between_sets_solves_its_equation() -> None:
     weight = weights(values, u, np.ones((400, 1)))
     scatter = np.sqrt(1.0 / weight - u**2)
     np.testing.assert_allclose(scatter, scatter[0], rtol=1e-6)
-    # Standard deviation of an estimated standard deviation: 0.2/√800; four of them.
+    # The tolerance is four standard deviations of an estimated standard deviation, 0.2/√800 each.
     assert scatter[0] == pytest.approx(0.2, abs=4.0 * 0.2 / np.sqrt(800.0))
     within = weights((u * 0.1)[:, None], u, np.ones((400, 1)))
     np.testing.assert_allclose(within, 1.0 / u**2)
@@ -96,7 +96,7 @@ def test_a_step_and_a_drift_are_found_with_date_and_size(parts: int) -> None:
         held_day += change.earliest_day - WEEK <= day <= change.latest_day + WEEK
         held_size += abs(change.size - 0.5) < 3.0 * change.u
     assert held_day >= stats.binom.ppf(SURE, number, 0.95)
-    # The size follows from the likeliest course of several: three u cover 90 %.
+    # The size comes from the most likely of several courses, so that three u cover 90 %.
     assert held_size >= stats.binom.ppf(SURE, number, 0.9)
 
 

@@ -109,8 +109,8 @@ def test_a_clamp_that_creeps_is_an_alarm(tmp_path: Path) -> None:
     found = data(tmp_path / "a.json")
     assert "graduation_harmonics.order_2_amplitude" in [one["name"] for one in found["changes"]]
     (forecast,) = found["forecasts"]
-    # 0.8″ + 0.1″ a set: 1.5″ at 0.7″/0.1″ = 7 sets after the fourth. The clamp continues to creep:
-    # no calibration holds except that of the last set.
+    # 0.8″ + 0.1″ a set: 1.5″ at 0.7″/0.1″ = 7 sets after the fourth. The clamp continues to creep,
+    # so that only the calibration of the last set is valid.
     assert [one["holds"] for one in found["calibrations"]] == [False] * (SETS - 1) + [True]
     passes = (BEGIN + timedelta(days=14 * (DAMAGE - 1 + 7))).date().isoformat()
     assert forecast["alarm"]

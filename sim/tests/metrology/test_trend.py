@@ -1,4 +1,5 @@
-"""Tests of the watch on trends: false alarms at their stated rate, drifts with their size."""
+"""Tests that the watch on trends has the stated rate of false alarms and reports drifts with their
+size."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from arctrue.metrology.trend import Trend, TrendWatch
 RNG_SEED = 5
 
 
-def told(values: np.ndarray) -> list[list[float]]:
+def telemetry_of(values: np.ndarray) -> list[list[float]]:
     """Return orders 1, 2, … as the telemetry has them; the phase is that of cos(nθ + φ)."""
     return [[n + 1, float(abs(v)), float(-np.angle(v)), 0.1, 1] for n, v in enumerate(values)]
 
@@ -23,7 +24,7 @@ def test_noise_alone_alarms_as_often_as_stated() -> None:
     for _ in range(lines):
         watch = TrendWatch(block_turns=1, blocks=8, false_alarms=0.05)
         values = rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4))
-        alarms += any(watch.add(turn, told(row)) for turn, row in enumerate(values))
+        alarms += any(watch.add(turn, telemetry_of(row)) for turn, row in enumerate(values))
     low, high = stats.binom.interval(0.999, lines, 0.05)
     assert low <= alarms <= high
 
@@ -35,7 +36,7 @@ def test_a_drift_is_told_with_its_size() -> None:
     for turn in range(128):
         noise = 0.1 * (rng.normal(size=3) + 1j * rng.normal(size=3))
         moved = np.array([5.0, 1.0 + (0.01 - 0.02j) * turn, 0.0])
-        found += watch.add(turn, told(moved + noise))
+        found += watch.add(turn, telemetry_of(moved + noise))
     (trend,) = found
     assert (trend.order, trend.turns) == (2, 112)
     # Means of 16: 0.025″ each about a line of 8.
@@ -48,14 +49,14 @@ def test_a_drift_is_told_with_its_size() -> None:
 
 def test_what_does_not_matter_is_not_told() -> None:
     watch = TrendWatch(3.0)
-    assert not any(watch.add(turn, told(np.array([0.02 * turn]))) for turn in range(300))
+    assert not any(watch.add(turn, telemetry_of(np.array([0.02 * turn]))) for turn in range(300))
 
 
 def steady_drift(watch: TrendWatch, turns: range) -> list[Trend]:
     rng = np.random.default_rng(RNG_SEED)
     found = []
     for turn in turns:
-        found += watch.add(turn, told(np.array([0.5 * turn + rng.normal(0, 0.1)])))
+        found += watch.add(turn, telemetry_of(np.array([0.5 * turn + rng.normal(0, 0.1)])))
     return found
 
 
@@ -63,7 +64,7 @@ def test_refused_and_repeated_turns_are_passed_over_and_a_new_start_begins_anew(
     watch = TrendWatch(block_turns=2, blocks=4)
     assert watch.add(0, []) == []
     assert steady_drift(watch, range(1, 8)) == []
-    assert watch.add(7, told(np.array([99.0]))) == []
+    assert watch.add(7, telemetry_of(np.array([99.0]))) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
     # The device counts from 1 again: no line crosses its start.
     assert steady_drift(watch, range(1, 8)) == []

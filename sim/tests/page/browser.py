@@ -13,7 +13,8 @@ INSTALL = (
 
 
 def chromium() -> Path | None:
-    """The program, or None. Ubuntu's chromium-browser only installs a snap: a script, not it."""
+    """Path of the program, or None. Ubuntu's chromium-browser is only a script that installs a
+    snap."""
     named = os.environ.get("ARCTRUE_CHROMIUM")
     for name in [named] if named else NAMES:
         found = shutil.which(name)

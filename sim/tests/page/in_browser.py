@@ -10,7 +10,7 @@ from sim.tests.page.browser import INSTALL, chromium
 
 PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
 PATIENCE_MS = 240_000
-"""The timeout is longer than anything takes on a busy machine. Nothing here is timed."""
+"""The timeout is longer than any step on a busy machine; no test measures time."""
 expect.set_options(timeout=PATIENCE_MS)
 PROGRAM = chromium()
 needs_browser = pytest.mark.skipif(

@@ -27,7 +27,7 @@ SEED = next(seed for seed in range(1000) if hidden_effect(seed, EXPERIMENTS["lea
 hides this one."""
 
 HEADER_PX = 56
-"""The phone's screen has 844 pixels. A header that stays must leave most of it to the text."""
+"""The phone's screen has 844 pixels; a fixed header must leave most of the screen for the text."""
 
 pytestmark = needs_browser
 

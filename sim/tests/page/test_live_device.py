@@ -90,7 +90,7 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
             ["order 1", "order 2", "order 5"]
         )
         picture(page, "device")
-        # Before turn 10, order 1 was 9 arcseconds larger. 1 of them has come back since.
+        # Before turn 10, order 1 was 9 arcseconds larger. 1 arcsecond has returned since.
         page.get_by_label("since").select_option("first")
         expect(page.locator("#since")).to_contain_text("Since turn 0 ")
         expect(changed.nth(1)).to_contain_text("order 18.000″0.028″")

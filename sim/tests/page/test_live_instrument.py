@@ -46,8 +46,8 @@ HEAT_M_A_K = 2e-6
 WARM_K = 4.0
 FIRST_WARM_TURN, LAST_WARM_TURN = 4.0, 6.0
 CALIBRATED, DRIFTED, ALL_HEADS, ALL = 3, 8, 10, 90
-"""Turns up to which the table turns: calibrated by two heads, drifted, seen by four heads, and all.
-The mean of four heads does not see the motion of the disc's centre."""
+"""Numbers of turns at which the phases end: calibration by two heads, drift, calibration by four
+heads, and the whole test. The mean of four heads does not see the motion of the disc's centre."""
 SIGMAS = 5.0
 U_CIRCLE_ARCSEC = 0.4
 """Standard uncertainty of the orbit's circle.
@@ -61,7 +61,7 @@ drift of the disc during the turn adds as much. Twice that.
 def turning_table() -> tuple[HeadsDevice, Turning]:
     """Return the device with all causes, ready to turn."""
     device = HeadsDevice(SETTINGS)
-    # Each turn stands alone, without the running average.
+    # Each turn is evaluated alone, without the running average.
     device.firmware.set("keep", 0.0)
     turn_s = 2.0 * np.pi / SETTINGS.speed_rad_s
     course = TemperatureCourse(
@@ -114,7 +114,8 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         main = page.locator("main")
         instrument.last = CALIBRATED
         expect(main).to_have_attribute("data-turn", str(CALIBRATED))
-        # The present correction stays, so the page shows what the table does under it.
+        # The coefficients stay unchanged, so that the page shows the table's drift since the
+        # calibration.
         instrument.order(lambda firmware: firmware.send("freeze on"))
         instrument.last = DRIFTED
         expect(main).to_have_attribute("data-turn", str(DRIFTED))

@@ -20,7 +20,7 @@ COUNTS_PER_REV = 1 << 24
 
 
 class Stub:
-    """Takes the place of waitress. It accepts the application and serves nothing."""
+    """Replaces waitress: it accepts the application and serves no request."""
 
     def __init__(self, app: Flask, sockets: list[Any], **_: Any) -> None:
         self.app, self.socket = app, sockets[0]
@@ -103,7 +103,7 @@ def test_lanes_are_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("port", "told", "said"),
+    ("port", "coefficients", "said"),
     [
         ("", lanes([]), "start the page with --port"),
         ("/dev/fake", lanes(["it gets worse"]), "not loaded: it gets worse"),
@@ -111,13 +111,13 @@ def test_lanes_are_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
         ("/dev/is/not/there", lanes([]), "cannot be opened"),
     ],
 )
-def test_what_cannot_be_loaded_says_why(port: str, told: dict[str, Any], said: str) -> None:
+def test_what_cannot_be_loaded_says_why(port: str, coefficients: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
-        device.load_into_device(port, told, force=False)
+        device.load_into_device(port, coefficients, force=False)
 
 
 def test_an_address_that_cannot_be_taken_says_what_to_do(tmp_path: Path) -> None:
-    def told(*options: str) -> str:
+    def message_for(*options: str) -> str:
         words = ["serve", str(tmp_path), "--state", str(tmp_path / "state"), *options]
         answer = CliRunner().invoke(main, words)
         assert answer.exit_code == 2
@@ -126,9 +126,9 @@ def test_an_address_that_cannot_be_taken_says_what_to_do(tmp_path: Path) -> None
 
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
-        said = told("--http-port", str(port))
+        said = message_for("--http-port", str(port))
         assert f"port {port} of 127.0.0.1 is in use" in said
         assert "--http-port" in said
     # TEST-NET-1 (RFC 5737) is the address of no machine, and .invalid (RFC 2606) is never a name.
     for host in ("192.0.2.1", "no.such.name.invalid"):
-        assert f"--host {host}: this machine has no such address" in told("--host", host)
+        assert f"--host {host}: this machine has no such address" in message_for("--host", host)

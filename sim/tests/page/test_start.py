@@ -1,4 +1,5 @@
-"""Tests of what the first page opens, and of the sentence with which it refuses the rest."""
+"""Tests of the files that the first page opens, and of the message with which it refuses all
+others."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ def client(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 
 
 def problem(html: str, part: str) -> str:
-    """Return the sentence beside a part of the first page."""
+    """Return the sentence next to a part of the first page."""
     section = html[html.index(f'id="{part}"') :].split("</section>")[0]
     return " ".join(re.findall(r'class="problem"[^>]*>([^<]*)', section)).strip()
 
@@ -104,7 +105,7 @@ def test_a_bad_upload_says_why_beside_it(
     html = answer.get_data(as_text=True)
     assert answer.status_code == 422
     assert said in problem(html, "dropin")
-    # The page tells nothing of the server's own folders, and nothing of the attempt stays.
+    # The page does not show the server's own folders, and the attempt leaves no file.
     assert str(tmp_path / "state") not in html
     assert list((tmp_path / "state").iterdir()) == []
     assert not list(tmp_path.parent.glob("evil.csv*"))
@@ -161,7 +162,7 @@ def test_what_a_recording_leaves_open_is_asked_until_it_is_a_set(
     known = {"--unit target": "deg", "--unit error": "arcsec", "--sign": "reading-true"}
     html = answer.get_data(as_text=True)
     assert answer.status_code == 422
-    # All questions stand on one screen, together with the first rows.
+    # One screen shows all questions together with the first rows.
     assert re.findall(r'<(?:select|input) name="answer:([^"]+)"', html) == list(known)
     assert "<th>1 target</th><th>2 error</th>" in html
     assert "<td>15</td><td>0.966</td>" in html

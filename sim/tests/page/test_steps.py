@@ -248,8 +248,8 @@ def test_what_is_not_judged_yet_is_not_denied(
     assert FOLLOWS_NONE not in where
     assert "diagnosis will show" in where
 
-    # The ranking now judges the conditions. First none has more than chance. Then one has a share
-    # that is shown, but is too small for a sentence.
+    # The ranking now judges the conditions. First no condition explains more than chance. Then one
+    # condition has a share that the page shows, but that is too small for a sentence.
     quiet = [{**item, "share": 0.0} for item in whole["regressors"]]
     session.write_ranking(1, {**whole, "findings": [], "regressors": quiet})
     assert f"{FOLLOWS_NONE} below:" in section(client.get(first).text, "where")

@@ -1,5 +1,5 @@
-"""Tests that the tables of docs/architecture.md and the rules of pyproject.toml name what
-exists."""
+"""Tests that the tables of docs/architecture.md and the rules of pyproject.toml name the existing
+folders and modules."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ PLACES = {
     "sim/arctrue/workbench/effects/base.py": ["equation (9)"],
     "sim/arctrue/calibration/transfer_function.py": ["equation (6)"],
 }
-"""At each of these places the paper says what the file is about."""
+"""At each of these places the paper describes the subject of the file."""
 
 
 @pytest.mark.parametrize("name", PLACES)

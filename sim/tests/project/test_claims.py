@@ -1,4 +1,5 @@
-"""Tests that the pages claim nothing of the diagnosis that is not shown."""
+"""Tests that every claim of the pages about the diagnosis is shown by a figure of this tree or of a
+named commit."""
 
 from __future__ import annotations
 

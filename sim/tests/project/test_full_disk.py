@@ -198,7 +198,7 @@ def test_every_writer_of_the_package_writes_whole_files() -> None:
                 node.func.attr == "open" and any(str(mode)[:1] in "wax" for mode in modes if mode)
             )
             if writes and ast.unparse(node.func) == "pdf.savefig":
-                continue  # This is a page of a PDF, which is itself written to `unfinished`.
+                continue  # This is a page of a PDF; the PDF itself is written to `unfinished`.
             if writes:
                 target = ast.unparse(
                     node.args[0] if node.func.attr == "savefig" else node.func.value

@@ -1,5 +1,4 @@
-"""Tests that modules depend on each other in one direction, so that none imports itself through
-others."""
+"""Tests that modules import each other in one direction only, without circles."""
 
 from __future__ import annotations
 
@@ -42,7 +41,7 @@ def test_no_module_imports_itself_through_others() -> None:
 
 
 def test_nothing_in_sim_imports_the_scripts_or_the_test_benches() -> None:
-    """What scripts and test benches share with the package or its tests is kept in sim."""
+    """Code that scripts and test benches share with the package or its tests belongs in sim."""
     found = [
         f"{file.relative_to(SIM)}:{node.lineno}"
         for file in SIM.rglob("*.py")

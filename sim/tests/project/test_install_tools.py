@@ -65,5 +65,5 @@ def test_without_a_mirror_it_says_what_to_do(tmp_path: Path, name: str) -> None:
     (tmp_path / TOOLS[name][0]).unlink()
     done = started(script, tmp_path)
     assert done.returncode == 1
-    for told in ("could not be fetched", "Another mirror: DEBIAN_MIRROR=", "By other means"):
-        assert told in done.stderr
+    for message in ("could not be fetched", "Another mirror: DEBIAN_MIRROR=", "By other means"):
+        assert message in done.stderr

@@ -182,8 +182,8 @@ def _refusal(
         path.write_text(text, encoding="utf-8")
         try:
             read(path)
-        except error as told:
-            return str(told)
+        except error as raised:
+            return str(raised)
         return ""
 
     return said

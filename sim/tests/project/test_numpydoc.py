@@ -107,8 +107,8 @@ def faults(what: Any) -> list[str]:
     found = (
         [] if re.match(r"[A-Z`].*[.:]$", text.partition("\n")[0]) else ["no summary in one line"]
     )
-    told = sections(text)
-    parameters = entries(told.get("Parameters", ""))
+    described = sections(text)
+    parameters = entries(described.get("Parameters", ""))
     if inspect.isclass(what):
         if issubclass(what, Exception) or not dataclasses.is_dataclass(what):
             return found
@@ -128,9 +128,9 @@ def faults(what: Any) -> list[str]:
             if name not in ("self", "cls")
         }
         given = str(signature.return_annotation)
-        if given != "None" and "Returns" not in told and "Yields" not in told:
+        if given != "None" and "Returns" not in described and "Yields" not in described:
             found.append("no section Returns")
-        if raised(what) and "Raises" not in told:
+        if raised(what) and "Raises" not in described:
             found.append("raises, and no section Raises")
     found += [f"no parameter {name}" for name in wanted if name not in parameters]
     found += [f"there is no parameter {name}" for name in parameters if name not in {*wanted, ""}]

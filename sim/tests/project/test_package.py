@@ -32,7 +32,7 @@ BAD_INPUT = 2
 
 
 def build(hook: str, tree: Path, out: Path, packages: Path) -> Path:
-    """Return what a hook of the build system (PEP 517) makes of a source tree."""
+    """Return the file that a hook of the build system (PEP 517) builds from a source tree."""
     out.mkdir(parents=True, exist_ok=True)
     program = f"from setuptools import build_meta; print('made', build_meta.{hook}({str(out)!r}))"
     done = subprocess.run(

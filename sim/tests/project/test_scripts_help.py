@@ -43,7 +43,7 @@ class Watch:
 
 @pytest.fixture(scope="module")
 def watch() -> Watch:
-    """Make the one watch of the module, because an audit hook cannot be removed."""
+    """Create the module's only watch, because an audit hook cannot be removed."""
     return Watch()
 
 

@@ -1,5 +1,5 @@
-"""Tests of what scripts/try_systems.sh runs, records and says, with stand-ins for what needs
-root."""
+"""Tests of the commands, records and messages of scripts/try_systems.sh, with stand-ins for the
+programs that need root."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[3]
 BAD_INPUT = 2
 SYSTEMS = {"debian12": "Debian 12", "debian13": "Debian 13", "ubuntu2404": "Ubuntu 24.04"}
 
-# This is what debootstrap leaves. Its words go to a file.
+# Stand-in for debootstrap: it leaves the same files and writes its arguments to a file.
 DEBOOTSTRAP = """
 echo "$@" >> "$SAID"
 for word; do case $word in */systems/*[0-9]) root=$word;; esac; done
@@ -157,8 +157,8 @@ def test_an_archive_that_does_not_answer_is_told_and_the_next_system_tried(
     machine.command("debootstrap", fails + DEBOOTSTRAP)
     done = machine("ubuntu2404", "debian13", "demo")
     assert done.returncode == 1
-    for told in ("Failed getting release file", "UBUNTU_MIRROR=", "FAILED on: ubuntu2404"):
-        assert told in done.stderr
+    for message in ("Failed getting release file", "UBUNTU_MIRROR=", "FAILED on: ubuntu2404"):
+        assert message in done.stderr
     assert machine.result("debian13")["demo"] == {"exit": 0, "seconds": 0}
     assert not (machine.tree / "build" / "systems" / "ubuntu2404").exists()
 

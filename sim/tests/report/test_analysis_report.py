@@ -1,4 +1,4 @@
-"""Tests that ``arctrue report`` writes one file that needs no other, and every figure beside it."""
+"""Tests that ``arctrue report`` writes one self-contained file, and every figure next to it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     made = measurement_set(paper_error, runs=2, cycles=2, turns=1, reversal_arcsec=2.0)
     write_measurement_set(folder / "set", made)
     words = ["report", str(folder / "set"), "--out", str(folder / "out"), "--unit", "urad"]
-    answer = CliRunner().invoke(main, [*words, "--json", str(folder / "told.json")])
+    answer = CliRunner().invoke(main, [*words, "--json", str(folder / "diagnosis_output.json")])
     return folder, answer
 
 
@@ -58,7 +58,7 @@ def test_every_section_and_figure_is_there(written: tuple[Path, Result]) -> None
 
 def test_it_says_what_diagnose_says(written: tuple[Path, Result]) -> None:
     folder, _ = written
-    reported = json.loads((folder / "told.json").read_text(encoding="utf-8"))
+    reported = json.loads((folder / "diagnosis_output.json").read_text(encoding="utf-8"))
     text = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert reported["named"] == "hysteresis"
     assert f"Verdict: {reported['verdict']}" in text

@@ -1,4 +1,4 @@
-"""Tests that the charts of calibrate and diagnose show the figures that they are made of."""
+"""Tests that the charts of calibrate and diagnose show the figures of their data."""
 
 from __future__ import annotations
 

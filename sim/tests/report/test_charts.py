@@ -96,7 +96,7 @@ def test_a_high_order_is_drawn_over_its_own_phase() -> None:
     found = effect_amplitude(seen, seen.solution)
     (shown,) = [item for item in found.over(found.best) if item.channel == "capture"]
     assert shown.name == f"phase of order {RULED_ORDER}"
-    # Two heads 33° apart see this much of it.
+    # The difference of two heads 33° apart contains this share of the order.
     size = RULED_ARCSEC * 2.0 * abs(np.sin(np.radians(RULED_ORDER * 33.0 / 2.0)))
     assert np.ptp(shown.effect) / 2.0 == pytest.approx(size, rel=0.05)
     assert shown.share == pytest.approx(1.0, abs=0.01)

@@ -1,4 +1,4 @@
-"""Tests that every consumer applies a cause whole or refuses it by name, and ignores nothing."""
+"""Tests that every consumer applies all parts of a cause or refuses the cause by name."""
 
 from __future__ import annotations
 

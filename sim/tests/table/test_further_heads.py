@@ -1,4 +1,5 @@
-"""Tests of what each head of a table with three or four sees, and of sets measured with them."""
+"""Tests of the reading of each head of a table with three or four heads, and of sets measured with
+them."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ def test_axis_that_moves_is_seen_by_head_one_across_its_ray_only() -> None:
     tiny = 1e-9
     assert change(1j * tiny, 0) == pytest.approx(tiny / DISC_RADIUS_M, rel=1e-6)
     assert change(tiny, 0) == pytest.approx(0, abs=1e-14)
-    # The separation δ₂₁ sees x·sin α + y·(cos α − 1).
+    # The separation δ₂₁ contains x·sin α + y·(cos α − 1).
     alpha = HEAD_SEPARATION_RAD
     both = change(tiny * (1 + 1j), 1) - alpha - change(tiny * (1 + 1j), 0)
     expected = tiny / DISC_RADIUS_M * (np.sin(alpha) + np.cos(alpha) - 1)

@@ -98,7 +98,8 @@ def test_power_law_has_its_slope_between_its_corner_frequencies(exponent: float)
 
 
 def test_noise_does_not_come_round_at_the_end_of_a_run() -> None:
-    # A draw made of a Fourier series joins the end to the beginning, with a correlation of 0.99.
+    # A draw from a Fourier series would connect its end to its beginning, with a correlation of
+    # 0.99.
     noise = RelaxingNoise(1.0, 1.0).head_noise(0, rows(3000))
     random = np.random.default_rng(2)
     ends = np.array([noise.draw(random)[[0, -1]] for _ in range(400)])
@@ -119,7 +120,7 @@ def test_a_spectrum_without_a_variance_is_refused() -> None:
 
 def test_outliers_strike_as_many_rows_as_they_say() -> None:
     struck = Outliers(0.02, 1.0).struck_rad(0, rows(20_000), np.random.default_rng(1))
-    # Of a binomial of 400, 6 standard deviations are 119.
+    # 6 standard deviations of this binomial distribution are 119.
     assert abs(np.count_nonzero(struck) - 400) < 120
 
 

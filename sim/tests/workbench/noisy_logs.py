@@ -1,4 +1,4 @@
-"""Logs of an hour from the physics: noise of many kinds, and regular lines to be found in it.
+"""Makes logs of an hour from the physics: noise of many kinds with regular lines.
 
 The module uses plain numpy; no noise is drawn from a kernel of the workbench.
 """
@@ -75,8 +75,8 @@ def moving_mean(random: np.random.Generator, time_s: Float, rows: int) -> Float:
 
 
 def clock(random: np.random.Generator, rows: int, step_s: float, kind: str) -> Float:
-    """Return the times of even rows, of rows with jitter, or with a pause of a tenth of the log
-    too."""
+    """Return the times of rows: with even steps, with jitter, or with jitter and a pause of a tenth
+    of the log."""
     time_s = np.arange(rows) * step_s
     if kind != "even":
         time_s = time_s + random.uniform(-0.3, 0.3, rows) * step_s

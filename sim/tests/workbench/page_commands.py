@@ -1,7 +1,7 @@
 """Run the commands that a page of the documents shows, and compare their output with the page.
 
-A ``console`` block holds commands after ``$`` and lines of their output; ``…`` stands for lines
-left out. A block with ``title="FILE"`` is a file to write.
+A ``console`` block holds commands after ``$`` and lines of their output; ``…`` replaces omitted
+lines. A block with ``title="FILE"`` is a file to write.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def run(command: Command) -> str:
     _loaded_set.console.width = WIDTH
     result = CliRunner().invoke(main, command.words[1:], catch_exceptions=False)
     assert result.exit_code == 0, f"{command.words}\n{result.output}"
-    # The page shows paths as seen from the folder where its reader works.
+    # The page shows paths relative to the folder in which its reader works.
     return result.output.replace(f"{Path.cwd()}/", "")
 
 

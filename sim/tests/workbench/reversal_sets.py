@@ -1,4 +1,5 @@
-"""A set of a table with a reversal error measured with a polygon, written from the definition."""
+"""Makes sets of a table with a reversal error, measured with a polygon, from the definition of the
+error."""
 
 from __future__ import annotations
 

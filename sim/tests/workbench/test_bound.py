@@ -1,4 +1,5 @@
-"""An effect of the size that a set states is found in 95 % of such sets, whatever limits it."""
+"""Tests that an effect of the size that a set states is found in 95 % of such sets, for each kind
+of limit."""
 
 from __future__ import annotations
 
@@ -53,7 +54,7 @@ def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> 
 
 
 def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
-    """A servo log asked for F above 10⁷, where the series of the noncentral F ends in NaN."""
+    """A servo log needed F above 10⁷, for which the series of the noncentral F gives NaN."""
     rank, freedom, threshold, draws = 4, 2.0, 3.8e7, 200_000
     random = np.random.default_rng(7)
     stating, showing = (random.chisquare(freedom, draws) / freedom for _ in range(2))
@@ -82,7 +83,8 @@ def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
             change[folds == fold] = out @ (inverse @ values[folds != fold])
         gain = 0.5 * float(values @ values - (values - change) @ (values - change))
         shown += gain > 2.0 * np.linalg.norm(change)
-    # Three standard errors of 1500 draws at 95 %; the ignored scatter of the folds costs 2 %.
+    # The bound is three standard errors of 1,500 draws at 95 %, plus 2 % for the scatter of the
+    # folds, which the formula ignores.
     assert shown / draws == pytest.approx(0.95, abs=0.017 + 0.02)
 
 
@@ -152,7 +154,8 @@ def _residuals(made: MeasurementSet) -> Residuals:
     ],
 )
 def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:
-    """Few runs or slow noise set the limit: each set states a size, and the next set shows it."""
+    """Few runs or slow noise determine the limit: one set states a size, and the next set contains
+    an effect of this size."""
     found = 0
     for seed in range(SETS):
         of = EFFECTS[effect]()

@@ -1,4 +1,4 @@
-"""Tests of the commands of the workbench with files in, and words, JSON and pictures out."""
+"""Tests of the workbench's commands: files as input; text, JSON and pictures as output."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     compared = _run("compare", warm_set, "--out", pictures, "--json", tmp_path / "c.json")
     assert compared.exit_code == 0, compared.output
     assert "temperature × order 1" in compared.output
-    # A missing effect is no noise: its residuals are correlated. The white reference passes.
+    # A missing effect differs from noise: its residuals are correlated. The reference has white
+    # noise and passes the test.
     assert "residual of the capture fails a test: an effect is" in compared.output
     assert _json(tmp_path / "c.json")["noise"]["reference"]["tests"]["normality_p"] > 0.001
     assert {path.name for path in pictures.iterdir()} == {
@@ -130,7 +131,7 @@ def test_an_unknown_effect_is_adopted_and_the_error_falls(tmp_path: Path) -> Non
     step = _json(tmp_path / "a.json")
     assert step["verdict_after"] == "adequate"
     assert step["heldout_after_arcsec"]["capture"] < 1.05 * step["noise_arcsec"]["capture"]
-    # The model file knows where the effect is, so that --effects is no longer needed.
+    # The model file states the effect's file, so that --effects is no longer needed.
     assert _run("compare", folder, "--model", model).exit_code == 0
 
 

@@ -1,4 +1,4 @@
-"""Every number that decides in the workbench states its origin.
+"""Tests that every constant that influences a result of the workbench states its origin.
 
 A constant of a module needs its own docstring with a derivation, a source, the command that
 calibrates it, or the statement that it only bounds cost or output.

@@ -62,10 +62,8 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
 
 
 def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
-    """The side lines are insignificant in the noise that contains the gear, but have 20 σ of the
-    rows.
-
-    Without them the faces of the polygon would fit better than the gear.
+    """The side lines are not significant in the noise estimate that contains the gear, but have 20
+    σ of the rows. Without the side lines, the faces of the polygon would fit better than the gear.
     """
     measurement = _with_lines(65, {65: 2.1, 64: 0.22, 66: 0.22})
     found = diagnose(observations_of(measurement), default_model().terms(EFFECTS), EFFECTS)
@@ -78,7 +76,7 @@ def test_lines_that_the_stations_cannot_tell_apart_are_not_both_taken() -> None:
     """On 24 faces, 90 is order 6 and 270 is order 6 with the other sign."""
     effect, trials = _narrowed(_with_lines(90, {90: 2.2, 89: 0.3, 91: 0.3}))
     assert effect.settings == {"multiples": [1], "below": [1], "above": [1]}
-    # An eccentric gear shows a wave with its pair of side lines: one of few forms.
+    # An eccentric gear gives a wave with a pair of side lines, which only few forms of error have.
     assert trials == len(USUAL)
 
 

@@ -249,7 +249,8 @@ def observations() -> Observations:
 
 @pytest.mark.parametrize("name", sorted(set(built_in()) - {"graduation_harmonics"}))
 def test_the_catalogue_itself_passes(name: str, observations: Observations) -> None:
-    """A built-in effect has no fault except what a set with one warm run cannot tell."""
+    """A built-in effect has no fault, except for properties that a set with one warm run cannot
+    show."""
     checks = checks_of(built_in()[name], observations, built_in())
     allowed = {"independence", "shape and finite values"}
     wrong = [one for one in checks if one.outcome == "wrong" and one.question not in allowed]

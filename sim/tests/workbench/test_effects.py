@@ -1,4 +1,5 @@
-"""Every effect declares what a user needs; a user's own file works like a built-in effect."""
+"""Tests that every effect declares the properties that a user needs, and that a user's own file
+works like a built-in effect."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def test_noise_alone_gets_nothing(tmp_path: Path) -> None:
 
 
 def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: Path) -> None:
-    """The set has 0.4″/K of order 1 over its temperatures, beside the paper's error."""
+    """The set has the paper's error and 0.4″/K of order 1 over its temperatures."""
 
     def warm(disc: Any, temperature: Any, speed: Any) -> Any:
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(

@@ -74,7 +74,7 @@ def test_lanes_that_double_the_error_are_refused(
     assert forced.exit_code == 0, forced.output
     assert (out / "coefficients.toml").exists()
 
-    # Without a reference the two heads decide, as in the firmware.
+    # Without a reference, the two heads decide which orders are exported, as in the firmware.
     swapped = replace(
         made.capture,
         head1_counts=made.capture.head2_counts,

@@ -1,4 +1,5 @@
-"""Reversal error, latency and products with direction or speed become lanes that follow these."""
+"""Tests that reversal error, latency, and products with direction or speed become lanes that follow
+these conditions."""
 
 from __future__ import annotations
 
@@ -154,7 +155,7 @@ def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
 
 
 def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet) -> None:
-    """Order 3 × direction and order 1 use both lanes; none is left for the calibration."""
+    """Order 3 × direction and order 1 use both lanes, so that the calibration has no lane."""
     held = exported(made, 3, 2)
     assert held.orders.tolist() == [1, 3]
     assert (held.amplitudes != 0).all()

@@ -1,4 +1,4 @@
-"""A scratch in a fitted model goes into the gateware's local table."""
+"""Tests that the export writes a scratch of a fitted model into the gateware's local table."""
 
 from __future__ import annotations
 
@@ -60,8 +60,9 @@ def test_a_table_takes_bells_off(
     reading = np.arange(0, TURN, 997) * 2.0 * np.pi / TURN
     total = np.sum([one.error_arcsec(reading) for one in errors], axis=0)
     left = np.abs(total - taken_off_arcsec(table, TURN, reading)).max()
-    # Straight lines err by step²/8 times the largest curvature, h/w² of each bell that may overlap.
-    # A point and the reading are rounded, and outside its window a bell has e^-12.5 of its height.
+    # The error of straight lines is step²/8 times the largest curvature, h/w² for each bell; bells
+    # may overlap. A point and the reading are rounded, and outside its window a bell has e^-12.5 of
+    # its height.
     step_deg = 360.0 / 2**exponent / (4096 / windows)
     lines = step_deg**2 / 8.0 * sum(12.0 / width**2 for width in widths_deg)
     steepest = 12.0 * 0.607 / (min(widths_deg) * 3600.0)
@@ -75,7 +76,8 @@ WEIGHTS = (0.31, 0.22, 0.3, 0.17)
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_a_scratch_is_taken_away_at_every_head_of_the_mean(heads: int) -> None:
-    """Its bell is 20″ high and 0.2° wide, at 2²⁴ counts a turn: a tenth of it is left at most."""
+    """Its bell is 20″ high and 0.2° wide, at 2²⁴ counts a turn; at most a tenth of the bell
+    remains."""
     weights = [round(weight * 65536) for weight in WEIGHTS[:heads]]
     weights[0] += 65536 - sum(weights)
     offsets = [round(place / 360.0 * TURN * 16) for place in OFFSETS_DEG[:heads]]

@@ -1,4 +1,4 @@
-"""Lines of no whole order become lanes whose phase continues from turn to turn."""
+"""Tests that lines of real orders become lanes whose phase continues from turn to turn."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_every_line_has_a_lane_with_its_turn_step(observations: Observations) ->
     held = exported(observations, with_real_orders=True).coefficients
     assert held.extension is not None
     orders = sorted(float(held.real_orders[lane]) for lane, _ in held.extension.turn_steps)
-    # A turn step is off by 2⁻⁴⁹ at most.
+    # The rounding of a turn step is at most 2⁻⁴⁹.
     assert orders == pytest.approx([0.5, 2.75, 70.4, 71.4, 72.4], abs=2.0**-48)
 
 
@@ -109,8 +109,8 @@ def test_the_gateware_takes_the_model_away_in_every_turn(
     found = compensate(angles, angles, held, turns=turns).correction / 2048.0
     total_rad = 2.0 * np.pi * (turn + angles / COUNTS)
     exact = error_arcsec(total_rad) / ARCSEC_PER_COUNT
-    # Phases of 2⁻²⁴ turn, cosines and amplitudes are rounded: with 24 counts in all far below a
-    # tenth.
+    # Phases (to 2⁻²⁴ turn), cosines and amplitudes are rounded; with 24 counts of amplitude in
+    # total, this is far below a tenth of a count.
     assert np.abs(found - exact).max() < 0.02
     seen = held.error_counts(angles + turn * COUNTS)
     assert np.abs(seen - exact).max() < 0.02
@@ -184,7 +184,7 @@ def test_lines_in_time_and_of_the_capture_have_none(observations: Observations) 
 
 
 def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> None:
-    """Head 1 sees y, whose coefficients are the last two."""
+    """The reading of head 1 contains y, whose coefficients are the last two."""
     values = np.array([0.3, 0.1, -2.0, 5.0])
     lanes = BearingBallPass().real_lanes(values, {"order": 7.31}, observations)
     assert lanes == [RealLane(7.31, -2.0, 5.0)]

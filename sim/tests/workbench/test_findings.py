@@ -1,4 +1,5 @@
-"""Tests of what the residual follows: the cause first, and its shadow as a mere resemblance."""
+"""Tests of the conditions that the residual follows: the cause comes first, its aliases are listed
+as similar."""
 
 from __future__ import annotations
 
@@ -49,7 +50,7 @@ def test_two_causes_both_stand_by_themselves() -> None:
     assert any("× order 1" in name for name in alone)
     phases = [item for name, item in alone.items() if name.startswith("electrical phase")]
     assert phases
-    # Neither takes the other's share: the two together are no more than everything.
+    # Neither finding includes the other's share: the sum of both is at most 1.
     assert sum(item.share_beyond for item in alone.values()) < 1.1
     # 0.8″ in each head is 0.64 arcsec² in the difference; the heat has 1.9″ in one run of four.
     assert all(item.share_beyond > 0.1 for item in phases)
@@ -62,7 +63,8 @@ def test_nothing_beyond_chance_is_no_finding() -> None:
 def test_share_of_the_excess() -> None:
     # With a noise of 3 and a whole of 5, the excess is 16 of 25.
     assert ExcessOf(100, 5.0, 4.0).share(0.32) == pytest.approx(0.5)
-    # An effect that does not repeat is no excess over the repeats: the whole is the base.
+    # An effect that does not repeat gives no excess over the repeats, so that the share refers to
+    # the whole residual.
     assert ExcessOf(100, 5.0, 0.5).share(0.32) == pytest.approx(0.32)
     assert ExcessOf(100, 5.0, 4.0).share(-0.1) == 0.0
 

@@ -65,7 +65,8 @@ def test_covariance_is_that_of_repetition() -> None:
         sigma = np.sqrt(np.diag(solution.covariance))[:10]
     assert sigma is not None
     ratio = np.std(draws, axis=0, ddof=1) / sigma
-    # 40 draws know each standard deviation to 11 %, and the mean over 10 of them to 4 %.
+    # 40 draws determine each standard deviation to 11 %, and the mean of 10 standard deviations to
+    # 4 %.
     assert np.mean(ratio) == pytest.approx(1.0, abs=0.12)
 
 

@@ -1,4 +1,5 @@
-"""Readers of damaged files return a set or a model, or one sentence that says what is wrong."""
+"""Tests that readers of damaged files return a set or a model, or one sentence that names the
+fault."""
 
 from __future__ import annotations
 
@@ -285,7 +286,7 @@ def test_stored_models_of_any_shape_are_refused_by_name(tmp_path: Path) -> None:
 
 
 def test_terms_are_plain(tmp_path: Path) -> None:
-    """The undamaged model file of the fuzz test stands for a list of terms."""
+    """The undamaged model file of the fuzz test contains a list of terms."""
     from arctrue.workbench.effects.registry import built_in
 
     (tmp_path / "m.toml").write_bytes(_model_text(tmp_path))

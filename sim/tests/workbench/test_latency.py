@@ -1,4 +1,5 @@
-"""Tests of a reading that is τ old, with an integrated motion: constant and every order.
+"""Tests of a reading that is late by τ, with an integrated motion, for the constant and every
+order.
 
 The motion is integrated in this file.
 """
@@ -69,13 +70,14 @@ def _base() -> Term:
 
 @pytest.mark.parametrize("delay_us", [300.0, 5000.0])
 def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: float) -> None:
-    """At 90 °/s, 5 ms turn order 20 by 9°: no constant of a speed can describe these 3.9″."""
+    """At 90 °/s, 5 ms change the phase of order 20 by 9°; a constant per speed cannot describe
+    these 3.9″."""
     observations = _observations([(20.0, 20.0), (90.0, 90.0), (-45.0, -45.0)], delay_us * 1e-6)
     latency = EFFECTS["latency"]()
     solution = fit([_base(), Term(latency, {})], observations)
     left = solution.reference_residual_arcsec()
     assert left is not None
-    # 2,160 rows and 42 coefficients: the scatter is known to 1.5 %.
+    # 2,160 rows and 42 coefficients determine the scatter to 1.5 %.
     assert float(np.sqrt(np.mean(left**2))) == pytest.approx(NOISE_ARCSEC, rel=0.06)
     found = solution.parameters()[-1]["latency"]
     assert found.sigma < 2.0
@@ -93,7 +95,8 @@ def test_ramps_tell_a_delay_from_a_reversal_error() -> None:
 
 
 def _fast_log(delay_s: float) -> Observations:
-    """Make a log of a row each millisecond: up to 2,700 °/s, on, and back to a fifth of it.
+    """Make a log with a row each millisecond: the speed rises to 2,700 °/s, stays constant, and
+    falls to a fifth.
 
     Between two corners the acceleration a is constant, and before(t) = θ − ωτ + aτ²/2.
     """
@@ -109,10 +112,9 @@ def _fast_log(delay_s: float) -> Observations:
 
 
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
-    """At 2,700 °/s, 100 µs are 970″: fitted without the delay, the orders are far off.
-
-    Columns of the delay at these orders leave an error beside the noise of 20″ that is no effect.
-    """
+    """At 2,700 °/s, 100 µs are 970″, so that a fit without the delay gives wrong orders. With
+    columns of the delay at these wrong orders, an error remains in the noise of 20″ that no effect
+    causes."""
     found = diagnose(_fast_log(100e-6), [_base()], EFFECTS)
     assert found.named is not None, found.decision.unlike
     assert found.named.name == "latency"

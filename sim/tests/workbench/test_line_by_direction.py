@@ -101,7 +101,7 @@ def test_a_line_that_is_the_same_both_ways_stays_one_line(order: float) -> None:
 
 
 def test_a_line_of_the_forward_search_is_asked_for_its_directions_too() -> None:
-    """The search fits one wave in both directions, and its best rate lies beside the whole
+    """The search fits the same wave in both directions; its best rate lies next to the whole
     order."""
     residuals = Residuals(fit(TERMS, observations_of(_log(72.0, (6.0, 4.0), (6.0, 95.0)))))
     line = Line(72.03, 5.0, 0.0, 3.5, 0.9, 300.0, 200.0, 432.0, 180.0)

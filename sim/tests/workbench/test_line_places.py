@@ -1,4 +1,5 @@
-"""Tests of where lines are searched: beside whole and half orders, and where they repeat."""
+"""Tests of the orders at which lines are searched: next to whole and half orders, and where the
+columns repeat."""
 
 from __future__ import annotations
 
@@ -55,7 +56,7 @@ def test_a_half_order_is_no_ball_pass() -> None:
 
 
 def test_an_order_that_grows_is_no_vibration_with_it() -> None:
-    """θ·cos 6θ is a line beside order 6 whose size the graduation absorbs whatever it is."""
+    """θ·cos 6θ is a line next to order 6; the graduation absorbs it for any size."""
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:
         return paper_error(disc, temperature, speed) + 0.15 * disc * np.cos(6.0 * disc)
@@ -89,11 +90,10 @@ def test_less_than_its_fewest_periods_is_no_line() -> None:
 
 
 def test_a_line_that_is_noise_still_is_found_up_to_where_the_model_takes_it() -> None:
-    """Runs of three turns have a line of order 13.041: the model absorbs 97 %, and the noise rises.
-
-    The nearest searched place is where the model leaves a twentieth, 1/(4·turns) = 0.083 or less
-    from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more beside the other orders).
-    """
+    """Runs of three turns have a line of order 13.041: the model absorbs 97 %, and the estimated
+    noise increases. The nearest searched place is where the model leaves a twentieth of the power,
+    at most 1/(4·turns) = 0.083 from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more with the
+    other orders in the model)."""
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:
         return paper_error(disc, temperature, speed) + np.cos(13.041 * disc + 0.7)

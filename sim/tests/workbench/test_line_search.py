@@ -56,7 +56,7 @@ def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     amplitudes = [line.amplitude_arcsec for line in found.lines[:3]]
     assert amplitudes == pytest.approx([8.5, 4.3, 1.8], rel=SAME_AMPLITUDE)
     assert found.lines[0].multiple == 1
-    # Each of the other lines belongs to the mount.
+    # Each further line is one of the mount's lines.
     assert all(min(abs(period / own - 1.0) for _, own in MOUNT) < 0.02 for period in periods)
 
 
@@ -70,7 +70,8 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
 
 
 def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
-    """An oscillation lasted for a while: the other blocks do not predict it."""
+    """An oscillation lasted for a part of the log only, so that the other blocks do not predict
+    it."""
     random = np.random.default_rng(4)
     time_s = clock(random, 1600, 1.0, "even")
     ringing = np.where(time_s < 500.0, 2.0 * np.sin(2.0 * np.pi * time_s / 50.0), 0.0)
@@ -174,7 +175,8 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
         return -0.5 * float(left @ precise @ left + np.linalg.slogdet(whole)[1])
 
     value, slopes = with_slopes(clock_s, readings, values, noise, range(noise.logs.size))
-    # Two exponentials with constants 10 % apart stand for smooth noise: 0.003 of its variance.
+    # Two exponentials whose constants differ by 10 % approximate smooth noise to 0.003 of its
+    # variance.
     nearly = 1e-3 if noise.smooth else 1e-9
     assert value == pytest.approx(written_out(noise), rel=nearly)
     for index, slope in enumerate(slopes):
@@ -242,7 +244,8 @@ def test_a_line_between_two_orders_is_found() -> None:
 
 
 def test_a_line_takes_no_more_than_there_is() -> None:
-    """Blocks judge what a line adds to the model, not a part that the model then cancels."""
+    """Blocks test the part that a line adds to the model, not a part that the model then
+    cancels."""
     record = _on_an_arc(1.3, 400, [(10.0, 6.5)], 1.0)
     columns = record.columns(np.array([6.5]))
     noise = KernelNoise(1.0)

@@ -1,4 +1,5 @@
-"""A part of a long capture is searched, every row is fitted; the answer is that of the whole."""
+"""Tests that the answer for a long capture, of which a part is searched and every row fitted,
+equals that for a search in all rows."""
 
 from __future__ import annotations
 
@@ -80,11 +81,9 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: int) -> None:
-    """Compare with the fit of all rows at once, with the noise that the part has shown.
-
-    In one block both are the same sum. Otherwise the correlation is cut once in 57,600 rows, which
-    may cost one time constant (108 s at most) in 576 s of slow noise: here 0.4 % of a σ.
-    """
+    """Compare with one fit of all rows, with the noise of the part. In one block, both calculate
+    the same sum. With two blocks, the correlation is cut once in 57,600 rows, which may lose one
+    time constant (at most 108 s) of 576 s of slow noise: here 0.4 % of a σ."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(part, "MOST_ROWS", LIMIT)
         observations = observations_of(warm)
@@ -223,7 +222,8 @@ def test_many_short_runs_all_stay_in_the_part(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_dense_turns_are_thinned_evenly() -> None:
-    # 2 turns of 100,000 rows: no pair of whole turns fits, but one in eight rows of them does.
+    # A run has 2 turns of 100,000 rows: a pair of whole turns exceeds the limit, but every eighth
+    # row is below it.
     revolution = np.repeat([0, 1], 100_000).astype(np.int32)
     pieces = part._stretches(revolution, 0, 25_000, np.random.default_rng(1))
     assert pieces == [(0, 200_000, 8)]

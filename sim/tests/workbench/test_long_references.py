@@ -1,4 +1,5 @@
-"""A part of a long reference is searched, every row is fitted; the answer is that of all rows."""
+"""Tests that the answer for a long reference, of which a part is searched and every row fitted,
+equals that for a search in all rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A model that moves with its own effects works there, and states the origin of its steps."""
+"""Tests that a model that was moved together with its own effects still works, and states the
+origin of its steps."""
 
 from __future__ import annotations
 

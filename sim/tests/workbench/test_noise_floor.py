@@ -1,4 +1,5 @@
-"""The ladder's noise is one figure of the set: the simulated noise, whatever the model contains."""
+"""Tests that the ladder's noise is one figure of the set, equal to the simulated noise for any
+model."""
 
 from __future__ import annotations
 
@@ -96,7 +97,8 @@ def test_it_does_not_lie_above_what_an_adequate_model_leaves(after: Analysis) ->
 
 
 def test_a_few_rows_leave_no_less_than_the_noise() -> None:
-    """A fit of many coefficients leaves less than the noise of a row, which is not its floor."""
+    """The residual of a fit with many coefficients is smaller than the noise of a row, so that it
+    is not the noise floor."""
     for seed in range(1, 5):
         made = measurement_set(paper_error, seed=seed, runs=1, cycles=2, turns=1)
         seen = analyse(made, "", default_model(), built_in())

@@ -1,5 +1,5 @@
-"""*Left* and *held out* are the same figures wherever they are shown, and are those after
-adding."""
+"""Tests that *left* and *held out* are the same figures in every output, and equal those after the
+effect is added."""
 
 from __future__ import annotations
 

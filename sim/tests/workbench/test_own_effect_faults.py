@@ -1,4 +1,5 @@
-"""A user's effect that fails or answers wrongly is reported with file, method and line."""
+"""Tests that a user's effect that fails or returns a wrong result is reported with file, method and
+line."""
 
 from __future__ import annotations
 
@@ -72,8 +73,8 @@ def test_a_right_effect_is_left_alone(tmp_path: Path, observations: Observations
 
 
 def test_former_names_are_read(tmp_path: Path, observations: Observations) -> None:
-    told = "def told(self, nonlinear, observations): return 'of the data'"
-    source = SOURCE.format(**{**GOOD, "declared": told})
+    former = "def told(self, nonlinear, observations): return 'of the data'"
+    source = SOURCE.format(**{**GOOD, "declared": former})
     source = source.replace("separated_by", "told_apart_by")
     (tmp_path / "mine.py").write_text(source, encoding="utf-8")
     effect = from_folder(tmp_path)["mine"]
@@ -159,7 +160,8 @@ def test_a_loop_at_loading_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_no_error_comes_after_the_call(tmp_path: Path, observations: Observations) -> None:
-    """A call that ends near its limit gives its error, or its columns and no later error."""
+    """A call that ends near its time limit gives the error of the limit, or its columns without a
+    later error."""
     limit = 0.15
     text = f"import time; time.sleep({limit}); return np.ones((rows.run.size, 2))"
     effect = _effect(tmp_path, columns=text, declared=f"longest_call_s = {limit}")

@@ -1,4 +1,4 @@
-"""Several commands that change one model file at the same time lose no change."""
+"""Tests that no change is lost if several commands change one model file at the same time."""
 
 from __future__ import annotations
 

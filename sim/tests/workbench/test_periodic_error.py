@@ -1,5 +1,5 @@
-"""Tests of lines without a name: any order or frequency, its σ, and only what the data
-determine."""
+"""Tests of lines without a known cause: any order or frequency and its σ, stated only if the data
+determine it."""
 
 from __future__ import annotations
 

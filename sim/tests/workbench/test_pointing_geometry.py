@@ -26,8 +26,8 @@ EFFECTS = built_in()
 ARCSEC = np.pi / 648_000.0
 NOISE_ARCSEC = 0.5
 LEAN_X, LEAN_Y, SQUARENESS, COLLIMATION = -10.0, 4.0, 6.0, -8.0
-"""Arcseconds of the first axis about x and y, the second axis about the sight's plane, the
-sight."""
+"""Errors in arcseconds: of the first axis about x and y, of the second axis from the right angle,
+and of the line of sight."""
 
 
 def _sky(azimuth: Float, elevation: Float) -> tuple[Float, Float]:

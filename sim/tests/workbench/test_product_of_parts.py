@@ -1,4 +1,5 @@
-"""A product of parts is an effect like any other; its settings define it, in a model file too."""
+"""Tests that a product of parts is an effect like any other, and that its settings define it, also
+in a model file."""
 
 from __future__ import annotations
 

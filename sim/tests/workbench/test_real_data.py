@@ -1,4 +1,5 @@
-"""Findings on two measured machines agree with the statements beside the sets in docs/data."""
+"""Tests that findings on two measured machines agree with the statements next to the sets in
+docs/data."""
 
 from __future__ import annotations
 
@@ -87,7 +88,8 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
 
 @pytest.mark.large
 def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
-    """Each verdict is added: both families of lines, up and down; at the end an error is left."""
+    """The named effect of each verdict is added: both families of lines, then the difference of up
+    and down; at the end an error remains."""
     terms, named, orders = [_base()], [], []
     for _ in range(12):
         found = diagnose(motor, terms, EFFECTS)
@@ -108,7 +110,7 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
 
 
 def test_motor_lack_of_fit_is_reported_without_repeats(motor: Observations) -> None:
-    """No station repeats, yet order 126 is a lack of fit and is named."""
+    """No station repeats; order 126 is nevertheless a lack of fit and is named."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
     lack_of_fit_p = found.channels["reference"].lack_of_fit_p
@@ -144,7 +146,8 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
 
 
 def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
-    """On 9°, order 30 is three quarters of a period: a slow curve, and no property of the axis.
+    """Over 9°, order 30 has three quarters of a period: the finding is a slow curve, not a property
+    of the axis.
 
     The second record of such a mount, from another night, shows the same 16 periods a tooth.
     """
@@ -161,7 +164,8 @@ def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> 
         assert abs(multiple - round(multiple)) < 3.0 * order.sigma / 225.0
         assert "fixed to the drive" in " ".join(sentences(found))
         terms.append(found.named.term)
-    # No line of an order is left, and a set that can test few effects is not "adequate".
+    # No line of an order remains; a set that can test few effects does not get the verdict
+    # "adequate".
     assert found.verdict == "cannot_tell"
     assert found.decision.cannot_tell is not None
     assert found.next_measurement is not None

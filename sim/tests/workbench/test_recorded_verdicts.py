@@ -1,8 +1,8 @@
-"""A change that is meant to change no result leaves the recorded verdicts as they are.
+"""Tests that a change which must not alter results leaves the recorded verdicts unchanged.
 
-The test diagnoses four of the recorded sets again, of four worlds with different contents, the one
-that takes longest in ``make test-large``. ``python -m scripts.record_verdicts --check`` does so
-with all 40.
+The test diagnoses four of the recorded sets again, of four worlds with different contents; ``make
+test-large`` diagnoses the set that takes longest. ``python -m scripts.record_verdicts --check``
+does so with all 40.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tests of which rows of a reference run were read in motion, from rows like those of a bench."""
+"""Tests which rows of a reference run were read in motion, with rows like those of a test bench."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _steady(targets: np.ndarray, deg_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("cycles", [True, False])
 def test_stations_of_a_polygon_stand_still(cycles: bool) -> None:
-    """Every pass takes the same four seconds a station: such times define no speed."""
+    """Every pass takes four seconds per station, so that the times do not define a speed."""
     assert reference_speed(_reference([_stops(FACES), _stops(FACES[::-1])] * 3, cycles)) is None
 
 

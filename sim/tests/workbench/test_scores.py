@@ -69,11 +69,10 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
 
 
 def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
-    """A gain of 1 % changes ε and so its own column: the residual is that of no least squares fit.
-
-    The gain has absorbed all but 1 % of one direction of a first order beside it, in which the
-    small residual would be a large wave. Both are judged with the same noise and the same ε.
-    """
+    """A gain of 1 % changes ε and therefore its own column, so that the residual is not that of a
+    least-squares fit. The gain has absorbed all but 1 % of one direction of a first order, in which
+    the small residual would appear as a large wave. Both are judged with the same noise and the
+    same ε."""
     measurement = measurement_set(turns=1, runs=1)
     assert measurement.reference is not None
     measurement.reference.error_arcsec[:] *= 1.01
@@ -92,8 +91,8 @@ def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> No
 
 @pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])
 def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) -> None:
-    """Grid steps are a quarter of the resolution of the record; the result is right to 0.001 of
-    it."""
+    """Grid steps are a quarter of the resolution of the record; the result is right to 0.001 of the
+    resolution."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     step = 0.25 / OBSERVATIONS.longest_run_s
@@ -112,7 +111,7 @@ def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) ->
 
 
 def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
-    """The noise of the channel that the effect does touch is estimated anew."""
+    """The noise of the channel that the effect changes is estimated anew."""
     turned = observations_of(measurement_set(reversal_arcsec=1.0))
     solution = fit(SOLUTION.terms, turned)
     residuals = Residuals(solution)
@@ -128,8 +127,8 @@ def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
 def test_scales_that_a_missing_effect_made_go_with_it() -> None:
     """2″/K add scatter to the one warm run; with the effect in the model no run scatters more.
 
-    The noise estimated beside the effect is that of a fit with it, within 1 %: 14,400 rows know it
-    to 1/√(2·14,400) = 0.6 %.
+    The noise that the score test estimates with the effect equals the noise of a fit with the
+    effect within 1 %; 14,400 rows determine it to 1/√(2·14,400) = 0.6 %.
     """
 
     def warm(disc: Float, temperature: Float, speed: float) -> Float:
@@ -152,7 +151,7 @@ def test_scales_that_a_missing_effect_made_go_with_it() -> None:
 
 
 def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
-    """A wave of order 12.5 beside head 2 is the first product found."""
+    """The first product that is found has the parts wave of order 12.5 and head 2."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     wave = SOLUTION.noise.capture.draw(np.random.default_rng(2))  # type: ignore[union-attr]
@@ -177,7 +176,8 @@ def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None
 
 
 def test_a_score_with_coefficients_away_from_the_maximum_is_that_of_the_fit() -> None:
-    """This holds also in the dropped directions of a block: of four columns, two are the faces'.
+    """This also holds in the dropped directions of a block: two of four columns belong to the
+    faces.
 
     Without a column that depends on the model, the score test is quadratic: the values of the
     model's coefficients make no difference.

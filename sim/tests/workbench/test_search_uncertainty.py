@@ -61,7 +61,7 @@ def test_scatter_is_what_the_linearised_jacobian_says(repeats: int) -> None:
         for name, true in TRUTH.items():
             scaled[name].append((parameters[name].value - true) / parameters[name].sigma)
         scaled["height"].append((height - HEIGHT) / sigma)
-    # Five tests at 1 in 2,000 each: a correct implementation fails once in 400.
+    # Five tests with p = 1/2,000 each: a correct implementation fails once in 400 draws of seeds.
     low, high = chi2.ppf([0.00025, 0.99975], repeats)
     for name, values in scaled.items():
         assert low < float(np.sum(np.square(values))) < high, (name, np.std(values))
@@ -94,7 +94,7 @@ def test_place_of_a_step_scatters_as_stated(ratio: float) -> None:
         values[size // 2 :] += ratio
         gain = np.cumsum((ratio * (values - 0.5 * ratio))[::-1])[::-1]
         places.append(int(np.argmax(gain)) - size // 2)
-    # 1,500 draws of a law with heavy tails (kurtosis about 9): σ is known to 4 %.
+    # 1,500 draws of a distribution with heavy tails (kurtosis about 9) determine σ to 4 %.
     assert position_sigma_samples(ratio, 1.0) == pytest.approx(np.std(places), rel=0.15)
 
 

@@ -1,4 +1,4 @@
-"""The time constant of a set's thermometer is fitted with the model that follows it."""
+"""Tests that the time constant of a set's thermometer is fitted together with the model."""
 
 from __future__ import annotations
 
@@ -93,8 +93,7 @@ def test_the_lag_is_taken_off_against_the_exact_course() -> None:
 
 
 def test_export_fits_the_lag_and_the_rate_with_it(lagging: SimulatedSet, tmp_path: Path) -> None:
-    """The file tells the firmware the lag; the rate is that of the table, not of the
-    thermometer."""
+    """The file gives the firmware the lag; the rate is the table's, not the thermometer's."""
     write_measurement_set(tmp_path / "set", lagging.measurement)
     observations = observations_of(lagging.measurement)
     model, _ = fitted(_model(), observations, built_in())

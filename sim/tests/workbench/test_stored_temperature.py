@@ -1,4 +1,4 @@
-"""A stored thermal effect keeps its own T₀, whatever set it is compared with."""
+"""Tests that a stored thermal effect keeps its own T₀ when it is compared with any set."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def test_a_stored_model_holds_on_a_warmer_day(tmp_path: Path) -> None:
         assert residual is not None
         return float(np.std(residual))
 
-    # Noise of both heads and the rounding of each to counts, RMS; 5 % for the sample.
+    # RMS of the noise of both heads and of their rounding to counts; plus 5 % for the finite
+    # sample.
     noise = np.hypot(np.sqrt(2.0) * CAPTURE_NOISE, 0.0772 / np.sqrt(6.0))
     assert left(stored.reference_temperature_c) < 1.05 * noise
     # With the set's own T₀ the effect would lack 6 K of 2″/K, seen as |e^{jα} − 1| = 0.568.

@@ -1,4 +1,4 @@
-"""The pages that show commands show their real output."""
+"""Tests that pages which show commands show the real output of these commands."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 def _follow(page: Path) -> int:
-    """Do everything that a page shows, in the working folder; return the number of commands."""
+    """Run all commands and write all files of a page in the working folder; return the number of
+    commands."""
     commands = 0
     for step in steps(page):
         if isinstance(step, FileToWrite):

@@ -1,4 +1,4 @@
-"""Coefficients that no row determines take no part in a likelihood or in a verdict."""
+"""Tests that coefficients which no row determines influence neither a likelihood nor a verdict."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ def test_nine_stations_up_and_down_once_show_a_reversal(
 ) -> None:
     """Nine differences of 1.8″ with a scatter of 0.18″ are 30 σ by Student's t with 8 degrees.
 
-    With a single reversal a change over time may look the same: a class is right as well.
+    With a single reversal, a change over time may look the same, so that a class is also a right
+    answer.
     """
     random = np.random.default_rng(7)
     up = np.arange(STATIONS) * 360.0 / STATIONS

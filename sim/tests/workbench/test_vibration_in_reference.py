@@ -1,4 +1,5 @@
-"""A shaking bracket of head 1 is seen in the reference too, at the alias of its frequency."""
+"""Tests that the vibration of head 1's bracket is also found in the reference, at the alias of its
+frequency."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 FREQUENCY_HZ = 7.31
-"""Frequency that readings every 4 s show as a line of 0.06 Hz."""
+"""Frequency that appears as a line of 0.06 Hz in readings every 4 s."""
 SIZE_ARCSEC = 0.5
 
 
@@ -41,11 +42,13 @@ def _fitted(*, head1: bool, in_time: bool = True) -> Solution:
 
 
 def test_nothing_of_it_is_left_in_the_reference() -> None:
-    """The reference used to keep the whole vibration, named again as a line without a cause."""
+    """In an earlier version, the reference kept the whole vibration, which a second finding then
+    named a line without a cause."""
     solution = _fitted(head1=True)
     left = solution.reference_residual_arcsec()
     assert left is not None
-    # 288 rows and at most 23 coefficients: the scatter is known to 5 %, times three.
+    # 288 rows and at most 23 coefficients determine the scatter to 5 %; the bound is three times
+    # that.
     assert float(np.std(left)) == pytest.approx(REFERENCE_NOISE, rel=0.15)
     # A sine in white noise has σ = √(6/n)·(noise/amplitude)/(π·T) with T = 1,152 s; five times
     # that.

@@ -9,7 +9,7 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 
 
 def test_effects_with_lanes_by_condition_name_the_bitstream() -> None:
-    """They are the effects with lanes by a condition, which need a bitstream with MODULATORS."""
+    """Effects with lanes that follow a condition, which need a bitstream with MODULATORS."""
     followed = {
         name
         for name, kind in built_in().items()
@@ -26,7 +26,7 @@ def test_effects_with_lanes_by_condition_name_the_bitstream() -> None:
 
 
 def test_effects_of_the_local_table_name_the_bitstream() -> None:
-    """They are the effects with a local error, which needs a bitstream with LOCAL_TABLE."""
+    """Effects with a local error, which need a bitstream with LOCAL_TABLE."""
     local = {name for name, kind in built_in().items() if "local_error" in vars(kind)}
     said = {name for name, kind in built_in().items() if kind.compensation == "local_table"}
     assert local == said == {"graduation_defect"}

@@ -36,7 +36,7 @@ def take_capture(daemon: Announcement, folder: Path, why: str, timeout_s: float)
 
 
 def drop_oldest(folder: Path, most: int) -> None:
-    """Delete the oldest sets that the daemon made, down to ``most``; others are left alone."""
+    """Delete the oldest sets of the daemon until ``most`` remain; other sets are not deleted."""
     made = sorted(path for path in folder.iterdir() if _NAME.fullmatch(path.name))
     for path in made[: max(len(made) - most, 0)]:
         shutil.rmtree(path, ignore_errors=True)

@@ -155,7 +155,7 @@ class Daemon:
         return identifier
 
     def _opened_record(self) -> Recorder:
-        """Open the record; it deletes no turn that the files of the days lack."""
+        """Open the record; its retention deletes no turn that the daily files lack."""
         recorder = Recorder(self._settings.record, self._settings.retention)
         recorder.deletable = self._in_files
         return recorder

@@ -62,7 +62,7 @@ class SerialLink:
                     break
 
     def write(self, data: bytes) -> None:
-        """Send as soon as the port takes it; without a port it is dropped."""
+        """Send the data as soon as the port accepts them; without a port they are dropped."""
         if self._transport is None:
             return
         waiting = bool(self._unsent)

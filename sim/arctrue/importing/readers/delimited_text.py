@@ -80,7 +80,7 @@ def _is_row(text: str, shape: RowShape) -> bool:
 
 @dataclass
 class _Rows:
-    """Collects rows; lines of words are held back until it is known whether a row follows."""
+    """Collects rows; lines of words are stored until the next line shows whether a row follows."""
 
     path: Path
     shape: RowShape

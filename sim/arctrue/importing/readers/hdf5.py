@@ -24,9 +24,9 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the datasets of one group as columns, or one table (compound or two-dimensional).
 
-    ``settings.group`` names the group or the dataset; asked where several hold data. Raises
-    MeasurementError for a damaged file, an unknown group or more than the limit, ValueError
-    without h5py (:class:`~arctrue.base.extras.MissingExtraError`).
+    ``settings.group`` names the group or the dataset; without it, the user is asked if several
+    contain data. Raises MeasurementError for a damaged file, an unknown group or more than the
+    limit, ValueError without h5py (:class:`~arctrue.base.extras.MissingExtraError`).
     """
     h5py = optional("h5py")
     try:
@@ -51,9 +51,9 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
 
 def refuse_other_files(path: Path, name: str, item: Any) -> None:
-    """Raise MeasurementError for a dataset whose values stand in another file.
+    """Raise MeasurementError for a dataset whose values are in another file.
 
-    A file that comes from elsewhere must not name others of this machine to be read.
+    A file from another machine must not cause other files of this machine to be read.
     """
     if item.external or item.is_virtual:
         raise MeasurementError(

@@ -21,7 +21,8 @@ from arctrue.measurement import MeasurementError
 
 LEVEL_5, LEVEL_73 = b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"
 MOST_ROWS_LYING = 16
-"""A matrix with fewer rows than this, and fewer than columns, holds a quantity in each row."""
+"""A matrix with fewer rows than this limit, and fewer rows than columns, has one quantity per
+row."""
 NUMBER_BYTES = 8
 """Bytes of a number in memory; it may take one byte in the file."""
 TOP = "/"

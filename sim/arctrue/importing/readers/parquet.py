@@ -35,7 +35,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """
     try:
         metadata = pa_parquet.read_metadata(path)
-        # A constant column takes a few bytes in the file, and eight per row here.
+        # A constant column needs a few bytes in the file, but eight bytes per row in memory.
         refuse_above_limit(path, metadata.num_rows * metadata.num_columns * 8)
         table = pa_parquet.read_table(path)
         arrays = {name: np.asarray(table.column(name).to_numpy()) for name in table.column_names}

@@ -52,8 +52,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read ``error_arcsec`` over ``target_deg``, the sidereal rotation since guiding began.
 
     Each stretch of guiding is a run; a dither or a new lock position begins a new run. The zero of
-    a run is unknown, so its mean is subtracted. The sign of the error is that of the camera and is
-    asked for. Raises MeasurementError naming the row, AmbiguousError.
+    a run is unknown, so its mean is subtracted. The sign of the error depends on the camera, so
+    that the user is asked for it. Raises MeasurementError naming the row, AmbiguousError.
     """
     sections, dropped = _sections(path)
     sections = [section for section in sections if len(section.rows) > 1]

@@ -1,4 +1,4 @@
-"""Determines the form of a text table: separator, decimal sign, and what a row is."""
+"""Determines the form of a text table: separator, decimal sign, and form of a row."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class RowShape:
 
 
 def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
-    """Find the only form in which the file has rows of numbers; ask if there are several.
+    """Find the form in which the file has rows of numbers; ask the user if several forms match.
 
     Raises MeasurementError if there is none, AmbiguousError, ValueError for an unknown setting.
     """
@@ -132,7 +132,8 @@ def _has_comma(form: Form, data: Sequence[str]) -> bool:
 
 
 def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
-    """Count numbers minus other fields in the lines of one width, and these lines; None: none."""
+    """Return the count of numbers minus other fields in the lines of one width, and these lines;
+    None if there are no such lines."""
     widths: dict[int, int] = {}
     numbers: dict[int, int] = {}
     for text in data:
@@ -140,7 +141,8 @@ def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
         weights = [form.weight(field) for field in fields]
         if any(weights):
             widths[len(fields)] = widths.get(len(fields), 0) + 1
-            # In "1,5;2,5" the comma leaves a field that is no number; this counts against it.
+            # In "1,5;2,5" a comma as delimiter gives a field that is not a number; this counts
+            # against the comma.
             others = sum(not weight for weight in weights)
             numbers[len(fields)] = numbers.get(len(fields), 0) + sum(weights) - others
     if not widths:

@@ -12,7 +12,7 @@ from arctrue.measurement import MeasurementError
 _BLOCK = 1 << 20
 LONGEST_LINE = 1_000_000
 """Limit in characters; a longer line is no row of a table."""
-_MARKS = (  # UTF-32 first: its mark begins as that of UTF-16
+_MARKS = (  # UTF-32 comes first, because its mark begins like that of UTF-16
     (codecs.BOM_UTF32_LE, "utf-32"),
     (codecs.BOM_UTF32_BE, "utf-32"),
     (codecs.BOM_UTF16_LE, "utf-16"),
@@ -40,7 +40,7 @@ class Encoding:
 def encoding_of(path: Path) -> Encoding:
     """Find the encoding: by the byte order mark, else UTF-8, else Windows-1252.
 
-    The latter has all letters of Latin-1. Raises MeasurementError for a file that is no text.
+    Windows-1252 has all letters of Latin-1. Raises MeasurementError for a file that is no text.
     """
     with path.open("rb") as file:
         head = file.read(4096)

@@ -135,7 +135,7 @@ EXPORTED void firmware_power_on(struct processor *processor) {
     application_begin(&processor->application);
 }
 
-/* Restarts the program after a fault: only the operator's settings are left of its memory. */
+/* Restarts the program after a fault: of its memory, only the operator's settings survive. */
 EXPORTED void firmware_fault(struct processor *processor) {
     struct core_access core = processor->application.core;
     prepare(processor, &core, 1);

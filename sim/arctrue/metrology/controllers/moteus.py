@@ -19,8 +19,8 @@ class _Moteus(TableOfReading):
     key = "motor_position.sources.0.compensation_"
 
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:
-        """Calculate as the firmware does: entry i holds at i/size of a turn; the last meets the
-        first.
+        """Calculate like the firmware: entry i is the value at i/size of a turn; after the last
+        entry follows the first.
 
         The firmware calculates in single precision; this model contains only the table's own
         rounding.

@@ -47,7 +47,7 @@ class TableFormat(ABC):
     """Whether the table distinguishes an approach from below from one from above."""
 
     def for_axis(self, teeth: float | None, steps_per_second: float | None) -> TableFormat:
-        """Return the format for one axis; most formats need to know nothing about it.
+        """Return the format for one axis; most formats do not depend on the axis.
 
         Parameters
         ----------
@@ -81,7 +81,7 @@ class TableFormat(ABC):
         Returns
         -------
         Correction
-            What the table holds; its ``left_out`` lists the remainder.
+            The part that the table can hold; its ``left_out`` lists the remainder.
         """
         return correction
 

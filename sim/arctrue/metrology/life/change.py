@@ -8,7 +8,7 @@ fit, s the scatter between sets by Paule and Mandel (1982). The factor of the va
 The null distribution is that of the same statistic of normal draws with these weights, whose factor
 is free, so that the scatter need not be known. The p-value of a series is its rank among the draws;
 multiplied by the number of series (Bonferroni) it bounds the probability of any false alarm in one
-look at the whole machine.
+evaluation of the whole machine.
 """
 
 from __future__ import annotations
@@ -78,7 +78,8 @@ class Change:
     """Most probable day: the middle between the two sets of a step, or the beginning of a drift."""
     latest_day: float
     p_value: float
-    """Probability that any series of an unchanged machine shows as large a change in one look."""
+    """Probability that any series of an unchanged machine shows a change of this size in one
+    evaluation."""
     size: float
     """Size of the change until the last set, in the unit of the series."""
     u: float
@@ -156,7 +157,8 @@ def ratios(days: Float, weight: Float, values: Float) -> Float:
 
 
 def look_probability(days: Float, false_alarms_a_year: float) -> float:
-    """Return the permitted false-alarm probability of one look, if a look follows every set."""
+    """Return the permitted false-alarm probability of one evaluation, if an evaluation follows
+    every set."""
     between = float(np.median(np.diff(days))) if days.size > 1 else DAYS_A_YEAR
     return float(min(false_alarms_a_year * between / DAYS_A_YEAR, LARGEST_ALPHA))
 

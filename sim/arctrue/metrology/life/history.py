@@ -101,11 +101,9 @@ def history_of(
 
 
 def _breaks(change: Change, number: int) -> bool:
-    """Tell whether this change makes the calibration from set ``number`` differ from the last set.
-
-    It does if it may be later than the set, or if a drift has continued since then by more than
-    ``COVERAGE`` standard uncertainties of the two fits.
-    """
+    """Tell whether this change makes the calibration from set ``number`` invalid for the last set.
+    This holds if the change may be later than set ``number``, or if a drift has since continued by
+    more than ``COVERAGE`` standard uncertainties of the two fits."""
     series = change.series
     if change.latest_day > float(series.days[number]):
         return True

@@ -29,7 +29,7 @@ class FittedSet:
     """A set of the machine and the fitted parameters."""
 
     name: str
-    """Folder of the set, relative to that of the machine."""
+    """Folder of the set, relative to the machine's folder."""
     date: datetime
     sha256: str
     parameters: Mapping[str, Parameter]

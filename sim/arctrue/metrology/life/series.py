@@ -45,8 +45,8 @@ class Series:
 def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Series]:
     """Make the series of every parameter that all sets determine.
 
-    ``days`` (sets,) ascending; ``found``: the parameters of each set by name. A phase without an
-    amplitude, and a parameter without uncertainty in any set, have no series.
+    ``days`` (sets,) ascending; ``found``: the parameters of each set by name. A phase has a series
+    only if there is an amplitude, a parameter only if some set states its uncertainty.
     """
     made: list[Series] = []
     for name in found[0] if found else ():

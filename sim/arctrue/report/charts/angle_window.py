@@ -1,4 +1,4 @@
-"""The part of the turn that was measured: what an axis of angles shows."""
+"""Determines the measured part of the turn, which an axis of angles shows."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class AngleWindow:
         return np.asarray(self.start_deg + (np.arange(bins) + 0.5) * self.span_deg / bins)
 
     def bins(self, angle_rad: Float, values: Float, bins: int) -> Bins:
-        """Average rows in bins of the angle; a bin of an arc stands at its rows' mean angle."""
+        """Average rows in bins of the angle; a bin of an arc is drawn at its rows' mean angle."""
         group, centres = self.group(angle_rad, bins), self.centres(bins)
         if not self.is_whole:
             rows = np.maximum(np.bincount(group, minlength=bins), 1)

@@ -62,6 +62,6 @@ def of_values(condition: Float, values: Float, bins: int = 24) -> Bins:
     low, high = float(condition.min()), float(condition.max())
     step = (high - low) / bins
     group = np.minimum(((condition - low) / step).astype(np.int64), bins - 1)
-    # Rows may lie at one end of a step: their mean stands at the mean of their condition.
+    # Rows may lie at one end of a step, so that their mean is drawn at the mean of their condition.
     rows = np.maximum(np.bincount(group, minlength=bins), 1)
     return of_groups(values, group, np.bincount(group, condition, bins) / rows)

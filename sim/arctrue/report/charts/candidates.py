@@ -44,7 +44,7 @@ def candidates_chart(result: Diagnosis) -> Chart:
         if rows:
             value = np.array([shown[row].delta_bic for row in rows])
             texts = [f"{one:,.0f}".replace("-", "−") for one in value]
-            # The first candidate stands at the top.
+            # The chart shows the first candidate at the top.
             place = -np.array(rows, dtype=np.float64)
             layers.append(Bars(place, along(value), label, colour, lying=True, labels=texts))
     if shown:

@@ -28,7 +28,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
 """Colours of up to six series, after Okabe and Ito: distinct for every kind of colour vision."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
 QUIET = "#8a94a0"
-"""Colour of what matters little to the reader."""
+"""Colour of elements of little importance to the reader."""
 
 
 @dataclass(frozen=True)

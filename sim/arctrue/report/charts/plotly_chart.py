@@ -44,8 +44,8 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
     """Return ``{"data": [...], "layout": {...}}`` for JSON; numbers that are not finite become
     null.
 
-    ``width``: width of the figure in pixels. Panels stand in a row as far as there is room; each
-    has its title above it, and its legend in as many lines as it needs.
+    ``width``: width of the figure in pixels. The figure places panels in a row if there is room.
+    Each panel has its title above it, and a legend with as many lines as needed.
     """
     panels = chart.panels
     columns = max(min(chart.columns, len(panels), width // _BESIDE_PX), 1)

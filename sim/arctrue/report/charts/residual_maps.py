@@ -49,7 +49,7 @@ def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
         rows = [place for place, item in enumerate(findings) if item.channel == channel]
         if not rows:
             continue
-        # The first sentence stands at the top.
+        # The chart shows the first finding at the top.
         place = -np.array(rows, dtype=np.float64)
         alone = np.array([100.0 * findings[row].share for row in rows])
         beyond = np.array([100.0 * findings[row].share_beyond for row in rows])

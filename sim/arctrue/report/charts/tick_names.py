@@ -1,4 +1,4 @@
-"""Makes names of ticks that stay horizontal and overlap neither each other nor the axis' end."""
+"""Makes horizontal names of ticks that do not overlap each other or the end of the axis."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SHORTER = "…"
 
 
 def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
-    """Return the ticks of an axis that has room for so many letters.
+    """Return the ticks of an axis that has room for this number of letters.
 
     If there is no room for all numbers, every second or third is kept. Words are wrapped to the
     width of a tick; if that is too narrow to read, only the first word is kept.

@@ -1,4 +1,4 @@
-"""Scores answers: those of a run, or those of another program from a file."""
+"""Scores answers of a run, or answers of another program from a file."""
 
 from __future__ import annotations
 

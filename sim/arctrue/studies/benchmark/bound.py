@@ -1,4 +1,5 @@
-"""Injection at the detection bound: does a diagnosis find what it states to be detectable?
+"""Tests, by injection at the detection bound, whether a diagnosis finds effects of the size that it
+states as detectable.
 
 A set without any effect is diagnosed; the diagnosis states for each effect the smallest size that
 it would have found in 95 % of such sets. A cause with at least this RMS in every channel is put
@@ -104,9 +105,10 @@ class BoundScore:
 
     effect: str
     found: Rate
-    """The diagnosis says that something is there, or lists the effect as negligible."""
+    """Rate at which the diagnosis reports a missing effect, or lists the effect as negligible."""
     by_name: Rate
-    """The diagnosis names the effect, has it in the class, or lists it as negligible."""
+    """Rate at which the diagnosis names the effect, has it in the class, or lists it as
+    negligible."""
 
     @property
     def kept(self) -> bool:

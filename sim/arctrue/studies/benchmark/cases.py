@@ -19,7 +19,7 @@ OF_A_SET = ("world", "content", "seed", "samples")
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Result of a person's study of a case, written into the file of cases by hand."""
+    """Reason of a failure that somebody found, written into the file of cases by hand."""
 
     said: str
     """The answer that the reason explains; another answer may have another reason."""

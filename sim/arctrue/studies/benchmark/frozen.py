@@ -33,9 +33,9 @@ def frozen_digests() -> dict[str, str]:
 
 
 def freeze(digests: Mapping[str, str]) -> None:
-    """Store these sets as the frozen ones; the peers' answers to the earlier ones no longer count.
+    """Store these digests as the frozen sets; answers of peers to earlier sets become invalid.
 
-    Raises ValueError if they are not all sets of the tier.
+    Raises ValueError if ``digests`` does not contain every set of the tier.
     """
     tier = TIERS[TIER]
     if len(digests) != tier.sets:

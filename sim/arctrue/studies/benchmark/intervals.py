@@ -1,4 +1,4 @@
-"""Computes rates with their intervals, and how well stated probabilities hold."""
+"""Computes rates with their intervals, and the calibration of stated probabilities."""
 
 from __future__ import annotations
 
@@ -68,7 +68,8 @@ class Bin:
 def reliability(probability: Sequence[float] | Float, right: Sequence[bool] | Float) -> list[Bin]:
     """Compute the reliability curve over ten bins of equal count, sorted by stated probability.
 
-    Fewer than ten answers make one bin each; equal probabilities keep the given order.
+    With fewer than ten answers, each answer is a bin; answers with equal probabilities keep the
+    given order.
     """
     stated, was = np.asarray(probability, dtype=float), np.asarray(right, dtype=bool)
     order = np.argsort(stated, kind="stable")

@@ -1,8 +1,8 @@
-"""The ideal test of one cause: it knows the form, the true covariance and the base model.
+"""The ideal test of one cause: it uses the exact form, the true covariance and the base model.
 
-It is the generalised likelihood ratio of the cause's exact form against the base model (orders 1
-to 20 on the disc, an offset a run, a zero of the reference), under the covariance by which the
-noise was drawn. Nothing here is taken from the workbench.
+It is the generalised likelihood ratio of the cause's exact form against the base model (orders 1 to
+20 on the disc, an offset a run, a zero of the reference), under the covariance by which the noise
+was drawn. This module imports nothing from the workbench.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ def _sums(
         right += products[:-1, -1]
         square += float(products[-1, -1])
     for offset in range(width)[_offsets(measurement)]:
-        # An index that repeats exactly holds the offset at zero.
+        # If the index repeats exactly, the offset is zero.
         normal[offset, offset] += 1.0 / max(index_variance_arcsec2, 1e-12)
     return normal, right, square
 
@@ -182,5 +182,5 @@ def _waves(angle_rad: NDArray[np.floating[Any]]) -> Float:
 
 
 def visible(sights: Sequence[Sight], matters_arcsec: float) -> bool:
-    """Tell whether the test sees a cause that changes the prediction by more than the limit."""
+    """Tell whether the test detects a cause that changes the prediction by more than the limit."""
     return any(sight.sees and sight.rms_arcsec > matters_arcsec for sight in sights)

@@ -53,8 +53,8 @@ OUTCOMES = (
     ERROR,
 )
 GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
-"""The good outcomes. They do not contain ``in class``, for which the answer did not put the truth
-first."""
+"""The good outcomes. ``in class`` is not one of them, because the truth was not the first name of
+that answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ class Judged:
 
     @property
     def left_open(self) -> bool:
-        """Tell whether the design allows the verdict, whatever the oracle sees."""
+        """Tell whether the design allows the verdict, independent of the oracle."""
         return self.answer["verdict"] in self.accepted.get("verdicts", ())
 
     @property
@@ -147,7 +147,7 @@ class Judged:
 
     @property
     def said(self) -> str:
-        """Return the answer in a word: the name, or the verdict."""
+        """Return the answer as one word: the name, or the verdict."""
         verdict, effects = self.answer["verdict"], self.answer.get("class") or []
         if verdict == "named":
             return str(self.answer.get("named"))
@@ -179,7 +179,7 @@ class Judged:
         return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
 
     def _named(self, named: str | None) -> str:
-        """Judge a name: the name of a line is right only where a line is."""
+        """Score a name: the name of a line is right only at the place of a hidden line."""
         elsewhere = self.lines_named() == []
         if named in self.right_names:
             return FALSE_NAME if elsewhere else RIGHT
@@ -245,7 +245,7 @@ class Judged:
         return float(stated[name]), right
 
     def first_kind(self) -> str | None:
-        """Return what has the largest probability: ``name``, ``unknown`` or ``none``."""
+        """Return the answer with the largest probability: ``name``, ``unknown`` or ``none``."""
         stated = self.answer.get("probability")
         if not stated:
             return None

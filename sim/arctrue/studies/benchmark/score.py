@@ -81,7 +81,8 @@ def _catalogue(item: Judged) -> bool:
 
 
 def _stranger(item: Judged) -> bool:
-    """Tell whether only a stranger is visible, and the answer is not another allowed one."""
+    """Tell whether the oracle finds only a cause outside the catalogue, and no further answer is
+    allowed."""
     alone = bool(item.seen("stranger")) and not item.seen("catalogue")
     return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
@@ -91,7 +92,8 @@ def _nothing(item: Judged) -> bool:
 
 
 def _of_several_lines(item: Judged) -> bool:
-    """Tell whether a line is named rightly in a set with two or more lines that the oracle sees."""
+    """Tell whether the answer names a line correctly in a set with two or more lines that the
+    oracle detects."""
     lines = [effect for effect in item.seen() if effect.get("values")]
     return item.outcome == RIGHT and len(lines) > 1 and bool(item.lines_named())
 
@@ -280,7 +282,7 @@ def _right_of(sets: Sequence[Judged], kind: str) -> Rate:
 
 
 def _wrong_where_sure(sets: Sequence[Judged], kind: str) -> Rate:
-    """Return the rate of wrong answers among the sure ones about a ``kind``."""
+    """Return the rate of wrong answers among the answers of high probability about a ``kind``."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([not pair[1] for pair in stated if pair is not None and pair[0] > SURE])
 

@@ -103,7 +103,7 @@ def stated(sets: Iterable[Judged]) -> list[Stated]:
 
 
 def _right(item: Judged, first: bool) -> bool:
-    """Tell whether the answer is right, whatever probabilities it stated.
+    """Tell whether the answer is right, independent of its probabilities.
 
     ``first``: whether the largest stated probability was right, for an answer that names nothing.
     """

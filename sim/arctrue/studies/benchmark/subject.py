@@ -1,4 +1,4 @@
-"""The subjects of the test: anything that turns a measurement set into an answer."""
+"""Defines the subjects of the test: programs that give an answer to a measurement set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The properties of benchmark sets: a world disturbs them, a content is hidden in them."""
+"""Defines the properties of benchmark sets: a world adds disturbances, a content adds hidden
+causes."""
 
 from __future__ import annotations
 
@@ -95,7 +96,8 @@ def wrong_statements(random: Random) -> Surroundings:
         found.understated = UNDERSTATED
     if "head_angle" in found.adverse_conditions:
         low, high = np.log(HEAD_ANGLE_ARCSEC)
-        # A wrong statement of the separation equals a head at another place: one cause.
+        # A wrong statement of the separation has the same effect as a head at another place, so
+        # that both count as one cause.
         found.extra = [Wanted("head_angle_error", float(np.exp(random.uniform(low, high))))]
     return found
 

@@ -34,8 +34,8 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""Number of consecutive broken pools without a result that ends the campaign: a task kills its
-worker."""
+"""Number of consecutive broken pools without a result after which the campaign ends, because a task
+kills its worker."""
 
 
 STOP_POLL_S = 0.5
@@ -225,7 +225,7 @@ def pool(
         running: dict[Future[Results], int] = {}
         try:
             while True:
-                # Only a few batches are submitted in advance, so that a stop waits for only a few.
+                # Only a few batches are submitted in advance, because a stop has to wait for these.
                 while not stopping() and len(running) < workers + 1:
                     number = next(waiting, None)
                     if number is None:

@@ -28,7 +28,7 @@ class ToldHarmonic(Struct, frozen=True, array_like=True):
 
 
 class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
-    """A line of telemetry of a turn that was not refused."""
+    """A line of telemetry of an accepted turn."""
 
     clock: int
     number: int

@@ -48,7 +48,7 @@ from arctrue.table.causes.signal_distortion import SignalDistortion
 
 Float = NDArray[np.float64]
 Method = Literal["least_squares", "paper"]
-"""``paper``: DFT, and ε(R) for ε(θ); ``least_squares``: fitted at the readings, to ε(R)."""
+"""``paper``: DFT, with ε(R) in place of ε(θ); ``least_squares``: fit of ε(R) at the readings."""
 Source = Literal[
     "quantisation",
     "noise",
@@ -92,7 +92,7 @@ class Left:
     angle_rad: Float
     error_arcsec: Float
     offset_arcsec: float
-    """A constant that the zero does not remove: the angle travelled during the latency."""
+    """The angle travelled during the latency, a constant that the zero does not remove."""
     estimate: Estimate
 
     @property
@@ -214,8 +214,8 @@ def _calibrated(
 def _correction(sources: Collection[Source], estimate: Estimate, reading: Float) -> Float:
     """Return ε(R) of the estimate, arcseconds, in the number formats of the sources.
 
-    For the paper's method ε is a function of the angle. Taking it at the reading is the
-    approximation in (8); without that source the angle is found first.
+    For the paper's method ε is a function of the angle. Equation (8) evaluates it at the reading,
+    as an approximation; without this source of error, the angle is calculated first.
     """
     at = reading
     if estimate.function_of == "angle" and "approximation" not in sources:

@@ -82,7 +82,7 @@ def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]
     polygon, _ = world.instruments()
     found = _closure(world)
     budget = closure_budget(found, still.counts_per_rev)
-    # If a face is turned forward by p, the table seems to be p short of its target.
+    # If a face is rotated forward by p, the table seems to stand p before its target.
     true_faces = (polygon.normal_rad.mean() - polygon.normal_rad) * ARCSEC_PER_RAD
     return {
         "cycles": still.cycles,

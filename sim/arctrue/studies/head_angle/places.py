@@ -55,7 +55,8 @@ class PlacesChoice:
     mean_gain: tuple[float, ...]
     """Gain of each order in the mean: the noise that its lanes add."""
     mean_noise: float
-    """Noise of one reading of the mean over that of one head; inf: there is no such mean."""
+    """Noise of one reading of the mean, divided by that of one head; inf if there is no such
+    mean."""
     noise_without: tuple[float, ...]
     """Noise of the mean with each head missing; inf: no mean exists."""
 
@@ -66,7 +67,7 @@ def motion_of(heads: int) -> MotionOrders:
 
 
 def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoice:
-    """Judge given places, two to four."""
+    """Evaluate two to four given places."""
     places = np.radians(places_deg)
     motion = motion_of(len(places_deg))
     orders = np.arange(1, most_order + 1)
@@ -95,7 +96,7 @@ def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoic
 
 def _seen_by_mean(gain: Float, weights: Float, places: Float, orders: Integer) -> tuple[float, ...]:
     factor = np.abs(order_factor(weights, places, orders))
-    # The mean does not contain order 1, whatever the gain.
+    # The mean does not contain order 1 for any gain.
     return tuple(np.where(factor < 1e-9, 0.0, gain * factor).tolist())
 
 

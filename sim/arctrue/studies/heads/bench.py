@@ -1,4 +1,4 @@
-"""A simulated table that is calibrated by its heads once and then read on fresh turns."""
+"""A simulated table that its heads calibrate once and then read on further turns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects that the mean of four heads does not see."""
+"""Effects that the mean of four heads does not contain."""
 
 from __future__ import annotations
 

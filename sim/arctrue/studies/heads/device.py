@@ -146,7 +146,7 @@ class HeadsDevice:
         )
 
     def attach(self, *causes: Cause, celsius: float = USUAL_TEMPERATURE_C) -> None:
-        """Put the turning table with these causes before the heads, at a temperature."""
+        """Connect the turning table with these causes to the heads, at a temperature."""
         speed = self.settings.speed_rad_s
         motion = Motion.steady(speed, MOTION_TURNS * 2.0 * np.pi / speed, start_rad=START_RAD)
         course = TemperatureCourse(temperatures_c=(celsius,))
@@ -164,7 +164,7 @@ class HeadsDevice:
         self.firmware.run(until=lambda _: reached(), poll_clocks=poll, stage=stage)
 
     def accepted_turn(self) -> dict[str, Any]:
-        """Return the telemetry line of the next turn that is not refused."""
+        """Return the telemetry line of the next accepted turn."""
         first = len(self.firmware.telemetry)
 
         def accepted() -> list[dict[str, Any]]:

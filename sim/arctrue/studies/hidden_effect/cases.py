@@ -1,4 +1,4 @@
-"""The hidden effects, and the runs that a person would make to find them."""
+"""Defines the hidden effects, and the runs that a user would make to find them."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Case:
     judged_order: int | None = None
     """Order of the output's error that the effect causes in the fresh turns; None: any shape."""
     added: tuple[str, Mapping[str, object]] | None = None
-    """Effect that the person, who knows the drive, adds with its settings; None: that of the
+    """Effect that the user, who knows the drive, adds with its settings; None: the effect of the
     diagnosis."""
     effects: int = 1
     """Number of effects that are added, one after the other."""
@@ -116,7 +116,8 @@ def _subdivision(settings: HiddenSettings) -> list[Cause]:
 
 
 def _coarser(settings: HiddenSettings) -> float:
-    """Return a count's size over that at the paper's scale; the hidden effects grow with it."""
+    """Return the size of a count relative to the paper's scale; the hidden effects grow by this
+    factor."""
     return (1 << 24) / settings.revolution.counts_per_rev
 
 
@@ -150,8 +151,8 @@ def _loose_centre(settings: HiddenSettings) -> list[Cause]:
 
 def _scratch(settings: HiddenSettings) -> list[Cause]:
     # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts
-    # height and width grow with the square root: the slope stays, and no head makes two counts in a
-    # clock.
+    # height and width grow with the square root: the slope stays, and no head moves by two counts
+    # in a clock.
     larger = math.sqrt(_coarser(settings))
     width_rad = math.radians(0.2) * larger / SIGMAS_OF_HALF
     return [GraduationBump(20.0 * RAD_PER_ARCSEC * larger, math.radians(84.0), width_rad)]
@@ -194,7 +195,7 @@ def _at_once(settings: HiddenSettings) -> list[Cause]:
 SLOW = 0.5
 """Second measured speed, as a share of the usual speed."""
 BETWEEN = 0.7
-"""Share of the usual speed at which nothing was measured."""
+"""Share of the usual speed; no run of the set has this speed."""
 
 _WARMING = (
     RunPlan(start_s=900.0, temperature_c=(COLD_C + 1.5, COLD_C + 2.0)),

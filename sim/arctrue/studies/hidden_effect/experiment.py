@@ -453,10 +453,11 @@ class _Run:
         elif not self.case.polygon:
             self._reference_of(rig.rest_of_recording("first turn"), rig.present_drive)
         firmware = rig.instrument.firmware
-        told = firmware.telemetry[-1]
-        if told["result"] != "applied":
+        reported = firmware.telemetry[-1]
+        if reported["result"] != "applied":
             raise InstrumentError(
-                f"the firmware did not apply the first turn: {told['result']}, {told['reason']}"
+                f"the firmware did not apply the first turn: {reported['result']}, "
+                f"{reported['reason']}"
             )
         firmware.send("freeze on")
         rig.settle("calibration, swap and ramp")

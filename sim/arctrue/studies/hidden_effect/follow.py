@@ -21,9 +21,10 @@ HELD, EVERY_TURN, BY_TEMPERATURE, BY_FIRMWARE = WAYS = (
     "by temperature",
     "by the firmware",
 )
-"""The ways of correction: the first turn's coefficients permanently; the firmware's after each
-turn; the model's at the present temperature, written by the host; the model loaded over the console
-once, and the firmware alone with its thermometer."""
+"""The ways of correction: (1) the first turn's coefficients permanently; (2) the firmware's
+coefficients after each turn; (3) the model's coefficients at the present temperature, which the
+host writes; (4) the model, loaded once over the console, which the firmware follows with its
+thermometer."""
 
 
 JUDGED_TURNS = 1.4

@@ -117,9 +117,9 @@ class Rig:
 
     def work(self, stage: str) -> None:
         """Let the firmware take the ready bank, calibrate, and swap if it decides so."""
-        told = len(self.instrument.firmware.telemetry)
+        reported = len(self.instrument.firmware.telemetry)
         self.instrument.firmware.run(
-            until=lambda f: len(f.telemetry) > told and f.phase == "capture",
+            until=lambda f: len(f.telemetry) > reported and f.phase == "capture",
             poll_clocks=self.settings.revolution.poll_clocks,
             stage=stage,
         )

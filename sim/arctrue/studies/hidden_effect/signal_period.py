@@ -41,7 +41,7 @@ def signal_period(track: EdgeTrack, head1: EdgeTrack, lines: int) -> SignalPerio
 
     ``track`` is ``head1`` itself or the output.
     """
-    # An odd step meets every phase of the signal period.
+    # With an odd step, the samples contain every phase of the signal period.
     step = track.position.size // MOST_EDGES | 1
     angle, position = track.true_angle_rad[::step], track.position[::step]
     error = position - angle * (track.counts_per_rev / (2 * np.pi))

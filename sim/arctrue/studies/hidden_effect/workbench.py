@@ -32,7 +32,7 @@ class DiagnosedModel:
     observations: Observations
     diagnosis: Diagnosis
     effect: str | None
-    """Name of the added effect; None: none could be added."""
+    """Name of the added effect; None if no effect could be added."""
     effect_file: Path | None
     """File of an effect that is in no catalogue."""
     before: Model

@@ -32,7 +32,7 @@ class LearnedOrder:
 
 
 def telemetry_orders(telemetry: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np.int64], Complex]:
-    """Give turn numbers (t,) and coefficients (t, orders) of all turns that were not refused.
+    """Return turn numbers (t,) and coefficients (t, orders) of all accepted turns.
 
     A turn that the firmware reported twice, with a further alarm, counts once.
     """
@@ -79,7 +79,7 @@ def as_coefficients(
 ) -> Coefficients:
     """Give lanes that follow the temperature, in the form of a coefficient file.
 
-    Raises ValueError for none, and for what the formats cannot hold.
+    Raises ValueError if there are none, or if the formats cannot hold them.
     """
     if not learned:
         raise ValueError("no order follows the temperature significantly")

@@ -1,7 +1,8 @@
 """Two to four heads: their weighted mean, and least squares of disc, places and motion of the axis.
 
-Methods are given places after head 1, p; such a head stands at the stator angle −p. All turns are
-averaged sample by sample, because the simulated motion repeats the angle of each sample.
+``places_deg`` of a method are distances from head 1 to the other heads: a head at the distance p
+stands at the stator angle −p. All turns are averaged sample by sample, because the simulated motion
+repeats the angle of each sample.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ MOTION_ORDERS = tuple(range(1, 9))
 
 
 def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns, int]:
-    """Average all turns to one of sums; also give the number of these finer counts per turn."""
+    """Return one turn of the sums of all turns, and the counts per turn of these sums."""
     places = -np.radians(np.asarray(places_deg, dtype=np.float64))
     given = world.settings
     total: Integer | None = None

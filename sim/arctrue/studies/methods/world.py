@@ -65,7 +65,8 @@ MOUNTING_ARCSEC = 50.0
 WEAK_ORDER = 11
 """An order whose noise is amplified 19 times with α = 33°."""
 SYMMETRIC_ORDERS = (12, 24)
-"""Orders that 4 or 12 heads at equal distances do not see; 24 faces do not see 24 either."""
+"""Orders that 4 or 12 heads at equal distances cannot detect; 24 faces cannot detect order 24
+either."""
 BLIND_ORDER = 120
 """An order that two heads 33° apart do not see."""
 UNLISTED_ARCSEC = {47: 0.05, 77: 0.03}

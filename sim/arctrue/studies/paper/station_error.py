@@ -64,8 +64,8 @@ class StationErrors:
 def station_errors(readings_rad: Float) -> StationErrors:
     """Calculate the errors of the faces: error = −reading.
 
-    A table beyond its target turns the face further. The mean of each cycle is its arbitrary zero
-    and is removed, as an autocollimator is set to zero before a cycle.
+    If the table has turned beyond its target, the face has turned further too. The mean of each
+    cycle is its arbitrary zero and is removed, as an autocollimator is set to zero before a cycle.
 
     Parameters
     ----------

@@ -138,7 +138,7 @@ def full() -> Experiment:
 
 
 def lean() -> Experiment:
-    """Return one run, and nothing else."""
+    """Return one run without a reference."""
     return Experiment("lean", (_run(0.0, SLOW_RAD_S),), None)
 
 
@@ -225,9 +225,9 @@ FURTHER = (
     "moving_reference",
 )
 """Kinds of a further measurement. A further run: three times as fast, in the other direction,
-warmer, the same after a stop, of more turns, or with more samples. A further reference run: a first
-one; one with the polygon turned by a third of a face; one with the polygon turned by whole faces,
-as a set of its own; one with a reference on the move."""
+warmer, equal but after a stop, with more turns, or with more samples. A further reference run: a
+first run; a run with the polygon turned by a third of a face; a run with the polygon turned by
+whole faces, as a separate set; a run with a reference in motion."""
 
 EXPERIMENTS = {
     "full": full,

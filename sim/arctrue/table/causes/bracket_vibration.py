@@ -30,8 +30,8 @@ from arctrue.table.turned_head import TurnedHead
 class BracketVibration(TurnedHead):
     """The head swings along the scale by ``amplitude_rad`` seen from the axis.
 
-    Nothing ties its phase to the table: each run has one of its own (in a circle if there are
-    more runs than phases).
+    Its phase does not depend on the table: each run has its own phase; if there are more runs than
+    phases, the phases repeat.
     """
 
     amplitude_rad: float

@@ -17,7 +17,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class CreepingCentre(Cause):
-    """A clamp gives way: each turn pushes the disc ``rate_m`` (x + jy, table frame) further."""
+    """A clamp yields: in each turn the disc moves by ``rate_m`` (x + jy, table frame)."""
 
     rate_m: complex
 

@@ -16,8 +16,8 @@ from arctrue.table.state import TableState
 class DiscEccentricity(Cause):
     """The disc centre lies ``offset_m`` off the axis and turns with the table.
 
-    ``direction_rad``: towards which table angle. For a small offset the reading errs by
-    (offset / head radius)·sin(θ + direction − β); the table works out the exact ray.
+    ``direction_rad`` is the angle of the table towards which it lies. For a small offset the
+    reading errs by (offset / head radius)·sin(θ + direction − β); the table computes the exact ray.
     """
 
     offset_m: float

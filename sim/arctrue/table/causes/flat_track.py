@@ -17,7 +17,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class FlatTrack(Cause):
-    """The axis dips towards ``direction_rad`` where the table stands about ``place_rad``.
+    """The axis dips towards ``direction_rad`` while the table is near ``place_rad``.
 
     Stator frame; the dip is a bell over the table's angle, of the given width (1 sigma).
     """

@@ -30,7 +30,7 @@ class GearMesh(Cause):
     """
 
     teeth: float
-    """Not whole where a gear before the table's own is in mesh."""
+    """Not a whole number for a gear before the table's own gear."""
     amplitudes_rad: tuple[float, ...]
     """Amplitudes of the multiples k = 1, 2, …"""
     phases_rad: tuple[float, ...]

@@ -12,7 +12,8 @@ from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 
 @dataclass(frozen=True, slots=True)
 class IndexScatter(Cause):
-    """Each head detects its index up to ``counts`` off in each run; uniform over whole numbers."""
+    """In each run each head detects its index with an error of up to ``counts``, a uniform whole
+    number."""
 
     counts: int
 

@@ -21,7 +21,8 @@ DRIFT_KNOT_S = 60.0
 class InstrumentDrift(Cause):
     """The reference turns during the measurement because the temperature of its stand changes.
 
-    A steady rate, plus an angle at each knot, linear in between, constant outside.
+    The angle is a steady rate plus a curve that has a value at each knot, is linear between the
+    knots, and constant outside.
     """
 
     rate_rad_s: float
@@ -31,7 +32,7 @@ class InstrumentDrift(Cause):
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """rate × time and what the temperature adds, shape ``(n,)``."""
+        """rate × time plus the contribution of the temperature, shape ``(n,)``."""
         time_s = stations.conditions.time_s
         wandering = np.interp(time_s, self.knots_s, self.turns_rad)
         return np.asarray(self.rate_rad_s * time_s + wandering)

@@ -28,7 +28,7 @@ from arctrue.table.turned_head import TurnedHead
 class LooseningHead(TurnedHead):
     """The head knocks between two stops at irregular instants, and the play grows with time.
 
-    Play = ``angle_rad``·(time/last instant), to alternate sides from knock to knock.
+    The play is ``angle_rad``·(time/last instant); successive knocks go to opposite sides.
     """
 
     angle_rad: float

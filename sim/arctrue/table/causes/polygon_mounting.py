@@ -32,7 +32,7 @@ class PolygonMounting(Cause):
     over ``width_m`` has another slope there, 8·offset·flatness/width² (equation (14) of the paper:
     0.0005″ for 1 µm, 0.03 µm and 10 mm). The polygon's axis leans by ``tilt_rad``, so that its
     faces nod once a turn; an autocollimator that is rolled by ``roll_rad`` about its line of sight
-    takes tilt·sin(roll) of that for a turn of the table.
+    reads tilt·sin(roll) of this as a turn of the table.
     """
 
     offset_m: float

@@ -18,12 +18,12 @@ A_DECADE = 2
 
 @dataclass(frozen=True, slots=True)
 class PowerLawNoise(Cause):
-    """Power spectral density ∝ f^−exponent, 0 < exponent < 2 (1: pink), each head its own.
+    """Power spectral density ∝ f^−exponent, 0 < exponent < 2 (1: pink), independent for each head.
 
-    The sum of Ornstein–Uhlenbeck processes with time constants τ in equal ratios and variances
-    ∝ τ^(exponent − 1): a Lorentzian is ∝ variance·τ/(1 + (2πfτ)²), and the sum over ln τ is
-    ∝ f^−exponent. Below 1/(2π·longest) the spectrum is flat, so the variance is finite;
-    ``sigma_rad`` is the standard deviation of all of it.
+    It is the sum of Ornstein–Uhlenbeck processes with time constants τ in equal ratios and
+    variances ∝ τ^(exponent − 1): a Lorentzian is ∝ variance·τ/(1 + (2πfτ)²), and the sum over ln τ
+    is ∝ f^−exponent. Below 1/(2π·longest) the spectrum is flat, so the variance is finite;
+    ``sigma_rad`` is the standard deviation of the whole noise.
     """
 
     sigma_rad: float

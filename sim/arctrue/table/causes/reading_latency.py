@@ -11,7 +11,7 @@ from arctrue.table.declaration import Declaration, Given, Occasion, Random, Reci
 
 @dataclass(frozen=True, slots=True)
 class ReadingLatency(Cause):
-    """Filter and transfer take ``delay_s`` for both heads alike."""
+    """Filter and transfer delay both heads by ``delay_s``."""
 
     delay_s: float
 

@@ -16,10 +16,8 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class RelaxingNoise(Cause):
-    """Air, or a servo that corrects: covariance sigma²·exp(−|Δt|/time constant), each head its own.
-
-    The process goes on between runs.
-    """
+    """The noise of air or of a correcting servo: its covariance is sigma²·exp(−|Δt|/time constant),
+    and it is independent for each head. The process continues between runs."""
 
     sigma_rad: float
     constant_s: float

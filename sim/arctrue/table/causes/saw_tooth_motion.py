@@ -29,8 +29,8 @@ from arctrue.table.state import TableState
 class SawToothMotion(Cause):
     """The axis moves on a line, ``order`` times a turn, from −amplitude to +amplitude and back.
 
-    ``rise`` is the share of a period that the way there takes (½: a triangle; near 1: a saw).
-    Stator frame.
+    ``rise`` is the share of a period in which the axis moves to +amplitude (½: a triangle; near 1:
+    a saw). Stator frame.
     """
 
     order: int

@@ -21,7 +21,8 @@ from arctrue.table.turned_head import TurnedHead
 class SettlingBracket(TurnedHead):
     """The bracket of one head creeps back along the scale: angle·exp(−t/τ) seen from the axis.
 
-    With ``each_run`` the time counts from the start of every run, else from the first.
+    With ``each_run`` the time counts from the start of every run, otherwise from the start of the
+    first run.
     """
 
     angle_rad: float

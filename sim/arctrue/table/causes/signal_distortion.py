@@ -22,8 +22,9 @@ from arctrue.table.state import TableState
 class SignalDistortion(Cause):
     """Offsets, unequal gains and a wrong phase of the two signals of one head.
 
-    The interpolator takes atan2 of what it gets, so an offset returns once a signal period and
-    gain or phase twice. Offsets and gain difference are shares of the signals' amplitude.
+    The interpolator takes atan2 of the two signals, so that an offset causes one wave of error per
+    signal period, and gain or phase cause two. Offsets and gain difference are shares of the
+    signals' amplitude.
     """
 
     head: int

@@ -28,8 +28,8 @@ from arctrue.table.turned_head import TurnedHead
 class StickingBracket(TurnedHead):
     """Between two slips the head creeps along the scale at one rate; a slip takes it back.
 
-    ``slips_s`` are the instants at which it slips, rising; it creeps from −angle to +angle in the
-    mean of their distances, so a longer wait ends farther away.
+    ``slips_s`` are the instants at which it slips, rising; it creeps from −angle to +angle in their
+    mean interval, and therefore farther in a longer interval.
     """
 
     angle_rad: float

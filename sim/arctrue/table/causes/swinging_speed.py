@@ -12,7 +12,7 @@ from arctrue.table.motion import Motion
 
 @dataclass(frozen=True, slots=True)
 class SwingingSpeed(Cause):
-    """The speed varies by a share of itself, ``order`` times a turn: unbalance, cogging."""
+    """The speed varies by the given share, ``order`` times a turn: unbalance, cogging."""
 
     share: float
     order: int

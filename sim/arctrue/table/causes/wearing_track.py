@@ -28,7 +28,8 @@ from arctrue.table.state import TableState
 class WearingTrack(Cause):
     """The axis moves ``order`` times a turn, more with every turn that the table has made.
 
-    On a line in the stator frame, by ``rate_m`` × turns travelled in either direction.
+    The axis moves along a line in the stator frame by ``rate_m`` × turns; turns in either direction
+    count.
     """
 
     order: int

@@ -12,7 +12,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Autocollimator:
-    """Its own errors: one at each face's place in its field of view, and scatter.
+    """The errors of the instrument: one for each face's place in the field of view, and scatter.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ class Polygon:
         return int(self.normal_rad.size)
 
     def direction_rad(self, face: NDArray[np.intp], deviation_rad: Float) -> Float:
-        """Give the direction about the axis that a ray sees.
+        """Return the direction about the axis of the face for a ray.
 
         The ray meets the face off its centre by the sideways part of the mounting offset, where a
         hollow mirror (a parabola of depth ``flatness_m``) has another slope. By the law of

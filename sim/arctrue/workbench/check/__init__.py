@@ -1,1 +1,2 @@
-"""Check whether a user's effect does what its file says: compare its columns with a set of rows."""
+"""Check whether a user's effect agrees with its declarations: compare its columns with a set of
+rows."""

@@ -121,7 +121,7 @@ class _Subject:
         return self.effect.reference_columns(rows, place, self.context)
 
     def _each(self) -> list[tuple[str, int, Float]]:
-        """Return channel, number of the place and columns, for all columns that are seen."""
+        """Return channel, number of the place and columns, for each channel that has columns."""
         return [
             (name, number, columns)
             for name, blocks in self.columns.items()
@@ -220,7 +220,8 @@ class _Subject:
     def searched(self) -> Check:
         faults = []
         for item in self.effect.search:
-            # The ends of the range are not used: those of an angle may be the same place.
+            # The places exclude the ends of the range, because the ends of an angle's range may be
+            # the same place.
             low, high = _value(item, 0.3), _value(item, 0.9)
             # Two parameters may exclude each other, as the order and the frequency of a line do:
             # a parameter passes if it acts at any one place.

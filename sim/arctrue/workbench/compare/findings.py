@@ -58,7 +58,7 @@ class ExcessOf:
 
 @dataclass(frozen=True)
 class Finding:
-    """One sentence on where the model fails."""
+    """One condition that the residual follows, and its share."""
 
     channel: str
     follows: str
@@ -84,7 +84,7 @@ class _Follower(ABC):
 
     @abstractmethod
     def taken_from(self, residuals: Residuals) -> Residuals:
-        """Return the residuals without what the condition explains."""
+        """Return the residuals without the part that the condition explains."""
 
 
 class _Map(_Follower):
@@ -145,7 +145,7 @@ def _centred(residuals: Residuals, channel: str) -> Float:
 def ranked_findings(
     residuals: Residuals, maps: Sequence[ResidualMap], excess: Mapping[str, ExcessOf]
 ) -> list[Finding]:
-    """Return all findings: those that stand by themselves first, each followed by its shadows."""
+    """Return all findings: the independent ones first, each followed by its shadows."""
     found: list[Finding] = []
     for channel, reference in excess.items():
         found += _ranked(residuals, channel, maps, reference)
@@ -211,7 +211,8 @@ def _ranked(
                 waiting.remove(item)
                 found.append(_finding(item, by_itself[item], now[item], leader.words))
         if not waiting:
-            # A strong cause and its shadows may have filled the list: look at what is left.
+            # A strong cause and its aliases may have filled the list, so the residuals are searched
+            # again.
             waiting = _products(residuals, channel, known)
     rest = [item for item in waiting if item in by_itself]
     return [*found, *(_finding(item, by_itself[item], now[item], None) for item in rest)]

@@ -1,4 +1,4 @@
-"""Which physical effect a model lacks, with the statistics that keep the naming honest.
+"""Finds the physical effect that a model lacks, with the statistics that prevent wrong names.
 
 A diagnosis is a sequence of stages, each of which gives a frozen record to the next:
 ``data_faults`` → ``candidates`` → ``evidence`` (which gives the ``survey``) → ``posterior`` →

@@ -48,8 +48,8 @@ class AdoptedProduct(ProductOfParts):
 def adopt(product: ProductOfParts, name: str, description: str, folder: Path) -> Path:
     """Write the effect file of a product and return its path.
 
-    Raises ValueError for a name that is taken or cannot be one, FileExistsError for a file that is
-    there already.
+    Raises ValueError for a name that is taken or cannot be one, FileExistsError for an existing
+    file.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
         raise ValueError(f"{name!r} cannot name an effect: small letters, digits, underscores")

@@ -15,8 +15,9 @@ from arctrue.workbench.inference.scan import (
 from arctrue.workbench.observations import Observations
 
 UNEVEN = 1e-3
-"""Largest relative difference between distances of even stations: with 360 stations it turns the
-phase of the 360th order by 0.4° from one to the next, so that all orders look alike there."""
+"""Largest relative difference between distances of even stations: with 360 stations, it changes the
+phase of the 360th order by 0.4° from one station to the next, so that orders and their aliases look
+equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0
 """Highest listed alias: orders above it are not searched."""
 
@@ -45,7 +46,8 @@ def in_capture(item: Candidate, observations: Observations) -> bool:
 
 
 def _of_samples(item: Candidate) -> list[float]:
-    """Return the orders N ± ν, with N samples per turn, that explain all rows as well as ν does.
+    """Return the orders N ± ν, with N samples per turn, that explain all rows as well as the order
+    ν.
 
     Each order is scored on the rows themselves: runs that start at different angles or have other
     numbers of samples per turn exclude an alias, and so does a reference. An effect that was not

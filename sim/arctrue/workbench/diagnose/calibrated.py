@@ -4,9 +4,10 @@ Each kind of answer has a constant of its own, and ``unknown`` one for each of i
 features have one coefficient for all kinds. The coefficients are uncertain, so that an answer far
 from those that they were fitted to has an uncertain value; the mean over this uncertainty, which is
 nearer to one half, is stated (MacKay, Neural Comput. 4 (1992) 720). The number of counted answers
-of a kind limits how sure such an answer is stated (rule of succession). ``python -m
+of a kind limits the stated probability of such an answer (rule of succession). ``python -m
 scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the benchmark, whose
-sets are of two generators, and prints how well the coefficients of one generator hold on the other.
+sets come from two generators, and prints the score of one generator's coefficients on the sets of
+the other.
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ FILE = Path(__file__).with_name("calibrated.json")
 KINDS = ("named", "ambiguous", "unknown", "adequate", "cannot_tell")
 """Verdicts whose answers were counted. ``bad_data`` states the prior probabilities."""
 DISTANCES = ("untested", "left", "not_white", "few_repeats")
-"""Features that measure how far a set is from the benchmark's usual one: larger values make no
-answer surer."""
+"""Features that measure the distance of a set from the benchmark's usual set; larger values never
+increase a stated probability."""
 FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 """Features of the logistic, chosen by leave-one-world-out and across-generator scores of
 ``stated.csv``. The scores of the chosen features are a little optimistic; only answers made
@@ -41,12 +42,13 @@ form is right."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
-"""Largest ratio of the RMS that is left to the noise of the repeats; larger ratios count as this
+"""Largest ratio of the remaining RMS to the noise of the repeats; larger ratios count as this
 one."""
 MOST_NOT_WHITE = 20.0
 """Largest −log₁₀ p of whiteness; larger values count as this one."""
 LIKE_BENCHMARK = 2
-"""Number of ways (:mod:`distance`) from which on a set is stated to be unlike the benchmark."""
+"""Number of differences (:mod:`distance`) from which on a set is reported as unlike the
+benchmark."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Calibration:
         coefficients.
 
         After n answers of a kind that were all right, the next one is right with probability (n +
-        1)/(n + 2) (Laplace); nothing is stated nearer to 0 or 1 than that.
+        1)/(n + 2) (Laplace); this limits the stated probability on both sides.
         """
         value = float(row @ self.coefficients)
         variance = float(row @ self.covariance @ row)

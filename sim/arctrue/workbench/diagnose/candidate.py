@@ -43,7 +43,7 @@ class Candidate:
     """Number of rows of the channels that the effect changes: its size is known from these."""
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
-    """Number of places by which p is corrected, where they do not share the level evenly."""
+    """Number of places by which p is corrected, if the places have unequal shares of the level."""
     asked: Effect | None = None
     """The effect before it was narrowed to the form that the residuals show; None for a product of
     parts."""
@@ -86,8 +86,8 @@ class Candidate:
     def at_maximum(self) -> Solution:
         """Its solution with the search parameters refined between the places that were tried.
 
-        It is used for questions about a candidate that was judged; ``solution`` is not changed. A
-        line that is not exactly at its place leaves a remainder that other effects would explain.
+        Later stages use it for a candidate that was judged; ``solution`` is not changed. If a line
+        is not exactly at its place, other effects would explain its remainder.
         """
         return refined(self.solution)
 

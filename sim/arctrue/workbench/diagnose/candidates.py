@@ -1,7 +1,8 @@
 """Every effect and every product of parts, tested on the residuals of one model with its noise.
 
-This is the first stage after the faults of the data: searches and score tests. What may be named is
-weighed with noise of its own by :mod:`arctrue.workbench.diagnose.evidence`.
+This is the first stage after the faults of the data: searches and score tests.
+:mod:`arctrue.workbench.diagnose.evidence` weighs each candidate for a name with the noise estimated
+for it.
 """
 
 from __future__ import annotations

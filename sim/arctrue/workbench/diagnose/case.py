@@ -35,19 +35,19 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE
 from arctrue.workbench.noise.whiteness import LAGS, autocorrelations, whiteness
 
 NEAR_TIE = 6.0
-"""ΔBIC by which an effect must be ahead of a product of parts that could stand in for it: odds of
+"""ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Relative difference up to which two gains are those of the same columns, except for the last
-digits of a search."""
+"""Relative difference up to which two gains belong to the same columns; a search determines its
+last digits only approximately."""
 LACK_OF_FIT = 1e-4
 """p below which a lack of fit is sure."""
 REFUSED_P = LACK_OF_FIT
-"""p below which a refused effect shows a lack of fit: it is as sure as one."""
+"""p below which a refused effect shows a lack of fit, because it is as significant as a sure lack
+of fit."""
 LEAST_COLOUR = 0.02
-"""Least sum of the squares of 20 autocorrelations that counts. Many rows also show noise that the
-parts of its spectrum describe except for a fiftieth of the variance, but this changes no σ by more
-than 1 %."""
+"""Least sum of the squares of 20 autocorrelations that counts. Many rows also show a difference
+from the noise model of a fiftieth of the variance, but this changes no σ by more than 1 %."""
 AGAIN = 3
 """Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3
@@ -82,8 +82,8 @@ class Case:
 
     @cached_property
     def at_every_speed(self) -> list[Candidate]:
-        """Candidates in ``seen`` that show at every speed at which they should, and are no alias of
-        a better one.
+        """Candidates in ``seen`` that show at every speed at which they should, and are not an
+        alias of a better candidate.
 
         If another cause gains more than an order of the disc above half the samples per turn, that
         order may be the alias of that cause in some of the runs.
@@ -142,16 +142,13 @@ class Case:
 
     @cached_property
     def product(self) -> Candidate | None:
-        """The product of parts that is as real as an effect must be.
-
-        Its p is corrected for all places; a ΔBIC above 0 is not required as well, since that would
-        charge for the places twice.
-        """
+        """The product of parts that passes the same tests as an effect. Its p is corrected for all
+        places; a ΔBIC above 0 is not required, because it would correct for the places twice."""
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
         if self.best is not None and _contains(self.best, found):
-            # The best explains the product and more, as polygon faces explain one of their orders.
+            # The best effect contains the product, as polygon faces contain one of their orders.
             return None
         best = self.best
         if best is not None and best is self.regular and _is_smaller(found, best):
@@ -256,7 +253,7 @@ class Case:
         return None if any(_same(item, product) for item in members) else product
 
     def with_it(self, item: Candidate | None) -> Case | None:
-        """Return the case with one more effect in the model; None where that is not asked."""
+        """Return the case with one more effect in the model; None if the rules do not need it."""
         if item is None or self.depth >= DEEPEST:
             return None
         if self.best is item:
@@ -267,7 +264,7 @@ class Case:
 
     @cached_property
     def with_best(self) -> Case | None:
-        """The case with the best effect in the model; None where that is not asked."""
+        """The case with the best effect in the model; None if the rules do not need it."""
         if self.best is None or self.depth >= DEEPEST:
             return None
         return replace(
@@ -295,11 +292,12 @@ class Case:
         return None if after is None else (self.before, after)
 
     def once_more(self, event: Candidate) -> Candidate | None:
-        """Return the same event at another instant and about as large, if there is one.
+        """Return an event of the same kind and about the same size at another instant, if there is
+        one.
 
-        Slow noise may predict a row that is left out after a step from its neighbours, so that
-        held-out rows do not show the step; it counts nevertheless where it is as sure as a lack of
-        fit.
+        Slow noise may predict a held-out row after a step from the row's neighbours, so that
+        held-out rows do not show the step. The step counts nevertheless if it is as significant as
+        a lack of fit must be.
         """
         return next(
             (
@@ -341,8 +339,8 @@ class Case:
 
     @cached_property
     def ranked(self) -> list[Candidate]:
-        """The candidates, first the one that the decision states, even where negligible ones fit as
-        well."""
+        """The candidates; the candidate that the decision states comes first, even if negligible
+        ones fit as well."""
         first = self.decision.spoken_of
         others = [item for item in self.survey.candidates if item is not first]
         return others if first is None else [first, *others]
@@ -356,8 +354,8 @@ ONCE = frozenset({"time", "settling"})
 
 
 def _apart(item: Candidate) -> bool:
-    """Tell whether the candidate is a drift or a single event, which are listed apart from what
-    repeats."""
+    """Tell whether the candidate is a drift or a single event, which the report lists apart from
+    repeating effects."""
     parts = set(item.effect.in_parts) | set(item.effect.parts)
     return item.effect.step_at is not None or bool(parts & ONCE)
 

@@ -15,14 +15,14 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 LEAST_SHARE = 0.5
-"""Least share of the best candidate's gain that a candidate must have to be taken for it."""
+"""Least share of the best candidate's gain that a candidate needs to be in its class."""
 NOTHING_LEFT_P = 0.001
 """Least p, corrected for all places that were searched, of an effect that adds nothing with the
 other in the model."""
 OF_THE_SAME_KIND = 0.1
 """Share of the first effect's gain and of its mean square. A remainder above this share, a third of
-the effect's size, may be part of the effect's own shape that the catalogue lacks; a smaller
-remainder is a separate matter."""
+the effect's size, may be a part of the effect's own shape that the catalogue lacks; a smaller
+remainder is a separate error."""
 FAR = 30.0
 """Half width of the searched range of a log variance, around that at which noise and effect are
 equal."""
@@ -64,11 +64,9 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
 
 
 def adds(item: Candidate, other: Candidate) -> bool:
-    """Tell whether the first still gains more than chance gives, with the other in the model.
-
-    Both have the same noise: that estimated with the first in the model, or with the other where
-    the first has no noise of its own.
-    """
+    """Tell whether the first effect still gains more than chance, with the other in the model. Both
+    use the same noise: the noise estimated with the first in the model or, if there is none, with
+    the other."""
     known = item.evidence or other.evidence
     solution, share = other.solution, 1.0
     if known is not None:
@@ -124,13 +122,13 @@ def family_gain(score: Score) -> float:
 
 
 def stands_in(best: Candidate, other: Candidate) -> bool:
-    """Tell whether the best, with the other in the model, adds no more than its search finds by
-    chance."""
+    """Tell whether the best effect, with the other in the model, adds at most the gain that its
+    search finds by chance."""
     return not adds(best, other)
 
 
 def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
-    """Leave out effects that only describe the observation, where a cause explains as much."""
+    """Omit effects that only describe the observation if a cause explains as much."""
     specific = [item for item in found if not item.effect.unspecific]
     return [
         item

@@ -36,12 +36,12 @@ Am. Stat. Assoc. 90 (1995) 773).
 COLOURED_SHARE = 0.99
 """Share of slow noise in a row's variance above which the set is blind to slow effects. The slow
 noise is then ten times the scatter of a single reading, and any effect that changes as slowly would
-have been taken for noise."""
+count as noise."""
 UNSEEN_SHARE = 0.5
 """Largest share of the generic effects that may need more than the whole residual to be found;
 above it, most of what may be missing could not be found. Chosen, not calibrated."""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
-"""Orders of the angle that stand for all others: slow and fast, whole and half; None: no wave."""
+"""Orders of the angle that represent all others: slow and fast, whole and half; None: no wave."""
 HIGHEST_BLIND_ORDER = 1000
 """Highest order up to which blind orders are listed; at 33° there are 8 of them. The list is only
 shown and decides nothing."""
@@ -61,7 +61,7 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Blindness:
-    """Why a set cannot say that the model is adequate, and which measurement could."""
+    """Reason why the set cannot show that the model is adequate, and the measurement that could."""
 
     reason: str
     next_measurement: str
@@ -77,7 +77,7 @@ def coverage(
 ) -> Coverage:
     """Return the coverage of every candidate; an effect with a search counts at its best place.
 
-    ``refused``: how sure an effect must be to be stated although held-out rows do not show it.
+    ``refused``: limits for an effect that is stated although held-out rows do not show it.
     """
     smallest = {}
     for item in candidates:

@@ -40,7 +40,8 @@ TEMPERATURES_C = (-60.0, 200.0)
 """Plausible temperatures. Chosen: no table is in a colder or warmer place, and a broken sensor
 reads one of its limits."""
 TEMPERATURE_JUMP_K = 3.0
-"""Smallest spike that is a fault: no sensor on a table goes so far and back within three rows."""
+"""Smallest spike that is a fault: no temperature on a table changes by this much and back within
+three rows."""
 SEPARATION_DEG = 0.5
 """Smallest error of the stated head separation that is a fault: half a millimetre at the disc. A
 smaller error of the mounting is an effect."""
@@ -134,8 +135,8 @@ def _step_faults(
             f"{expected[first] * in_counts:.0f} (within 10 %) from the rows around it and the time "
             f"stamps; {int(lost.sum())} such steps in this run"
         )
-    # A single head may slip: a step that stays is an effect. A head that goes wrong many times
-    # is faulty.
+    # A step that stays is an effect, because a head may slip once. A head with many such steps is
+    # faulty.
     for head, bad in zip((1, rows.head), wrong, strict=True):
         alone = np.flatnonzero(bad & ~lost)
         if alone.size > MOST_SLIPS:
@@ -168,8 +169,8 @@ def _row(line: int) -> str:
 
 
 def _implausible(step: Float, passed_s: Float) -> Boolean:
-    """Return True where a step fits neither the steps around it nor their speed times the time
-    passed.
+    """Return True where a step differs from the steps around it, and also from their speed times
+    the time between the rows.
 
     Time stamps may be coarser than the rows, and rows may be missing, so that agreement with one of
     the two is enough.

@@ -39,7 +39,7 @@ class Decision:
     """RMS beyond the noise, by channel, where neither an effect nor a product of parts explains it.
     """
     seen: str | None = None
-    """Something that explains more than any effect and is no effect, in words: a jump, a damped
+    """Finding that explains more than any effect but is not an effect, in words: a jump, a damped
     oscillation."""
     oscillation: Oscillation | None = None
     """The damped oscillation that ``seen`` states."""

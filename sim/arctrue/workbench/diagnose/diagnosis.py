@@ -1,4 +1,5 @@
-"""The diagnosis: which physical effect is missing, or that the data cannot tell, or that none fits.
+"""The diagnosis states which physical effect is missing, that the data cannot show it, or that no
+effect fits.
 
 A diagnosis goes through stages, and each gives a frozen record to the next: faults of the data →
 candidates → evidence → probabilities → rules → next measurement.
@@ -258,8 +259,8 @@ def _case_of(
 def _deepest(found: Decision, base: Solution) -> Solution:
     """Return the solution with most of the stated effects, whose residual no effect explains.
 
-    An effect at one place of the disc is not included: a defect of a few rows may be a wrong row,
-    and only a defect on every turn is certainly no wrong row.
+    An effect at one place of the disc is not included: a defect of a few rows may be a wrong row.
+    Only a defect that every turn shows is certainly an effect.
     """
     further: Decision | None = found
     while further is not None:

@@ -23,8 +23,8 @@ NOT_WHITE_P = 1e-4
 """p of whiteness, as sure as a lack of fit: below it, the noise is of a kind that the noise model
 does not have."""
 MUCH_LEFT = 1.5
-"""Ratio of the RMS that is left to the noise of the repeats: above it, more than the noise again is
-not explained."""
+"""Ratio of the remaining RMS to the noise of the repeats; above it, the unexplained error is larger
+than the noise."""
 LEAST_P = 1e-300
 """Smaller p values underflow in float64."""
 MOST_UNTESTED = 1.0 / 3.0

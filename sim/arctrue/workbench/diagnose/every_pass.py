@@ -39,7 +39,8 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
     if before is None:
         return True
     change = item.solution.capture_prediction_arcsec(False) - base.capture_prediction_arcsec(False)
-    # The offset of a run absorbs what is constant in the run: no row of the run can show that.
+    # The offset of a run absorbs an error that is constant in the run, so that no row of the run
+    # can show it.
     rows_of_run = np.maximum(np.bincount(rows.run, minlength=rows.runs), 1)
     change -= (np.bincount(rows.run, weights=change, minlength=rows.runs) / rows_of_run)[rows.run]
     local = item.effect.local_on_disc

@@ -48,8 +48,8 @@ from arctrue.workbench.inference.significance import (
 from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
-"""First p below which an effect may be named: the noise is then estimated anew with it in the
-model."""
+"""Limit of p in the first test; an effect below it may be named, and the noise is estimated anew
+with it in the model."""
 MOST_LEFT = 0.5
 """Share of the variance of a channel's residual: an effect that leaves less is weighed, even
 where the noise of the model without it has absorbed most of the effect."""
@@ -60,7 +60,7 @@ probability or less."""
 MOST_WEIGHED = 6
 """Largest number of candidates that are weighed with the noise free on both sides."""
 FAR_BEHIND = 60.0
-"""ΔBIC by which a candidate that is not weighed yet is too far behind to come before a real one."""
+"""ΔBIC by which a candidate must be behind a real one to need no weighing."""
 SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation, for rounding of the same columns."""
 AS_GOOD = 6.0
@@ -77,13 +77,13 @@ def survey(
     looks: int = 1,
     findings: Findings | None = None,
 ) -> Survey:
-    """Try every effect and every product of parts with the model of ``residuals``.
+    """Test every effect and every product of parts with the model of ``residuals``.
 
-    Without ``negligible``, effects that are far too small to matter are not weighed: no verdict
-    rests on them. An effect with a search is tried again even if the model has it: it may be there
-    at another place. ``looks``: number of such surveys that the diagnosis makes. ``findings``:
-    results of a forward search with this model; they replace the search for an effect of the same
-    name.
+    Without ``negligible``, effects that are far too small to matter are not weighed, because no
+    verdict depends on them. An effect with a search is tested again even if the model has it,
+    because it may also exist at another place. ``looks``: number of such surveys that the diagnosis
+    makes. ``findings``: results of a forward search with this model; they replace the search for an
+    effect of the same name.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present, residuals.observations)
@@ -113,7 +113,8 @@ def survey(
 
 
 def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
-    """Return the survey with evidence, the noise free on both sides, of whatever may be named.
+    """Return the survey with evidence, the noise free on both sides, for every candidate that may
+    be named.
 
     These are the candidates of the catalogue, best first, until those that follow cannot come
     before a real one, and the first product of parts if it can.
@@ -175,8 +176,9 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
 
     Offsets of the runs beyond the index repeatability are disregarded as well, if the effect
     explains them: a drifting head causes them in one warm run. Every estimate contains at least the
-    noise of this test, so that an effect which is not significant here is not significant with any
-    estimate. An effect with a search is left out, because its place was found in the slow noise.
+    noise of this test. An effect that is not significant in this test is therefore not significant
+    with any estimate. An effect with a search is left out, because its place was found in the slow
+    noise.
     """
     fixed = [
         item
@@ -300,7 +302,8 @@ def _judged(
     item = _settled(item, found, tried, candidates)
     of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
     if item.regular is not None:
-        # It has passed the prediction from whole blocks; neighbours would test less.
+        # The candidate has passed the prediction from whole blocks, which is a stricter test than
+        # neighbouring rows.
         return item
     if item.p_corrected < SIGNIFICANCE and tried.matters(item) and of_rows:
         progress(f"held-out rows for {item.name}")
@@ -341,8 +344,8 @@ def _in_less_noise(
     """Return the form and the place that fit best with the noise that the effect leaves, and their
     evidence.
 
-    Without the effect in the model, the noise contains it and hides what is smaller: the lines near
-    a gear's tooth count, or the small difference of an order from a whole number.
+    Without the effect in the model, the noise contains the effect and hides smaller details: the
+    lines near a gear's tooth count, or the small difference of an order from a whole number.
     """
     best = None if item.asked is None else looked_for(item.asked, found.base)
     if best is None:

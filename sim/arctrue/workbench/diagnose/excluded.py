@@ -1,4 +1,4 @@
-"""Effects that a set cannot test, and that would look like the one that fits best."""
+"""Finds effects that a set cannot test and that would look like the effect that fits best."""
 
 from __future__ import annotations
 

@@ -41,10 +41,10 @@ class Facts:
 
     @cached_property
     def blindness(self) -> Blindness | None:
-        """Reason why an empty result is no evidence; None where something was found, or could have
-        been found.
+        """Reason why a result without a finding is no evidence; None if there is a finding, or if
+        the set could have shown one.
 
-        With a model that the rows do not determine, a finding is no evidence either.
+        If the rows do not determine the model, a finding is no evidence either.
         """
         if self.case is None:
             return None
@@ -61,7 +61,7 @@ class Facts:
 
     @cached_property
     def _posterior(self) -> dict[str, float]:
-        """The probabilities, as far as the rules of the survey leave them open."""
+        """The probabilities, within the bounds that the rules of the survey set."""
         if self.case is None:
             # Nothing was tested: the prior probabilities remain.
             return posterior(

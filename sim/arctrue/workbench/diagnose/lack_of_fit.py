@@ -28,7 +28,8 @@ angle show."""
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:
-    """Return p of the F test that the means of groups differ no more than their scatter says."""
+    """Return p of the F test: the probability that the means of groups differ this much by the
+    scatter within the groups."""
     _, group = np.unique(group, return_inverse=True)
     counts = np.bincount(group)
     kept = counts >= LEAST_ROWS_A_GROUP

@@ -1,8 +1,9 @@
-"""The measurement that would distinguish two effects which this data cannot tell apart.
+"""Finds the measurement that would distinguish two effects which this data cannot separate.
 
-Each plan is tried by calculation: one effect is taken as the truth, with the size that was found,
-and the other effect is fitted to what the first would show in the measured and planned rows. The χ²
-that the other effect leaves, with the noise of this set, says how well the plan distinguishes them.
+Each plan is tested by calculation: one effect, with the size that was found, is assumed to be the
+truth, and the other effect is fitted to the error of the first in the measured and planned rows.
+The χ² that the other effect leaves, with the noise of this set, says how well the plan
+distinguishes them.
 """
 
 from __future__ import annotations
@@ -247,7 +248,7 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
 
     places: list[Nonlinear] = [other.nonlinear]
     if other.effect.search:
-        # The place that was found may be slightly off: search again.
+        # The place that was found may be slightly wrong, so it is searched again.
         places += [
             place.nonlinear for place in places_of(other.effect, Residuals(solved(base_terms)))[:1]
         ]

@@ -1,4 +1,5 @@
-"""Effects that are known from run to run only, judged with the index as known beforehand."""
+"""Tests effects that only the differences between runs show, with the index repeatability that was
+known before."""
 
 from __future__ import annotations
 
@@ -12,17 +13,14 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_v
 
 LEAST_OFFSETS = 2
 """Least number of offsets of runs, beyond the columns of the effect, that must agree with the known
-index. A single one agrees whenever two runs were moved alike, as by a head that was knocked in
-both."""
+index. A single offset agrees whenever two runs have the same shift, for example by a head that was
+knocked in both."""
 
 
 def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> bool:
-    """Tell whether the offsets of the runs, with the effect in the model, scatter as the known
-    index.
-
-    If they scatter more, the index itself is worse than known, and one offset of few fits any
-    effect.
-    """
+    """Tell whether the offsets of the runs, with the effect in the model, scatter like the known
+    index. If they scatter more, the index repeats worse than known, and an effect can then fit one
+    of a few offsets by chance."""
     score = known.score(effect, nonlinear)
     offsets = known.solution_with(effect, nonlinear, score).run_offsets_arcsec
     free = offsets.size - score.rank
@@ -31,8 +29,8 @@ def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> 
 
 
 def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> float:
-    """Return p of an effect whose sample is the runs, where the index is worse than it is known to
-    be.
+    """Return p of an effect whose sample is the runs, if the index repeats worse than it is known
+    to.
 
     The result is 0 if the index is as good as known, or if too few offsets remain to decide. The F
     test compares the offsets of the runs with and without the effect. The prior knowledge of the

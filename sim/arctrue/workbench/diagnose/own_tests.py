@@ -1,4 +1,5 @@
-"""Tests of a named effect by what its name states: one order, a constant, an error of the angle."""
+"""Tests of a named effect by the meaning of its name: one order, a constant, an error of the
+angle."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import ReferenceRows
 
 SEVERAL = 3
-"""Number of orders that make a pattern: as many as a diagnosis looks at, each with those before it
-in the model."""
+"""Number of orders that make a pattern: the number of effects that a diagnosis tests one after
+another."""
 LEAST_COMMON, LEAST_OF_TWO = 3, 5
 """Least common divisor of the orders of a pattern, and of two orders with a local defect. Three
 random orders have a common divisor of 3 or more with the probability Σ_{d≥3} d⁻³ = 0.08, two random
@@ -48,7 +49,7 @@ def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
 
 
 class BentScale(Effect):
-    """Square and cube of the reading of the reference, as a bent scale gives them."""
+    """Square and cube of the reading of the reference, which a nonlinear scale contains."""
 
     name = "bent_scale"
     depends_on_model = True
@@ -68,10 +69,12 @@ class BentScale(Effect):
 
 
 def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) -> bool:
-    """Tell whether a bent scale of the reference is sure and explains the rows as well as the best.
+    """Tell whether a nonlinear scale of the reference is significant and explains the rows as well
+    as the best effect.
 
-    Both are scored with the same noise. ΔBIC of the bent scale may be up to ``near_tie`` behind; if
-    the best is itself proportional to the reading, the bent scale must be ``near_tie`` ahead.
+    Both are scored with the same noise. ΔBIC of the nonlinear scale may be up to ``near_tie``
+    behind; if the best effect is itself proportional to the reading, the nonlinear scale must be
+    ``near_tie`` ahead.
     """
     rows = residuals.observations.reference
     if rows is None or residuals.observations.capture is None or best.regular is not None:

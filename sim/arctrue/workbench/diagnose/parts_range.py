@@ -1,4 +1,5 @@
-"""Which products of parts the rows can show: waves that they resolve, sizes that they reach."""
+"""The products of parts that the rows can show: the waves that they resolve and the sizes that they
+contain."""
 
 from __future__ import annotations
 
@@ -13,21 +14,19 @@ from arctrue.workbench.observations import ReferenceRows
 Float = NDArray[np.float64]
 
 LEAST_WAVE = 0.75
-"""Least number of periods of an order that a run must pass: fewer are a slow curve or a bump."""
+"""Least number of periods of an order that a run must cover: fewer are a slow curve or a bump."""
 HALF_REPEATS_TURNS = 2.0
 """Turns after which a half order repeats. Whole orders are complete on one turn (Fourier), so that
 a half order on one turn is only a step at its seam; its repeat after two turns distinguishes it."""
 MOSTLY_ITS_OWN = 0.5
-"""Share of a part that the model cannot reproduce: the model can cancel only a part with less."""
+"""Share of a part that the model cannot reproduce; the model can cancel only parts with a smaller
+share."""
 
 
 def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArray[np.bool_]:
-    """Tell whether a reference run passes enough of each of ``orders``, shape (n,), with a
-    condition.
-
-    ``factor``: the condition at each row, shape (rows,). The way is weighted with the share of the
-    condition that is left: exp(−t/τ) lasts for a way of τ times the speed.
-    """
+    """Tell whether a reference run covers enough periods of each of ``orders``, shape (n,), with a
+    condition. ``factor``: the condition at each row, shape (rows,). The travel is weighted with the
+    remaining share of the condition: exp(−t/τ) covers a travel of τ times the speed."""
     way_rad = np.abs(np.diff(rows.target_rad, prepend=rows.target_rad[:1]))
     way_rad[np.diff(rows.run, prepend=rows.run[:1]) != 0] = 0.0
     share = np.abs(factor) / max(float(np.abs(factor).max(initial=0.0)), 1e-300)
@@ -40,7 +39,8 @@ def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArra
 
 
 def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:
-    """Tell whether a reference run passes enough of the orders of a part of the reference."""
+    """Tell whether a reference run covers enough periods of the orders of a part of the
+    reference."""
     rows = residuals.observations.reference
     factor = None if rows is None else effect.condition.values(rows)
     if rows is None or factor is None or effect.frame != "reference":
@@ -49,15 +49,12 @@ def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:
 
 
 def only_cancels(residuals: Residuals, effect: ProductOfParts, score: Score) -> bool:
-    """Tell whether the fitted part exceeds what was measured, so that the model must cancel most of
-    the part.
-
-    Var(y) = Var(part) + Var(rest) + 2 cov(part, rest): without cancellation Var(part) is at most
-    Var(y). The share of the part that the model cannot reproduce is 1/VIF, with VIF its variance
-    inflation factor (Marquardt, Technometrics 12 (1970) 591); a part with VIF < 2 is accepted.
-    Where the model has the same wave, only the variation of the condition counts: the zero of the
-    condition is a convention.
-    """
+    """Tell whether the fitted part exceeds the measured error, so that the model must cancel most
+    of the part. Var(y) = Var(part) + Var(others) + 2 cov(part, others): without cancellation
+    Var(part) is at most Var(y). The share of the part that the model cannot reproduce is 1/VIF,
+    with VIF its variance inflation factor (Marquardt, Technometrics 12 (1970) 591); a part with VIF
+    < 2 is accepted. Where the model has the same wave, only the variation of the condition counts:
+    the zero of the condition is a convention."""
     if score.own_share > MOSTLY_ITS_OWN or score.rank == 0:
         return False
     context, observations = residuals.solution.context, residuals.observations

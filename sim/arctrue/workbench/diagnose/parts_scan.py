@@ -61,23 +61,18 @@ def _half_orders() -> Float:
 
 
 def level_share(order: float | None) -> float:
-    """Return the share of one condition's false alarms that is spent on an order; None: on no
-    order.
-
-    Each octave of orders gets the same share, and no order at all gets as much as order one half:
-    discs, bearings and belts bend in a few waves. The shares do not depend on the set, and add up
-    to 1.
-    """
+    """Return the share of one condition's false-alarm probability for an order; None: for the
+    product without an order. Each octave of orders gets the same share, and the product without an
+    order gets as much as order one half, because discs, bearings and belts deform in a few waves.
+    The shares do not depend on the set, and add up to 1."""
     orders = _half_orders()
     total = 1.0 + float(np.sum(orders[0] / orders))
     return (1.0 if order is None else float(orders[0] / order)) / total
 
 
 def condition_shares(found: Sequence[Condition]) -> list[float]:
-    """Return the share of the false alarms that is spent on each condition; they add up to 1.
-
-    Each kind of condition gets the same share; all time constants of a settling divide one such
-    share among them.
+    """Return the share of the false-alarm probability for each condition; the shares add up to 1.
+    Each kind of condition gets the same share; all time constants of a settling divide one share.
     """
     kinds = [
         ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")
@@ -139,7 +134,8 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     orders = _half_orders()
     power, constants = _waves(residuals, factors, capture=False)
     if rows.faces is not None and keep_to_faces(rows.faces, rows.run, np.degrees(rows.target_rad)):
-        # Faces see an order n and its alias faces − n alike: the lower one stands for both.
+        # An order n and its alias faces − n look the same at the faces, so that the lower one
+        # represents both.
         power[:, orders > rows.faces / 2.0] = 0.0
     arc = float(np.ptp(rows.target_rad))
     if arc < LEAST_ARC_RAD:
@@ -149,7 +145,7 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
-    """Return the frames to try, the most natural first: it wins where the data cannot decide."""
+    """Return the frames to test, the most natural first: it is chosen if the data cannot decide."""
     frames: list[Frame] = []
     if observations.capture is not None and not in_reference:
         further = [FRAME_OF_HEAD[head] for head in range(3, observations.heads + 1)]
@@ -171,14 +167,16 @@ def _frames(order: float | None, observations: Observations, in_reference: bool)
 def _scored(
     residuals: Residuals, effect: ProductOfParts, tried: float, share: float
 ) -> PartsCandidate:
-    """Score a product; ``share`` of the false alarms is spent on its condition in its channel."""
+    """Score a product; ``share`` is its condition's part of the false-alarm probability in its
+    channel."""
     score = residuals.score(effect, {})
     share *= level_share(effect.orders[0] if effect.orders else None)
     return PartsCandidate(effect, score.gain, score.rank, tried, 1.0 / share)
 
 
 def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
-    """Return the first frame that is about as good as the best: the data must speak for another."""
+    """Return the first frame that is about as good as the best; another frame needs support by the
+    data."""
     worth = [item.gain - item.rank * np.log(rows) for item in frames]
     return next(
         item for item, value in zip(frames, worth, strict=True) if value > max(worth) - FRAME_MARGIN
@@ -302,10 +300,8 @@ def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandid
 def _without_idle_conditions(
     scored: Sequence[PartsCandidate], order: Sequence[Condition], rows: int
 ) -> list[PartsCandidate]:
-    """Leave out products that a simpler condition describes about as well, with the same wave.
-
-    Within a run of a minute, a settling of an hour is no condition at all.
-    """
+    """Omit products that a simpler condition describes about as well, with the same wave. For
+    example, within a run of a minute a settling of an hour is constant."""
 
     def worth(item: PartsCandidate) -> float:
         return float(item.gain - item.rank * np.log(rows))

@@ -1,4 +1,4 @@
-"""Measurements that could be made next, as rows that they would give.
+"""Plans possible next measurements as the rows that they would give.
 
 The rows carry conditions only (angle, time, temperature, direction, ...) and no measured values;
 from them, an effect's own columns give what it would show there.
@@ -264,7 +264,8 @@ def _polygon_turned(observations: Observations) -> Observations | None:
 
 
 def _moving_reference(observations: Observations) -> Observations | None:
-    """Return the set with a reference read on the move, both ways and three times as fast."""
+    """Return the set with a reference read in motion, in both directions and three times as
+    fast."""
     rows, capture = observations.reference, observations.capture
     if rows is None or rows.time_s is None or (rows.speed_rad_s is not None):
         return None

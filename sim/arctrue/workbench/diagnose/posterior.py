@@ -1,4 +1,4 @@
-"""The probabilities of a diagnosis, consistent with the rules that gave its verdict."""
+"""Calculates the probabilities of a diagnosis, consistent with the rules that gave its verdict."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ CLASS_SHARE = 0.95
 """Share of the probability that a class holds with the fewest hypotheses (a credible set of 95 %).
 Where ``unknown`` alone holds it, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""Share of the probability for a class of one effect: the answer must be the likelier of the two.
-"""
+"""Share of the probability for a class of one effect: the answer must be more probable than
+``unknown``."""
 A_LITTLE = 1e-3
 """Margin, of a probability or of its logarithm, by which the answer stays ahead in spite of
 rounding."""
 LEVEL = 0.01
-"""Share by which a rival may be behind the first of a class, where the set cannot distinguish the
-two: the rules made them equal except for A_LITTLE, and they stay so."""
+"""Share by which a rival may be behind the first of a class if the set cannot distinguish the two:
+the rules made the two equal except for A_LITTLE."""
 LEAST_OF_A_NAME = 0.8
-"""Least probability with which a single name is stated: a false name is taken to cost four times as
-much as a class where one name would do."""
+"""Least probability with which a single name is stated: the loss of a false name is assumed to be
+four times that of a class in place of a right name."""
 
 
 def posterior(
@@ -101,26 +101,28 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
-        # The first explains the lack of fit of the model without it: something unknown is no
-        # likelier.
+        # The first effect explains the lack of fit of the model without it, so that ``unknown`` is
+        # at most as probable.
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
         # ``unknown`` may be ahead of a single effect by the odds that the rules ask of a product.
-        # Where several effects explain the rows alike, a smaller lead excludes none of them, and
-        # ``unknown`` may not be ahead of the first.
+        # Where several effects explain the rows equally well, a smaller lead excludes none of them,
+        # and ``unknown`` may not be more probable than the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
-        # The first of a class can be excluded only because it does not show at every speed. It is
-        # then a suspect as likely as itself, and only another rival can beat it.
+        # The first of a class can be excluded only because it does not show at every speed. It then
+        # also counts as an excluded effect with its own probability, so that only another rival can
+        # be more probable.
         suspect = effect_class[0] in excluded
         others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))
         if confounded or (suspect and rival < first):
-            # ``unknown`` is then no likelier than the first.
+            # ``unknown`` is then at most as probable as the first.
             most = -A_LITTLE
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # At this p it adds nothing with the first in the model, or the first adds to it.
+                # An effect outside the class adds nothing with the first in the model, or the first
+                # adds to the effect: its weight is at most this share of the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)
@@ -139,12 +141,12 @@ def stated(
     ``found``: the probabilities from the evidence; ``members``: the class of the answer;
     ``confidence``: the probability that such answers are right (:mod:`calibrated`), None where it
     is not known. The first of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also
-    gets it if the verdict is that the set cannot tell, since it is then likeliest that nothing is
-    missing which the set could show. Probability that effects and ``none`` lose is added to
-    ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
-    answer gains is taken from all others in proportion, so that a class has at least the
-    probability of its first. The first of a class gains nothing while a rival is as probable. No
-    answer falls behind one that it contradicts.
+    gets it if the verdict is that the set cannot tell, since it is then most likely that every
+    effect that the set could show is in the model. Probability that effects and ``none`` lose is
+    added to ``unknown``, and probability that ``unknown`` loses is added to the effects.
+    Probability that an answer gains is taken from all others in proportion, so that a class has at
+    least the probability of its first. The first of a class gains no probability while a rival is
+    as probable. An answer stays more probable than the hypotheses that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)

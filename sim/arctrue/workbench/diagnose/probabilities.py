@@ -3,7 +3,8 @@
 The evidence of an effect is the marginal likelihood of its block of columns under a prior with the
 information of one row (unit information: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773); it
 follows from the likelihood ratio with the noise free on both sides. The places that a search looked
-at share the prior evenly. The odds of a rule bound what the rule excludes.
+at share the prior evenly. The odds of a rule bound the probability of the hypotheses that the rule
+excludes.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from arctrue.workbench.inference.significance import single_p_value
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5
-"""Prior probability that nothing is missing: the same as that something is missing."""
+"""Prior probability that no effect is missing, equal to the probability that one is missing."""
 PRIOR_CATALOGUE = 0.4
 """Prior probability that an effect of the catalogue is missing; its effects share it evenly."""
 PRIOR_PRODUCT = 0.09
@@ -58,7 +59,8 @@ def log_evidence(item: Weighed) -> float:
 
 
 def _with_known_noise(item: Weighed) -> float:
-    """Return the gain that has the same p with known noise as this one has with its own noise."""
+    """Return the gain that, with known noise, has the same p as this gain with its estimated
+    noise."""
     p_value = single_p_value(item.gain, item.rank, item.freedom)
     if not np.isfinite(item.freedom) or p_value < 1e-290:
         return item.gain

@@ -1,5 +1,5 @@
-"""Regular causes that a forward search finds in a dense reference: lines, by the error they
-explain.
+"""Finds regular causes in a dense reference by a forward search: lines, ordered by the error that
+they explain.
 
 Held-out rows that are predicted from their neighbours cannot show a line far above their scatter;
 the search predicts whole blocks of the record, and its lines have passed that test.
@@ -33,7 +33,7 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
-"""Width of a line in units of 1/span: at about one speed, a line over the angle is so wide over
+"""Width in units of 1/span: at a nearly constant speed, a line over the angle has this width over
 time."""
 
 
@@ -80,7 +80,7 @@ def _angle(arcsec: float) -> str:
 
 
 MANY_ARCSEC = 600.0
-"""Size from which on an angle is stated in degrees; it affects units alone."""
+"""Size from which on an angle is stated in degrees; it affects only the unit."""
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ class Findings:
 
     @property
     def empty(self) -> bool:
-        """True where nothing was found that an effect in the model could explain."""
+        """True if no finding is left that an effect in the model could explain."""
         lists = self.causes or self.steps or self.not_noise
         return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
@@ -207,8 +207,8 @@ class Findings:
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether a line at this place was searched for: a place without a cause is then no
-        line."""
+        """Tell whether a line at this place was searched for. If so, a place without a cause is not
+        a line."""
         in_time = bool(nonlinear["in_time"])
         rate = nonlinear["frequency" if in_time else "order"]
         if nonlinear["in_capture"]:
@@ -221,7 +221,8 @@ class Findings:
 
     @property
     def not_noise(self) -> bool:
-        """True where something is no line: a step, or a residual that no kind of noise makes white.
+        """True if the finding is not a line: a step, or a residual that no kind of noise makes
+        white.
 
         Lines, steps and whiteness have a third of the family-wise level each.
         """
@@ -273,7 +274,7 @@ class Findings:
                 f"Regular in the reference, with the error that each causes: {words}.",
             )
         if self.reversal is not None:
-            # Half of it acts upwards and half of it downwards.
+            # Half of the error acts upwards and half downwards.
             size = self.reversal.size_arcsec
             yield (
                 abs(size) / 2.0,
@@ -364,7 +365,7 @@ def _columns_of(found: LineSearch) -> Float:
 
 
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
-    """Search for steps, and for a slow change in addition, in a reference that is no dense log."""
+    """Search for steps, and also for a slow change, in a reference that is not a dense log."""
     jumps: list[Jump] = []
     slow: SlowChange | None = None
     for number, record in enumerate(records_of_events(solution)):

@@ -199,7 +199,8 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
     found = result.findings.sentences()
-    # No single effect resembles a jump together with a reversal error: these come first.
+    # A jump together with a reversal error resembles no single effect, so that these two come
+    # first.
     findings = result.findings
     first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
@@ -219,7 +220,7 @@ part of the error."""
 def _smaller_part(result: Diagnosis) -> list[str]:
     """Return one sentence where most of the error stays with the named effect in the model.
 
-    The RMS of the rows says nothing about an effect that only the offsets of the runs show.
+    The RMS of the rows does not contain an effect that only the offsets of the runs show.
     """
     item, before = result.named, result.before
     after = None if item is None else result.left.get(item.name)

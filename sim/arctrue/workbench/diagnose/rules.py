@@ -1,8 +1,9 @@
-"""The verdict: one table of rules, of which the first that applies decides.
+"""Decides the verdict by one table of rules: the first rule that applies is the verdict.
 
-Rules of the set come first: they see what every stage found, the probabilities included. Rules of
-the survey are asked of every survey of a diagnosis, that beside the first effect too. The first
-sentence of each rule is its line in docs/workbench.md.
+Rules of the set come first; they use the results of every stage, including the probabilities. Rules
+of the survey apply to every survey of a diagnosis, also to the survey with the first effect in the
+model. The first sentence of each rule is its line in docs/workbench.md, "How the verdict is
+reached".
 """
 
 from __future__ import annotations
@@ -45,16 +46,16 @@ from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 
 LEAST_EXCESS = 0.25
-"""A model with a sure lack of fit, and an excess over the repeats larger than this share of their
-noise, is not adequate even where nothing describes what is left."""
+"""A model with a sure lack of fit and an excess over the repeats larger than this share of their
+noise is not adequate, even if no effect describes the residuals."""
 
 RISES = 1e-3
-"""A share of the RMS that shows in the figures that are printed: three or four digits. A fall in
-one channel makes up for a rise in another, where a further cause waits."""
+"""Smallest relative rise of the RMS that the printed figures show (three or four digits). A fall in
+one channel compensates for a rise in another, which a further cause may explain."""
 LINES = frozenset({"line", "frequency", "unwrapped_order"})
-"""Kinds of search that find a line, which an oscillation may be taken for."""
+"""Kinds of search that find a line; an oscillation may look like a line."""
 LEAST_TAKEN = 0.1
-"""Of the mean square above the noise: what takes less explains none of what is there."""
+"""Least share of the mean square above the noise that an effect must remove to explain it."""
 
 
 # Rules of the set.
@@ -88,7 +89,8 @@ def too_little_to_see(facts: Facts) -> Decision | None:
 
 
 def unknown_is_likelier(facts: Facts) -> Decision | None:
-    """`unknown` has 95 % of the probability of it and the class (of a single effect: half)."""
+    """`unknown` has 95 % of the probability that it shares with the class (50 % for a single
+    effect)."""
     said, case, offered = facts.said, facts.case, facts.offered
     if said.verdict not in ("named", "ambiguous") or case is None:
         return None
@@ -99,7 +101,7 @@ def unknown_is_likelier(facts: Facts) -> Decision | None:
     unknown = Decision("unknown", described=said.described, question=said.question, next=said.next)
     if said.described is not None:
         return unknown
-    # What fits best of what was refused, or else the first of the class.
+    # The refused candidate that fits best, or, without one, the first of the class.
     refused = [item for item in case.ranked if item.name in case.excluded]
     return replace(
         unknown,
@@ -253,7 +255,8 @@ def contradicts_itself(case: Case) -> Decision | None:
         why = best.effect.search_contradiction(found, solution.observations)
     if why is None:
         return None
-    # The product that explains what the best does says what it is without saying why.
+    # The product that explains the same error as the best effect describes this error without its
+    # cause.
     product = case.product if case.product is not None and stands_in(best, case.product) else None
     return _only_resembles(case, why, described=product)
 
@@ -261,9 +264,10 @@ def contradicts_itself(case: Case) -> Decision | None:
 def makes_it_worse(case: Case) -> Decision | None:
     """The best effect makes the error of all channels together larger when it is added.
 
-    What is known from run to run only is in the offsets of the runs, whose error is not counted. A
-    line that other blocks predict is there: the fit of the table's orders to slow noise beside it
-    moves the RMS of the rows by more than the line.
+    An effect that differs between runs only is in the offsets of the runs, whose error is not
+    counted. A line that other blocks predict exists even if the RMS rises: with the line in the
+    model, the table's orders fit slow noise differently, which can change the RMS by more than the
+    line.
     """
     found = case.before_and_after
     if found is None or _of_the_runs(case):
@@ -281,7 +285,7 @@ def makes_it_worse(case: Case) -> Decision | None:
 
 
 def _of_the_runs(case: Case) -> bool:
-    """The offsets of enough runs decide whether the best is there."""
+    """Return True if the offsets of enough runs decide whether the best effect exists."""
     best = case.best
     if best is None or best.evidence is None:
         return False
@@ -293,16 +297,17 @@ def _of_the_runs(case: Case) -> bool:
 def takes_little(case: Case) -> Decision | None:
     """The best effect removes less than a tenth of a sure excess, and no blocks confirm it.
 
-    What other blocks of the rows predict is there, however much more is; the rest is to be found.
-    If one kind is then found as often as a diagnosis looks, and all of them take as little, what is
-    there is another shape, of which each of them is a corner. What is known from run to run only is
-    in the offsets of the runs, and takes nothing of the rows.
+    A line that other blocks of the rows predict exists, however large the remaining error is;
+    further surveys search for that error. If a diagnosis then finds the same kind in every survey,
+    and all of them together remove as little, the error has another shape, of which each finding is
+    a part. An effect that differs between runs only is in the offsets of the runs and removes
+    nothing from the rows.
     """
     if case.best is None or case.best.regular is not None or _of_the_runs(case):
         # A line of a forward search is kept only if other blocks predict it.
         return None
     if case.best.share is not None:
-        # A share of half or less has been refused already.
+        # An earlier test has refused a share of half or less.
         return _one_kind_takes_little(case)
     found, left = case.before_and_after, case.with_best
     if found is None or left is None:
@@ -354,7 +359,8 @@ def _little_taken(
     after: Mapping[str, float],
     noise: Mapping[str, float],
 ) -> str | None:
-    """Shares of a sure excess that are taken, in words; None where one is a tenth or more."""
+    """Return the shares of a sure excess that are removed, in words; None if one is a tenth or
+    more."""
     taken = {}
     for channel, rms in before.items():
         rest = left.survey.channels[channel].lack_of_fit_p
@@ -364,7 +370,7 @@ def _little_taken(
         share = (rms**2 - after[channel] ** 2) / excess
         if share >= LEAST_TAKEN:
             return None
-        # Else what is left may be slow noise, of which no effect takes a share.
+        # Otherwise the remaining error may be slow noise, which no effect removes.
         if rest is not None and rest < LACK_OF_FIT:
             taken[channel] = max(share, 0.0)
     if not taken or not set(taken) & set(_channels_moved(case)):
@@ -373,7 +379,7 @@ def _little_taken(
 
 
 def _channels_moved(case: Case) -> list[str]:
-    """The channel that the best moves most, in units of the noise of its rows."""
+    """Return the channel that the best effect changes most, in units of the noise of its rows."""
     best = case.best
     assert best is not None
     noise = {name: item.noise_arcsec for name, item in case.survey.channels.items()}
@@ -386,12 +392,14 @@ def _channels_moved(case: Case) -> list[str]:
 def leaves_its_own_kind(case: Case) -> Decision | None:
     """With the best effect in the model, an unknown error of about its size remains.
 
-    A shape that the catalogue does not have is taken in part by an effect that is a little like
-    it: a flat track by the faces of a polygon, the knocks of a loose head by a slip.
+    An effect with a similar shape removes part of an error that the catalogue does not have: the
+    faces of a polygon remove part of a flat track, a slip removes part of the knocks of a loose
+    head.
     """
     assert case.best is not None
     if case.best.regular is not None:
-        # What is left does not undo a line that other blocks predict: it is a finding of its own.
+        # The remaining error does not contradict a line that other blocks predict; it is a further
+        # finding.
         return None
     left = case.further
     if left is None or not _unknown_within(left, case):
@@ -426,8 +434,8 @@ def fails_its_own_test(case: Case) -> Decision | None:
     """The best effect is an order of a shape with corners, a constant although the runs differ, or
     an error that follows the reading.
 
-    A pattern with corners is no order, what differs with the speed of the runs is no constant, and
-    what follows the reading of the reference is no error of the table.
+    A pattern with corners is not one order, an error that differs with the speed of the runs is not
+    a constant, and an error that follows the reading of the reference is not an error of the table.
     """
     best = case.best
     assert best is not None
@@ -444,7 +452,8 @@ def fails_its_own_test(case: Case) -> Decision | None:
 
 
 def _disc_one_after_the_other(case: Case) -> tuple[list[float], int]:
-    """Orders of the disc, and how many local defects, each named beside those before it."""
+    """Return the orders of the disc and the number of local defects, each found with the earlier
+    ones in the model."""
     orders: list[float] = []
     places = 0
     left: Case | None = case
@@ -502,7 +511,8 @@ def looks_like_untestable(case: Case) -> Decision | None:
 
 
 def grows_with_another(case: Case) -> Decision | None:
-    """It may depend on another condition, which changed together with its own in this set."""
+    """The effect may depend on another condition, which changed together with its own in this
+    set."""
     best, other = case.best, case.confounded
     assert best is not None
     if other is None:
@@ -574,25 +584,27 @@ def _correlation(case: Case, best: Candidate, other: Candidate) -> float:
 
 
 def _unknown_within(left: Decision, case: Case) -> bool:
-    """What is left, or what is left of that, is unknown and of the size of the first."""
+    """Return True if an unknown error of the size of the first effect remains, also after further
+    effects."""
     first = case.best
     assert first is not None
     if left.seen is not None:
-        # What happened once, or what noise drives, is no shape of an effect.
+        # A single event, or an oscillation that noise drives, is not the shape of an effect.
         return False
     if left.verdict != "unknown":
         return left.further is not None and _unknown_within(left.further, case)
     found = left.described or left.resembles
     if found is not None:
-        # In units of the noise, and in arcseconds: quiet repeats alone would let a fiftieth of the
-        # error take the name.
+        # The error must be as large both in units of the noise and in arcseconds: in units of quiet
+        # repeats alone, a fiftieth of the error would prevent the name.
         in_noise = found.gain > OF_THE_SAME_KIND * first.gain
         return in_noise and _largest(found) ** 2 > OF_THE_SAME_KIND * _largest(first) ** 2
     if not left.undescribed_arcsec:
         return True
-    # The first may take nothing in a channel whose small rest is no known noise; what only the
-    # offsets of the runs show takes nothing in its own. Slow noise may have stood for the first
-    # before it was added: the fall of the RMS counts it all the same.
+    # The first effect may remove nothing in a channel whose small residuals are no known noise; an
+    # effect that only the offsets of the runs show removes nothing in its own channel. Slow noise
+    # may have absorbed the first effect before it was added; the fall of the RMS counts the effect
+    # nevertheless.
     of_the_runs = _of_the_runs(case)
     return any(
         after**2
@@ -612,7 +624,8 @@ def _unknown_within(left: Decision, case: Case) -> bool:
 
 
 def _fall_of_square(case: Case, channel: str) -> float:
-    """Mean square that the best effect removes from the residual of a channel, arcsec²."""
+    """Return the mean square that the best effect removes from the residual of a channel,
+    arcsec²."""
     if case.with_best is None:
         return 0.0
     before, after = case.survey.channels[channel], case.with_best.survey.channels[channel]
@@ -629,12 +642,13 @@ class Rule:
 
     verdict: Verdict
     judge: Callable[[Any], Decision | None]
-    """Of the facts of a set, or of the case of a survey; None where it does not apply."""
+    """Function of the facts of a set, or of the case of a survey; it returns None if the rule does
+    not apply."""
     of_survey: bool = True
 
     @property
     def says(self) -> str:
-        """When it applies, in one sentence."""
+        """Sentence that says when the rule applies."""
         return (self.judge.__doc__ or "").partition("\n\n")[0].replace("\n   ", "")
 
 
@@ -663,23 +677,23 @@ RULES = (
     Rule("ambiguous", grows_with_another),
     Rule("named", known_by_name),
 )
-"""The first that applies is the verdict; the last always does."""
+"""The first rule that applies is the verdict; the last rule always applies."""
 
 
 def decide(facts: Facts) -> Decision:
-    """The verdict of a set: that of the first rule that applies."""
+    """Return the verdict of a set: the verdict of the first rule that applies."""
     of_set = (rule.judge(facts) for rule in RULES if not rule.of_survey)
     return next((found for found in of_set if found is not None), None) or facts.said
 
 
 def said_of(case: Case) -> Decision:
-    """What the rules of a survey say of one."""
+    """Return the decision of the survey's rules for one survey."""
     of_survey = (rule.judge(case) for rule in RULES if rule.of_survey)
     return next(found for found in of_survey if found is not None)
 
 
 def rule_table() -> list[str]:
-    """The table as lines of Markdown."""
+    """Return the table as lines of Markdown."""
     return ["| | Verdict | When |", "|---|---|---|"] + [
         f"| {number} | `{rule.verdict}` | {rule.says} |" for number, rule in enumerate(RULES, 1)
     ]

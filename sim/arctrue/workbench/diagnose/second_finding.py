@@ -28,8 +28,8 @@ WITHIN_PLACES = 0.5
 """Least share of the effect's mean square that must change within the places: with less, its size
 at a place cannot be distinguished from any other error there."""
 STANDARD_ERRORS = 5.0
-"""Least number of standard errors of χ² over the places, 2·10⁻⁷ for one look: no other groupings
-were tried."""
+"""Least number of standard errors of χ² over the places, a probability of 2·10⁻⁷ for the only
+grouping that is tested."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class SecondFinding:
         )
         if self.channel is not None:
             return f"And it differs from place to place by ±{100.0 * self.variation:.0f} %: {left}."
-        # The next name is stated elsewhere in the report; without a product the form is not known.
+        # The report states the next name elsewhere; only a product of parts gives the form.
         what = "" if self.description is None else f"; {self.description}"
         return f"With it in the model an error remains: {left}{what}."
 

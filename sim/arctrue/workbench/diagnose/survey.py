@@ -18,16 +18,16 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Share of the least size that matters below which an effect is not weighed: noise that is
-estimated anew does not double a size."""
+"""Share of the least size that matters below which an effect is not weighed: a new estimate of the
+noise changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean of a constant, over the rows."""
 RUNS_ARE_THE_SAMPLE = 0.5
 """Share of the index in the variance of an effect's size, from which on the runs are the sample."""
 
 LEAST_HELD_OUT = 0.5
-"""Least share of its own error that other blocks must predict: with less, a model without the
-effect predicts better than one with it."""
+"""Least share of an effect's own error that other blocks must predict: with less, a model without
+the effect predicts better than a model with it."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""A model that the rows of a reference do not determine, and the measurement that would."""
+"""Detects a model that the rows of a reference do not determine, and states the measurement that
+would determine it."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ from arctrue.workbench.inference.solution import Solution
 
 MOST_LEFT = 2.0
 """Largest ratio of the variance that is left to the measured variance. Var(y) = Var(model) +
-Var(rest) + 2·cov: a model that leaves more than was measured has added error itself; at twice as
-much, it has added as much as there was."""
+Var(residual) + 2·cov. A residual variance above the measured variance shows that the model has
+added error; at twice the measured variance, it has added as much as was measured."""
 WHOLE_TURN_DEG = 355.0
 """Least arc that the words count as a whole turn."""
 WHOLE_TURNS = "a reference over whole turns, or a model of fewer orders"
@@ -18,7 +19,7 @@ WHOLE_TURNS = "a reference over whole turns, or a model of fewer orders"
 
 
 def undetermined(solution: Solution) -> str | None:
-    """Return why nothing can be said with this model; None where the rows determine it.
+    """Return the reason why this model gives no statements; None if the rows determine it.
 
     Orders that a part of a turn does not separate become as large as the noise allows and cancel
     each other. A further line, or slow noise, then only cancels what these orders have added.

@@ -245,7 +245,7 @@ class Effect(ABC):
     """Longest time in seconds of one call of a method of a user's file; a longer call ends as an
     error."""
     needs_settings: ClassVar[bool] = False
-    """Whether the effect has no meaning without settings; the diagnosis does not try it then."""
+    """Whether the effect needs settings; without them the diagnosis does not test it."""
     unspecific: ClassVar[bool] = False
     """Whether it describes the observation, not its cause: a more specific effect that fits as well
     is named in its place."""
@@ -373,8 +373,8 @@ class Effect(ABC):
     def concerns(self, observations: Observations) -> bool:
         """Tell whether the set describes the machine part that the effect belongs to.
 
-        An effect of another kind of machine returns False: it is not tested, and the columns that
-        it lacks are not reported as :meth:`missing`.
+        An effect of another kind of machine returns False. The diagnosis then does not test it and
+        does not report its columns as :meth:`missing`.
         """
         return True
 
@@ -480,8 +480,8 @@ class Effect(ABC):
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Return the effect with only the settings that the residuals need, and the trials made.
 
-        The diagnosis judges the result, so that an effect of many orders has no penalty for orders
-        that are not there. The default is the effect as it is.
+        The diagnosis judges the result, so that an effect of many orders has a penalty only for
+        orders that exist. The default is the effect as it is.
         """
         return self, 1.0
 

@@ -1,4 +1,5 @@
-"""A user's effect with checks of every call: its results, and the place of an error in its file."""
+"""Wraps a user's effect: checks the results of every call, and reports the place of an error in its
+file."""
 
 from __future__ import annotations
 
@@ -59,11 +60,9 @@ def guarded(kind: type[Effect], path: Path) -> type[Effect]:
 
 
 def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileError | None:
-    """Make the error of the file that caused ``error``; None if ``error`` came from elsewhere.
-
-    Ctrl-C comes from elsewhere, wherever the program is: a KeyboardInterrupt belongs to the file
-    only if a ``raise`` of the file raises it.
-    """
+    """Make the error of the file that caused ``error``; None if the cause is outside of the file.
+    Ctrl-C is outside of the file at any time: a KeyboardInterrupt belongs to the file only if a
+    ``raise`` of the file raises it."""
     last = _last_of(path, error)
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return EffectFileError(f"{path}: line {error.lineno}: {type(error).__name__}: {error.msg}")

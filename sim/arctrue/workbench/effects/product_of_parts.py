@@ -330,7 +330,7 @@ class ProductOfParts(Effect):
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # Two settlings with the same time constant behave alike but are different objects.
+        # Two settlings with the same time constant are equal but are different objects.
         product.condition = condition
         return product
 

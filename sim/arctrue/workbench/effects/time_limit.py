@@ -53,7 +53,8 @@ def call_within(seconds: float, function: Callable[..., Any], *arguments: Any, *
 
 
 class _EndOfThreadError(SystemExit):
-    """Not an Exception, so that few files catch it; a thread that ends by it prints nothing."""
+    """This class is no Exception, so that few files catch it; a thread that it ends prints
+    nothing."""
 
 
 class _Call:

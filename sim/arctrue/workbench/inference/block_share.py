@@ -31,7 +31,8 @@ KNOWN_ELSEWHERE = 0.75
 cannot predict it (their own error would be 3 times that of the block)."""
 MOST_ERRORS = 2.0
 """Least ratio of half the effect's own error to the standard deviation of the disagreement that
-noise alone causes. Below it, blocks cannot judge: 2.3 % of true effects would be refused."""
+noise alone causes. Below it, the test by blocks is not made, because it would refuse 2.3 % of true
+effects."""
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
@@ -48,7 +49,7 @@ class BlockShare:
 def block_share(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> BlockShare | None:
     """Return the share for an effect; ``residuals`` are those of the model without it.
 
-    The share is None where blocks cannot judge the effect.
+    The share is None if blocks cannot test the effect.
     """
     score = residuals.score(effect, nonlinear)
     observations = residuals.observations

@@ -14,8 +14,8 @@ WALKS = 4000
 """Number of simulated walks for each ratio: the scatter of normal places is then known to 1 %,
 1/√(2·4000)."""
 LARGE_STEP = 12.0
-"""Ratio of step to noise from which the place is the right row: a neighbouring row is then as
-likely as normal noise at 6 σ, 10⁻⁹."""
+"""Ratio of step to noise from which the estimated row is always the true row: the probability of a
+neighbouring row is that of normal noise beyond 6 σ, 10⁻⁹."""
 LEAST_STEP = 1e-6
 """Ratio of step to noise below which there is no step: LIMIT_VARIANCE puts its place beyond 10¹²
 rows."""

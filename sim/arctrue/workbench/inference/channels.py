@@ -24,7 +24,8 @@ def channel_rows(
 
 
 def power_of_channels(spectra: Sequence[NDArray[np.complex128]]) -> Float:
-    """Return the power of the spectra as one channel with the information of all would have it.
+    """Return the power that the spectra would have in one channel with the information of all
+    channels.
 
     Each of K channels has 1/K of the information, so that the sum of squares over the information
     of all channels is K times too large.
@@ -36,7 +37,7 @@ def power_of_channels(spectra: Sequence[NDArray[np.complex128]]) -> Float:
 
 
 def best_factor(rows: CaptureRows, orders: NDArray[np.int64]) -> Float:
-    """Return |e^{jnβ} − 1| of the head that sees order n best, at angle β after head 1."""
+    """Return the largest |e^{jnβ} − 1| for order n over the heads, at angles β after head 1."""
     factor = np.abs(np.exp(1j * orders * rows.head_separation_rad) - 1.0)
     for place_rad in rows.further_places_rad:
         factor = np.maximum(factor, np.abs(np.exp(1j * orders * place_rad) - 1.0))

@@ -304,7 +304,8 @@ def every_row_sums(
     *,
     capture: bool,
 ) -> ChannelSums | None:
-    """Return the sums over all rows of a channel: block by block for a long one, else at once.
+    """Return the sums over all rows of a channel: block by block for a long channel, otherwise in
+    one product.
 
     The correlation is cut between blocks. This loses about a time constant per block length of the
     information in slow noise.
@@ -324,7 +325,8 @@ def every_row_sums(
         columns = block_columns(terms, widths, rows, context)
         ones = of_rows.whiten(np.ones(run.size))
         if len(terms) == 1:
-            # The columns of one effect are its own array, which it may keep: it is not overwritten.
+            # The columns of one effect are its own array, which the effect may keep, so that the
+            # array must not be overwritten.
             columns = of_rows.whiten(columns)
         else:
             of_rows.whiten_in_place(columns)

@@ -37,7 +37,7 @@ MOST_ROWS = 20_000
 PROPORTIONAL = 1e-6
 """Tolerance within which a parameter must double with the coefficients to count as a size."""
 NOISE_DRAWS = 32
-"""Number of quantiles that stand for the unknown variance of the noise; with 64, λ changes by less
+"""Number of quantiles that represent the unknown variance of the noise; with 64, λ changes by less
 than 1 %."""
 LARGE = 1e6
 """Noncentrality with a scatter of 0.2 %."""
@@ -246,7 +246,7 @@ def _size(
 def _columns(
     effect: Effect, nonlinear: Nonlinear, solution: Solution
 ) -> list[tuple[str, NDArray[np.float64]]]:
-    """Return the columns of an effect on some rows of each channel; those of the reference less
+    """Return the columns of an effect on some rows of each channel; the reference's columns without
     their mean (a₀)."""
     observations, context = solution.observations, solution.context
     found = []

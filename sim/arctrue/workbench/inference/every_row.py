@@ -30,7 +30,7 @@ class ChannelFigures:
 def on_every_row(solution: Solution) -> Solution:
     """Fit the same terms to every row, search parameters included, block by block.
 
-    A set that is worked on as a whole stays as it is.
+    A set whose rows are all in use keeps its fit.
     """
     observations = solution.observations
     part_only = observations.stored is not None or observations.stored_reference is not None

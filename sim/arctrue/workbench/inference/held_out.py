@@ -1,9 +1,7 @@
-"""Error on rows that the fit never saw, given their neighbours and the noise's correlation.
-
-Single rows, a quarter of all, are left out in turn. A row left out is predicted from the model and
-from the coloured noise of its neighbours: the covariance accounts for the correlation, not the
-length of a fold. The same noise is used for the model with the effect and without it.
-"""
+"""Error on rows that were not fitted, given their neighbours and the noise's correlation. Single
+rows, a quarter of all, are omitted in turn. An omitted row is predicted from the model and from the
+coloured noise of its neighbours: the covariance accounts for the correlation, not the length of a
+fold. The same noise is used for the model with the effect and without it."""
 
 from __future__ import annotations
 
@@ -37,8 +35,8 @@ from it."""
 STANDARD_ERRORS = 2.0
 """Number of its standard errors by which the error must fall."""
 ENOUGH_ERRORS = 3.0
-"""Number of standard errors: where a true effect would lower the error by less, no fall is
-required."""
+"""Number of standard errors: if a true effect would lower the error by less, the test requires no
+fall."""
 SEED = 20_120_215
 """Seed of the order in which rows are left out; fixed, so that a set always has the same folds."""
 

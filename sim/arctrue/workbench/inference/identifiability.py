@@ -16,8 +16,8 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
-"""Correlation from which a pair is shown; it decides nothing. There either σ is 2.3 times that of
-the coefficient alone, 1/√(1 − 0.9²)."""
+"""Correlation from which a pair is shown; it decides nothing. At this correlation each σ is 2.3
+times that of the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
 """Share of a coefficient in directions that no row shows, above which the coefficient is not
 determined."""

@@ -25,12 +25,12 @@ MOST_ROUNDS = 3
 """Largest number of rounds of noise and coefficients; a round that gains little ends them
 earlier."""
 MUCH_MORE = 1.2
-"""Factor by which a gain must rise with the noise estimated anew to ask for one more round."""
+"""Factor by which a gain must rise with the new noise estimate to cause one more round."""
 
 
 LEAST_MOVE = 1.0
 """χ² of the change of a channel's residuals below which its noise is not estimated anew: such a
-change counts as one reading, and the noise is known from all of them."""
+change has the weight of one reading, and the noise is estimated from all readings."""
 Float = NDArray[np.float64]
 
 
@@ -108,7 +108,7 @@ def without_slow_noise(residuals: Residuals) -> Residuals:
 def with_index_as_known(residuals: Residuals) -> Residuals:
     """Return the same model, fitted with the index variance known before the set's own runs.
 
-    The offsets of these runs may be those of an effect.
+    An effect may have caused the offsets of these runs.
     """
     noise = residuals.solution.noise
     known = residuals.observations.index_sigma_arcsec**2

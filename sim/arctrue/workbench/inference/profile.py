@@ -1,9 +1,10 @@
-"""Intervals by profile likelihood: values of a parameter that the data do not contradict.
+"""Calculates intervals by profile likelihood: the values of a parameter that the data do not
+contradict.
 
-At each value of the parameter all others, the noise included, take their likeliest values. Such an
-interval also holds where the standard uncertainty of a linearised fit does not: slow noise that is
-estimated together with a drift has absorbed part of the drift, and a frequency of few periods is no
-linear parameter. The limit of the likelihood ratio is that of Student's t with the degrees of
+At each value of the parameter, all others, including the noise, have their most likely values. Such
+an interval also holds where the standard uncertainty of a linearised fit does not: slow noise that
+is estimated together with a drift has absorbed part of the drift, and a frequency of few periods is
+not a linear parameter. The limit of the likelihood ratio is that of Student's t with the degrees of
 freedom with which the noise of the parameter is known: exact for a linear parameter in white noise
 (Bates and Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
 """

@@ -26,15 +26,16 @@ LEAST_OWN_SHARE = 1e-6
 
 A direction with a smaller share belongs to the model, not to the block. Columns are calculated at
 measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a
-constant of each face only by that noise times its order. That is the noise of the rows themselves:
-4,900″ of the wave would explain them. A wave of the signal period has the noise of the reading
-times the lines of the disc (:meth:`Effect.electrical_order`).
+constant of each face only by that noise times its order. Without this limit, the noise of the rows
+themselves would appear as a wave of 4,900″. A wave of the signal period has the noise of the
+reading times the lines of the disc (:meth:`Effect.electrical_order`).
 """
 TIMES_THE_NOISE = 4.0
 """Factor on squares: the part that the model leaves of such a wave must be twice its phase noise.
 """
 MOST_OWN_SHARE = 0.5
-"""Largest threshold, however large that noise is: a block that is mostly its own is tried."""
+"""Largest threshold, however large that noise is: a block of which the model leaves more is always
+tested."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Score:
     """The score test of a block of columns against the residuals of a model."""
 
     gain: float
-    """χ² that the block takes from the whitened residuals, their noise held."""
+    """χ² that the block removes from the whitened residuals, with the noise unchanged."""
     rank: int
     coefficients: Matrix
     covariance: Matrix
@@ -62,8 +63,8 @@ def own_directions(
 
     ``information`` is the normal matrix of the block's columns, shape (k, k), and ``projected`` the
     same matrix with the model projected out: a direction in which ``projected`` is less than
-    ``least`` of ``information`` is left out. The test is of directions, not columns: a wave of both
-    heads may be nothing in R₂ − R₁ and known in ε.
+    ``least`` of ``information`` is left out. The test applies to directions, not to columns: a wave
+    of both heads may cancel in R₂ − R₁ and be determined in ε.
     """
     if moment.size < 2:
         return projected, moment

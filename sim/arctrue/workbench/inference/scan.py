@@ -76,7 +76,7 @@ class Place:
 
     nonlinear: dict[str, float]
     gain: float
-    """Weighted sum of squares that the columns take from the residuals, 2·Δ(log likelihood)."""
+    """Weighted sum of squares that the columns remove from the residuals, 2·Δ(log likelihood)."""
     trials: float
 
 
@@ -101,8 +101,8 @@ def scored(
 def _gain_of_its_own(effect: Effect, score: Score) -> float:
     """Return the gain, or 0 for a line that the model explains nearly whole.
 
-    Next to one of the model's own orders such a line is that order, slowly changing, and its size
-    has no meaning.
+    Next to one of the model's own orders, such a line describes a slow change of this order, and
+    its size has no meaning.
     """
     return score.gain if effect.search_kind not in LINES or score.own_share > LEAST_OWN else 0.0
 
@@ -268,8 +268,8 @@ def _inside_a_gap(
     resolution = residuals.observations.order_resolution
     near = _away_from_halves(orders) < resolution
     inside = orders[peaks(np.where(near, power, 0.0), BEST_PLACES)]
-    # The model has taken most of a line next to one of its own orders: the highest power that is
-    # left may be outside the gap, or at an order that the model explains nearly whole.
+    # The model has absorbed most of a line next to one of its own orders. The highest remaining
+    # power may be outside the gap, or at an order that the model explains nearly completely.
     outside = orders[peaks(np.where(near, 0.0, power), 1)]
     gaps = np.unique(np.round(2.0 * np.concatenate([inside[:1], outside])) / 2.0)
     grid = (gaps[:, np.newaxis] + resolution * IN_A_GAP).ravel()
@@ -521,7 +521,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         own = np.sum(alone.whiten(columns) ** 2, axis=0)
         flat = alone.precise(alone.whiten(np.ones(size)))
         from_the_end = np.cumsum(flat[::-1])[::-1]
-        # Subtract the information that the run's own offset takes.
+        # Subtract the information that the run's own offset absorbs.
         information = np.exp(np.interp(np.arange(1, size), tried, np.log(own)))
         information -= from_the_end[1:] ** 2 / (from_the_end[0] + known_information)
         power = moment**2 / np.maximum(information, 1e-6 * float(own.max()))
@@ -573,7 +573,7 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
             norm += np.fft.irfft(np.abs(template) ** 2 * known_information / bins, bins)[0] / len(
                 spectra
             )
-        # The graduation of the base model takes the low orders, which are therefore no evidence.
+        # The graduation of the base model absorbs the low orders, which therefore give no evidence.
         power = correlation**2 / max(norm, 1e-30)
         for index in peaks(power, 2):
             found.append(

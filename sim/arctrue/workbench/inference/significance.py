@@ -6,8 +6,8 @@ import numpy as np
 from scipy.special import chdtrc, fdtrc
 
 SIGNIFICANCE = 0.01
-"""Largest corrected p with which an effect is named: the aim is a false name on 1 % of adequate
-sets."""
+"""Largest corrected p with which an effect is named; it was chosen for a false name on 1 % of
+adequate sets."""
 MANY = 1e5
 """Degrees of freedom from which the noise counts as known."""
 

@@ -69,8 +69,8 @@ class Solution:
 
     @property
     def noise_is_unknown(self) -> bool:
-        """True where no channel has more readings than its coefficients take, and none a stated
-        uncertainty."""
+        """True if every channel has at most as many readings as coefficients, and no channel has a
+        stated uncertainty."""
         channels = {"capture": self.observations.capture, "reference": self.observations.reference}
         return {name for name, rows in channels.items() if rows is not None} <= self.unknown_noise
 
@@ -316,7 +316,7 @@ def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]
         spread = np.sqrt(np.maximum(np.diag(joint.covariance), 0.0))
         for index, (term, own) in enumerate(zip(solution.terms, places, strict=True)):
             for name, place in zip(refined_names(term.effect), own, strict=True):
-                # A zero means that the data do not determine it at all.
+                # A zero on the diagonal means that the data do not determine the parameter.
                 sigmas[index][name] = float(spread[place]) or float("nan")
     for index, term in enumerate(solution.terms):
         if term.effect.step_at is not None:

@@ -71,7 +71,8 @@ class Tangent(Effect):
         return np.stack(found, axis=1) if found else None
 
     def _width(self, name: str, observations: Observations) -> float:
-        """Return half the width of the difference, so small that the prediction stays straight."""
+        """Return half the width of the difference, so small that the prediction is linear in this
+        range."""
         rows = observations.capture
         probe: Any
         columns_of: Callable[..., Columns | None]

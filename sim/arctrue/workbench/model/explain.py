@@ -1,7 +1,8 @@
-"""Explains a measurement set: adds effects that the diagnosis names until it names no more.
+"""Explains a measurement set: adds the effects that the diagnosis names, until it names no further
+effect.
 
 Each step estimates the noise anew. At the end every added effect is left out once: an effect that
-later ones have made idle is dropped, and the others are sorted by the error that they explain.
+later effects replace is dropped, and the others are sorted by the error that they explain.
 """
 
 from __future__ import annotations

@@ -49,8 +49,8 @@ class ConditionSettings:
 
 
 LARGEST_REVERSAL_SLOPE = 0.5
-"""Largest slope of ε during a change of direction: below it, the corrected angle moves as the table
-does."""
+"""Largest slope of ε during a change of direction; below it, the corrected angle moves in the
+direction of the table."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class ReadingHarmonics:
     components: dict[int, Float]
     """Cosine and sine of every order, (2,), arcseconds."""
     left_out: list[str]
-    """Parts of the model that are no such function, or not significant."""
+    """Parts of the model that are not a function of this kind, or are not significant."""
     warnings: list[str]
     every: dict[int, Float]
     """Same as ``components``, including the orders that are not significant."""
@@ -254,7 +254,8 @@ def _with_temperature(
         components[order] = at
         slope = (above - below) / (2.0 * THERMAL_SPAN_K)
         curve = (above + below - 2.0 * at) / (2.0 * THERMAL_SPAN_K**2)
-        # Shifts that only the conversion to the reading causes do not justify a lane's slope.
+        # A shift that only the conversion to the reading causes does not justify a temperature
+        # coefficient of a lane.
         if max(np.hypot(*(below - at)), np.hypot(*(above - at))) >= LEAST_CHANGE_COUNTS * count:
             slopes[order] = np.concatenate([slope, curve])
     quiet = set(middle.every) - set(components)
@@ -430,8 +431,8 @@ def _orders_of_waves(orders: Iterable[int]) -> list[int]:
 
     The file also contains the plain lane of such an order. Otherwise the device's calibration would
     fit the order, and its plain lane would contain the condition's contribution to the calibrated
-    turn. A file that fills all lanes leaves the calibration none, so that a plain lane of 0 may be
-    missing there.
+    turn. If a file fills all lanes, the calibration has no lane, so that a plain lane of 0 may be
+    missing.
     """
     return sorted({order for order in orders if order > 0})
 

@@ -12,7 +12,8 @@ from arctrue.workbench.model.model import Channels, HistoryStep
 def with_one_floor(history: Sequence[HistoryStep]) -> list[HistoryStep]:
     """Return the steps with the noise of the set of their fit, the same at all its steps.
 
-    Every step has an estimate; the smallest contains the least of the remaining error.
+    Every step has an estimate; the smallest estimate contains the smallest part of the remaining
+    error.
     """
     return [
         structs.replace(step, noise_arcsec=_least([o for o in history if _same_set(o, step)]))

@@ -52,7 +52,7 @@ def slope_k_s(
     """Return dT_s/dt, (rows,): slope of the parabola through the run's rows within ``window_s``.
 
     It is computed at instants a quarter of the window apart and interpolated linearly between them.
-    At the ends of a run the rows are on one side only: there, a straight line would have the slope
+    At the ends of a run the rows are on one side only, so that a straight line would have the slope
     of another instant.
     """
     found = np.zeros_like(temperature_c)
@@ -175,7 +175,7 @@ def _sigma_s(likelihood: Callable[[float], float], best_s: float) -> float:
     """Return the uncertainty from half the curvature of the likelihood; infinite if it is flat."""
     step = max(0.05 * best_s, 1.0)
     if best_s < step:
-        # At the edge, use the distance at which the likelihood falls by a half.
+        # At the edge of the range, use the distance at which the log likelihood falls by a half.
         fall = likelihood(best_s) - likelihood(best_s + step)
         return step / np.sqrt(2.0 * fall) if fall > 0.0 else np.inf
     sides = likelihood(best_s - step) + likelihood(best_s + step)

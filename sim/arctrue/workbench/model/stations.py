@@ -12,7 +12,7 @@ from arctrue.workbench.observations import ReferenceRows
 MOST_ORDER = 20
 """Highest order, equal to that of the default model."""
 LEAST_ORDER = 2
-"""Smallest highest order that makes a correction: eccentricity and ovality."""
+"""Smallest value of the highest order for a correction: eccentricity and ovality."""
 
 
 def model_of_stations(rows: ReferenceRows, most_order: int = MOST_ORDER) -> Model:

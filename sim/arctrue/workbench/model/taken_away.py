@@ -85,8 +85,8 @@ def outcome(
 ) -> Outcome:
     """Compute the fitted model's prediction with ``coefficients``, which were exported from it.
 
-    Nothing is measured here: the figures are the model's, on the rows of the capture if there is
-    one, else on those of the reference. ``temperature_c`` is that of the export.
+    The figures are calculated from the model, not measured: on the rows of the capture, or on those
+    of the reference if there is no capture. ``temperature_c`` is that of the export.
     """
     table_rows, reference_rows = _rows_of_head1(observations), observations.every_reference_row
     assert table_rows is not None

@@ -2,6 +2,6 @@
 
 ``fit`` estimates it together with a design matrix, channel by channel (``estimate``); ``row_noise``
 whitens rows; ``repeats`` gives the scatter of repeats without a model, and ``degrees_of_freedom``
-tells how well the noise of an effect's size is known. The package does not know effects and
-searches.
+calculates how well the noise of an effect's size is known. The package does not depend on effects
+and searches.
 """

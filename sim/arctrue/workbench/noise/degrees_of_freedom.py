@@ -12,8 +12,8 @@ from arctrue.workbench.noise.row_noise import RowNoise
 Float = NDArray[np.float64]
 
 LEAST_FREEDOM = 2.0
-"""Least number of degrees of freedom m: the mean of 1/χ² is finite only for m > 2, so that an F
-test with m = 2 stands for the weakest possible knowledge of noise."""
+"""Least number of degrees of freedom m: the mean of 1/χ² is finite only for m > 2, so that m = 2 is
+the smallest number for an F test."""
 
 
 def degrees_of_freedom(
@@ -25,9 +25,10 @@ def degrees_of_freedom(
     """Return the degrees of freedom, and the index's share of the variance.
 
     ``weights`` is C⁻¹z of each channel, z the projected columns times their coefficients;
-    ``offsets`` is the part of them that the offsets of the runs take. The variance of the estimate
-    has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z; with the covariance of the logarithms of
-    the θⱼ they give the variance of its logarithm, 2/m (Satterthwaite, Biometrics 2 (1946) 110).
+    ``offsets`` is the part of these columns that the offsets of the runs absorb. The variance of
+    the estimate has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z; with the covariance of the
+    logarithms of the θⱼ they give the variance of its logarithm, 2/m (Satterthwaite, Biometrics 2
+    (1946) 110).
     """
     parts: list[tuple[Float, Float]] = []
     total = 0.0
@@ -41,7 +42,7 @@ def degrees_of_freedom(
         total += float(shares.sum())
     fitted = {group.channel for group in noise.groups}
     for channel, weight in zip(("capture", "reference"), weights, strict=True):
-        # Noise that was given and not estimated is known.
+        # Noise that was given and not estimated counts as exactly known.
         if channel in fitted or weight is None:
             continue
         of_rows = noise.capture if channel == "capture" else noise.reference

@@ -20,7 +20,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 UNEVEN_P = 1e-4
-"""Noise counts as uneven if even noise shows such a difference with less than this probability."""
+"""Noise counts as uneven if even noise would show such a difference with a probability below this
+limit."""
 LEAST_ROWS_A_BIN = 40
 """Least number of rows in a bin, whose scatter is then known to 11 %, 1/√(2·40)."""
 ROBUST_LIMIT = 4.0
@@ -52,9 +53,9 @@ def estimated_law(
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
     """Estimate the law of a channel; ``before``, the law of another hypothesis, is the start.
 
-    Scales of runs or of parts of the turn are estimated anew if ``before`` has some, because an
-    effect that the model lacked can cause such scatter itself. The search starts from spectra with
-    the scatter of ``before``, because few steps lead to the maximum from a near start only.
+    If ``before`` has scales of runs or of parts of the turn, they are estimated anew, because an
+    effect that the model lacked can cause such scatter. The search starts from spectra with the
+    scatter of ``before``, because few steps lead to the maximum from a near start only.
     """
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))

@@ -2,7 +2,7 @@
 
 A part has the covariance a·exp(−c·τ) or, with a frequency, that of an oscillator driven by white
 noise, a·exp(−c·τ)·(cos dτ + (c/d)·sin dτ). A smooth part is the critically damped oscillator, in
-which two exponentials of nearly the same rate stand for (1 + λτ)·exp(−λτ): Matérn noise of order
+which two exponentials of nearly the same rate approximate (1 + λτ)·exp(−λτ): Matérn noise of order
 3/2. The covariance is semiseparable, so that a likelihood and its slopes take time linear in the
 rows (Foreman-Mackey et al., Astron. J. 154 (2017) 220; backward pass: Foreman-Mackey, Res. Notes
 AAS 2 (2018) 31; library celerite2).
@@ -168,7 +168,7 @@ def with_slopes(
 ) -> tuple[float, Float]:
     """Return the log likelihood, and its slopes by the ``free`` ones of :attr:`KernelNoise.logs`.
 
-    The coefficients are at their best, so that only the noise itself moves the likelihood.
+    The coefficients have their most likely values, so that only the noise changes the likelihood.
     """
     chosen = np.asarray(free, dtype=np.int64)
     try:

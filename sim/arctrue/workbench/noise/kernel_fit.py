@@ -20,14 +20,15 @@ from arctrue.workbench.noise.kernel import (
 Float = NDArray[np.float64]
 
 SMALLEST, LARGEST = 1e-8, 1e3
-"""Limits of a part's variance, in variances of the rows: noise that wanders may be far larger in
-the long term than in the record."""
+"""Limits of a part's variance, in variances of the rows: the variance of a random walk may be far
+larger in the long term than in the record."""
 SHORTEST_STEPS = 0.5
 """Lower limit of a decay time, in median steps."""
 LONGEST_SPANS = 10.0
 """Upper limit of a decay time, in spans: a random walk."""
 OSCILLATOR_SPANS = 0.25
-"""Longest time for which an oscillator keeps its phase, in spans: it is no line."""
+"""Longest time for which an oscillator keeps its phase, in spans; an oscillation with a longer time
+would be a line."""
 SMOOTH_MUST_GAIN = 2.0
 """Log likelihood by which smooth noise must exceed two exponentials: with as many parameters, odds
 of 7 to 1 are needed to leave the simpler noise."""
@@ -37,8 +38,8 @@ STEPS = 60
 """Largest number of steps of the optimiser; ENOUGH ends them earlier."""
 MOST_FREE = 5
 """Largest number of columns of a noise of which all parts are fitted: an exponential, a smooth
-part, an oscillator. With more than four, slopes are taken by differences, which is three times as
-slow."""
+part, an oscillator. With more than four, the derivatives are calculated by differences, which is
+three times as slow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class KernelFit:
-    """The most likely noise, and how likely it makes the rows."""
+    """The most likely noise, and the likelihood of the rows with this noise."""
 
     noise: KernelNoise
     log_likelihood: float

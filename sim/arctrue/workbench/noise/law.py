@@ -67,7 +67,8 @@ class NoiseLaw:
         """Return the starts without those at which the noise of the stretch before continues.
 
         The noise continues where the clock goes on, both stretches have one spectrum, and the pause
-        is no longer than the longer stretch: rows of that length do not show a longer pause.
+        is no longer than the longer stretch: stretches of that length do not show the noise over a
+        longer pause.
         """
         if starts.size < 2:
             return starts
@@ -90,8 +91,8 @@ class NoiseLaw:
 
 
 def like_steps(clock: Float, run: Integer) -> list[list[int]]:
-    """Return the names of the runs, in groups of like clock steps; a run of single rows is in
-    none."""
+    """Return the names of the runs in groups with similar clock steps; a run of single rows is in
+    no group."""
     starts = stretch_starts(clock, run)
     ends = [*starts[1:].tolist(), clock.size]
     steps: dict[int, float] = {}
@@ -125,7 +126,8 @@ def stretch_starts(clock: Float, run: Integer) -> Integer:
 
 
 def reference_clock(rows: ReferenceRows) -> Float:
-    """Return the time of each reference row; its number where the file has no time that goes on."""
+    """Return the time of each reference row; if the file has no continuous time, return the number
+    of the row."""
     if rows.time_s is not None and rows.time_s.size > 1 and float(np.ptp(rows.time_s)) > 0.0:
         return rows.time_s
     if rows.row is not None:

@@ -140,7 +140,7 @@ class RestrictedLikelihood:
     def _value(
         self, whitened: Sequence[tuple[_Level, Factor, Float]]
     ) -> tuple[float, Float, Float | None]:
-        """Return log likelihood, β, and a root of N⁻¹; no root where no model is projected out."""
+        """Return log likelihood, β, and a root of N⁻¹ (None if no model is projected out)."""
         total = 0.0
         own_size = self._fixed_terms.moment.size
         width = own_size + self._constant_count

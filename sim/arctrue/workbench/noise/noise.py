@@ -35,7 +35,7 @@ class FittedGroup:
 
 @dataclass(frozen=True)
 class Noise:
-    """The deviations of the rows of a set from any model of it."""
+    """The deviations of the rows of a set from any model of the set."""
 
     capture: RowNoise | None
     reference: RowNoise | None

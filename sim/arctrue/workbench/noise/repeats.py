@@ -1,7 +1,8 @@
 """The noise of each channel from its own repeats: the scatter of rows at the same place.
 
-No model can remove it, so it is a figure of the set and not of the model. A model of a deviation
-that does not repeat, such as a vibration, can leave less; then its residual is the noise.
+No model can remove it, so it is a figure of the set and not of the model. If a model describes a
+deviation that does not repeat, such as a vibration, its residual can be smaller; the residual is
+then the noise.
 """
 
 from __future__ import annotations

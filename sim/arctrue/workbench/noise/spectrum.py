@@ -1,7 +1,7 @@
 """Stationary noise: a white part and exponentially correlated parts.
 
 The covariance of two rows a time τ apart is Σ aⱼ·exp(−|τ|/τⱼ), and the white variance where τ = 0.
-A mixture with time constants a few octaves apart comes near to any falling spectrum: flicker
+A sum of parts with time constants a few octaves apart approximates any falling spectrum: flicker
 noise, an Ornstein–Uhlenbeck process, a first-order autoregression.
 """
 

@@ -110,7 +110,7 @@ def fit_spectrum(
 
     begin = np.clip(begin, low, high)
     if start is not None:
-        # Noise that contains an effect is a bad start once the effect is in the model.
+        # Noise that contains an effect is a bad start value once the effect is in the model.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
     found = minimize(

@@ -15,11 +15,11 @@ from arctrue.workbench.noise.noise import Noise
 Float = NDArray[np.float64]
 
 LAGS = 20
-"""Number of lags (chosen): a colour of up to 20 rows shows; more lags would dilute the first ones
-in χ²."""
+"""Number of lags (chosen): the test shows correlation over up to 20 rows; more lags would reduce
+the weight of the first ones in χ²."""
 LEAST_ROWS = 8
-"""Least number of rows. Two lags and the mean leave five free rows: with fewer the statistic is no
-χ²."""
+"""Least number of rows. Two lags and the mean leave five free rows: with fewer the statistic has no
+χ² distribution."""
 
 
 @dataclass(frozen=True)

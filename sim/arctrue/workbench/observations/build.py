@@ -229,8 +229,9 @@ def _reference_rows(
         direction=None if columns.direction is None else columns.direction.astype(np.float64),
         target_rad=target,
         angle_rad=angle,
-        # Without a second head nothing shows whether a high order is fixed to the disc (cogging of
-        # a motor is fixed to the angle): a repeating error is taken to repeat with the angle.
+        # Without a second head, the rows do not show whether a high order is fixed to the disc
+        # (cogging of a motor is fixed to the angle). A repeating error is assumed to repeat with
+        # the angle.
         line_rad=reading if two_heads else angle,
         face=faces_of(faces, run, columns.target_deg),
         faces=faces,
@@ -256,7 +257,7 @@ def _reference_reading(facts: Table, columns: Reference) -> tuple[Float, bool]:
     if columns.head1_counts is None or facts.counts_per_rev is None or target.size == 0:
         return target, False
     away = columns.head1_counts * (2.0 * np.pi / facts.counts_per_rev) - target
-    # The file may unwrap one and not the other.
+    # The file may unwrap the reading but not the target, or the reverse.
     away -= np.round(away / (2.0 * np.pi)) * (2.0 * np.pi)
     if float(np.abs(away).max()) > LARGEST_ERROR_RAD:
         return target, False

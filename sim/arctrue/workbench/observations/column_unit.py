@@ -27,7 +27,7 @@ UNITS = {
 
 
 def column_unit(column: str) -> str:
-    """Return the unit: ``deg`` for ``elevation_deg``. A name without a unit is its own:
+    """Return the unit: ``deg`` for ``elevation_deg``. A name without a unit becomes the unit:
     ``[humidity]``."""
     first, _, last = column.rpartition("_")
     return UNITS.get(last.lower(), f"[{column}]") if first else f"[{column}]"

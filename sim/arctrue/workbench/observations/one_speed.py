@@ -23,11 +23,11 @@ def coordinate(rows: CaptureRows | ReferenceRows, *, in_time: bool) -> Float | N
 
 
 def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> float | None:
-    """Return the one speed of all passes, turns per second; an order is then a frequency.
+    """Return the common speed of all passes, turns per second; an order then equals a frequency.
 
     The result is None without a time, or where speeds differ, so that the data show whether a line
-    is fixed to angle or time. At one speed forwards and backwards only the phase of the way back
-    differs, which may be a lag.
+    is fixed to angle or time. At one speed forwards and backwards, only the phase of the backward
+    run differs, which may be a lag.
     """
     turns, time_s = coordinate(rows, in_time=False), coordinate(rows, in_time=True)
     if turns is None or time_s is None or highest_order <= 0.0:

@@ -16,8 +16,8 @@ def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | No
     """Return the face of each row, (rows,); the polygon may be turned on the table between runs.
 
     Rows of a pass between the faces belong to the nearest face, with the polygon placed as in the
-    first run at the faces. The result is None where no run keeps to the faces, so that the place of
-    the polygon is unknown.
+    first run at the faces. The result is None if no run has all its rows at the faces, so that the
+    place of the polygon is unknown.
     """
     if faces is None or target_deg.size == 0:
         return None

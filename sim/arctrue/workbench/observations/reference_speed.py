@@ -1,4 +1,5 @@
-"""Tells whether the table stood still at the stations of a reference run, or went past them."""
+"""Tells whether the table stood still at the stations of a reference run, or passed them in
+motion."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOVING_STEP_DEG = 1.0
-"""Largest step of rows that are read on the move: a run with stops has larger steps."""
+"""Largest step of rows that are read in motion; a run with stops has larger steps."""
 LEAST_ROWS = 8
 """Least number of rows for a median of six second differences: with fewer one odd row decides
 it."""
@@ -24,7 +25,8 @@ EVEN = 0.05
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle, commanded or from a finer encoder, written with four decimals."""
 SPEED_RATIO = 1.2
-"""Ratio of speeds over the same stations above which the passes were not stops of one length."""
+"""Ratio of speeds over the same stations above which the passes cannot consist of stops of equal
+length."""
 
 
 SMOOTH = 0.2
@@ -36,7 +38,7 @@ def reference_speed(columns: Reference) -> Float | None:
     """Return the signed speed of every row, rad/s, 0 where the table stood; None if it never moved.
 
     A pass lies between two changes of run, cycle or direction, or of the sense in which the targets
-    follow each other. Three kinds of passes are on the move. First, passes over stations close
+    follow each other. Three kinds of passes are in motion. First, passes over stations close
     together. Second, passes that a clock sampled while the speed changed (a ramp): their times are
     even and their ways uneven. Third, passes over stations far apart (a polygon's faces), if their
     times are those of steady speeds and at least two of the speeds differ: a table that stops takes

@@ -107,7 +107,7 @@ class CaptureRows(_Sliceable):
     further_electrical_rad: Float | None = None
     """Phases of their signal periods, shape (rows, heads − 2)."""
     head: int = 2
-    """Number of the head whose reading less that of head 1 an effect is asked for."""
+    """Number of the head i in Rᵢ − R₁, for which an effect states its columns."""
 
     @property
     def measured_arcsec(self) -> Float:
@@ -231,7 +231,8 @@ class ReferenceRows(_Sliceable):
     temperature_c: Float | None
     """Temperature of the table, °C; None: the file has none."""
     direction: Float | None
-    """+1 or −1: how the table came to the station; None: the file does not state it."""
+    """+1 or −1: direction in which the table approached the station; None: the file does not state
+    it."""
     target_rad: Float
     """Angle to which the table was driven, unwrapped as the file gives it: the same each visit."""
     angle_rad: Float

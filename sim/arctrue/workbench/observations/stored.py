@@ -1,4 +1,5 @@
-"""All rows of a long capture, kept small: conditions are computed for one stretch at a time."""
+"""Stores all rows of a long capture in little memory: conditions are computed for one stretch at a
+time."""
 
 from __future__ import annotations
 

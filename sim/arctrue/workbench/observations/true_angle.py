@@ -1,7 +1,8 @@
 """The table's true angle from the readings alone: θ = R₁ − ε(θ), ε from the two heads.
 
-Effects are functions of the true angle; the readings differ from it by up to 150″, which at
-order 20 is 0.015 rad of phase. A rough ε is enough: 1″ left in it is 10⁻⁴ rad.
+Effects are functions of the true angle; the readings differ from it by up to 150″, which at order
+20 is 0.015 rad of phase. A rough ε suffices: a remaining error of 1″ in ε changes this phase by
+10⁻⁴ rad.
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""Leaves out the rows of a measurement set that must not be used, and lists them with the
-reason."""
+"""Omits the rows of a measurement set that must not be used, and lists them with the reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Single wrong rows that show only after a model has removed larger deviations."""
+"""Finds single wrong rows that are visible only after a model has removed larger deviations."""
 
 from __future__ import annotations
 

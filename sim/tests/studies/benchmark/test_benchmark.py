@@ -154,7 +154,7 @@ def test_calibration_error_of_a_known_curve() -> None:
     assert len(reliability([0.5] * 4, [True] * 4)) == 4
     found = calibration_error(stated, right)
     assert found.value == pytest.approx((0.9 - 1 / 3) / 10)
-    # A resample spreads over the bins, which can only increase so small a value.
+    # A resample distributes the answers over the bins, which can only increase such a small value.
     assert 0.0 < found.low < found.high < 0.5
 
 
@@ -165,7 +165,7 @@ def test_log_score_is_compared_with_the_best_constant() -> None:
     constant = (4 * np.log(0.8) + np.log(0.2)) / 5
     assert found.value == pytest.approx(own - constant)
     assert log_score_gain([0.6, 0.6], [True, False]).value < 0
-    # An answer that is sure and wrong costs log(0.001), not more.
+    # An answer that is certain and wrong loses log(0.001) at most.
     assert log_score_gain([1.0, 1.0], [True, False]).value == pytest.approx(
         (np.log(0.999) + np.log(0.001)) / 2 + np.log(2)
     )
@@ -263,7 +263,7 @@ def test_rates_count_what_they_say() -> None:
 
 
 def test_a_class_of_names_where_nothing_is_counts_as_a_false_name() -> None:
-    """Beside a real cause it is a class without that cause, and no name."""
+    """In a set with a real cause, the answer is a class without that cause, not a name."""
     names = {"class": ["vibration", "bearing_ball_pass"]}
     sets = [
         judged("ambiguous", **names),
@@ -283,7 +283,8 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     text = benchmark_page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100** (0.100 … 0.100) |" in text
-    # The one answer is right: the constant is surer than the answer. log 0.9 − log 0.999.
+    # The only answer is right, and the constant states a higher probability than the answer: log
+    # 0.9 − log 0.999.
     assert "constant, simulated | > 0 | **-0.104** (-0.104 … -0.104) |" in text
     assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
     assert "calibration error, simulated (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
@@ -394,7 +395,7 @@ def test_tier_of_cases_holds_sets_that_can_be_made(tmp_path: Path) -> None:
     for task in tasks:
         assert task["world"] in WORLDS or task["world"] in independent_worlds()
         assert task["content"] in (*CONTENTS, HIDDEN)
-    # The same cause is hidden, so that the case is the recorded one.
+    # The set hides the same cause, so that the case is already in the record.
     (first, *_), (case, *_) = tasks, kept_cases()
     names = [item["effect"] for item in make_set({**first, "samples": 200}).truth["effects"]]
     assert names == case["found"]["hidden"]

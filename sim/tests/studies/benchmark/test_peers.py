@@ -1,4 +1,5 @@
-"""The peers answer what they can know, and name nothing where nothing is hidden."""
+"""Tests that the peers find the causes that their methods can show, and name no cause in sets
+without one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Sets of the quick tier must be right; wrong ones are listed with the reason."""
+"""Tests that the diagnosis of sets of the quick tier is right; a list names wrong answers with the
+reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A campaign gives the same lines for any sharding; a stop or a dead worker loses nothing."""
+"""Tests that a campaign gives the same lines for any sharding, and that a stop or a killed worker
+loses no result."""
 
 from __future__ import annotations
 
@@ -226,13 +227,13 @@ def test_contradicting_results_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
-    told: list[Speed] = []
+    reported: list[Speed] = []
     work = campaign(tmp_path / "c", 12, "killed_once", mark=str(tmp_path / "mark"))
-    assert work.run(workers=2, progress=told.append) == 12
+    assert work.run(workers=2, progress=reported.append) == 12
     assert (tmp_path / "mark").exists()
     assert squares(tmp_path / "c") == [n**2 for n in range(12)]
-    assert [item.done for item in told] == sorted(item.done for item in told)
-    assert told[-1].seconds_left == 0.0
+    assert [item.done for item in reported] == sorted(item.done for item in reported)
+    assert reported[-1].seconds_left == 0.0
 
 
 def test_a_task_that_kills_every_worker_ends_the_campaign(tmp_path: Path) -> None:

@@ -1,4 +1,5 @@
-"""Every job of the Slurm array runs its own shard, and together the jobs do all tasks."""
+"""Tests that every job of the Slurm array runs its own shard, and that together the jobs run all
+tasks."""
 
 from __future__ import annotations
 
@@ -11,13 +12,13 @@ SCRIPT = ROOT / "scripts" / "benchmark_array.sbatch"
 
 
 def job(tmp_path: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    told = tmp_path / "arctrue"
-    told.write_text('#!/bin/sh\necho "$OPENBLAS_NUM_THREADS:" "$@"\n')
-    told.chmod(0o755)
+    stand_in = tmp_path / "arctrue"
+    stand_in.write_text('#!/bin/sh\necho "$OPENBLAS_NUM_THREADS:" "$@"\n')
+    stand_in.chmod(0o755)
     clean = {name: value for name, value in os.environ.items() if not name.startswith("SLURM")}
     return subprocess.run(
         ["bash", str(SCRIPT), "sets"],
-        env={**clean, "ARCTRUE": str(told), **environment},
+        env={**clean, "ARCTRUE": str(stand_in), **environment},
         capture_output=True,
         text=True,
         check=False,

@@ -1,4 +1,4 @@
-"""The judgement of the demo passes a right output and fails each wrong one."""
+"""Tests that the demo's judgement accepts a right output and rejects each wrong one."""
 
 from dataclasses import replace
 

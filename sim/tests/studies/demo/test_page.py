@@ -1,4 +1,4 @@
-"""Tests of the demo's page and command: self-contained, and honest about a failure."""
+"""Tests that the demo's page is self-contained, and that page and command report a failure."""
 
 import re
 from dataclasses import replace

@@ -54,7 +54,7 @@ def test_without_a_source_nothing_is_left() -> None:
 
 
 def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
-    """(a²/2) sin 2θ of a = 144″ is 0.036″ RMS; the other orders add a tenth of it."""
+    """For a = 144″, (a²/2) sin 2θ is 0.036″ RMS; the other orders add a tenth of that."""
     amplitude = 144.1
     expected = amplitude**2 / 2.0 / ARCSEC_PER_RAD / math.sqrt(2.0)
     assert rms("approximation", "paper") == pytest.approx(expected, rel=0.1)
@@ -62,7 +62,8 @@ def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
 
 
 def test_uneven_steps_hurt_the_dft_alone() -> None:
-    """The ripple r of order 7 mixes order 1 into orders 6 and 8: r·7… of 144″ through TF."""
+    """The ripple r of order 7 transfers a part of order 1 (144″) to orders 6 and 8, which TF
+    amplifies."""
     assert 0.05 < rms("uneven", "paper") < 0.15
     assert rms("uneven") < 1e-4
 
@@ -117,7 +118,8 @@ def test_subdivision_is_that_of_its_harmonics() -> None:
 
 
 def test_noise_is_that_of_the_transfer_function() -> None:
-    """8 draws: 4 standard deviations of the mean of squares; order 11 has two thirds of it."""
+    """8 draws: the bound is 4 standard deviations of the mean of squares, two thirds of which come
+    from order 11."""
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
     expected = NOISE_ARCSEC**2 * 4.0 / SAMPLES * np.sum(gain**2)
     found = [rms("noise", draw=draw) ** 2 for draw in range(8)]
@@ -175,7 +177,7 @@ def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
         stated.append(estimate.u_error_arcsec(angle))
     ratio = np.std(curves, axis=0, ddof=1) / np.sqrt(np.mean(np.square(stated), axis=0))
     np.testing.assert_allclose(ratio, 1.0, atol=5.0 / math.sqrt(2.0 * 149))
-    # Only the applied orders count: no order, no uncertainty.
+    # Only the applied orders contribute: without an order the uncertainty is 0.
     assert estimate.u_error_arcsec(angle, np.zeros(4, dtype=bool)).max() == 0.0
 
 

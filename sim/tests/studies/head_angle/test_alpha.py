@@ -52,7 +52,8 @@ def test_blind_orders_are_those_that_close_a_turn() -> None:
 
 
 def test_noise_is_that_of_drawn_differences() -> None:
-    """300 turns of white noise pass DFT and TF; 4 standard deviations of a mean square."""
+    """The test transforms 300 turns of white noise by DFT and TF; the bound is 4 standard
+    deviations of a mean square."""
     samples, most, draws = 256, 10, 300
     random = np.random.default_rng(4)
     difference = random.normal(0.0, 0.1 * math.sqrt(2.0), (draws, samples))
@@ -83,7 +84,7 @@ def test_best_choices_keep_the_heads_apart_and_are_sorted() -> None:
     found = best_choices(40, DISC)
     assert all(one.alpha_deg >= 20.0 for one in found)
     assert [one.total_arcsec for one in found] == sorted(one.total_arcsec for one in found)
-    # The smallest total of all candidates, each judged alone.
+    # The smallest total of all candidates, each evaluated alone.
     assert found[0].total_arcsec == min(
         judged(alpha, 40, DISC).total_arcsec for alpha in candidates_deg(40) if alpha >= 20.0
     )
@@ -104,7 +105,7 @@ def test_lanes_go_to_the_largest_orders() -> None:
 
 
 def test_bits_are_what_the_bit_true_lanes_leave() -> None:
-    """Lanes have drawn phases for order and reading; 4 % of a mean square of 20,000."""
+    """The phases of the lanes are drawn; the tolerance is 4 % of the RMS of 20,000 draws."""
     random = np.random.default_rng(9)
     amplitude = np.round(DISC.amplitude_arcsec / 0.07724762 * 2048.0)
     phase = random.integers(0, 1 << 24, (20_000, amplitude.size), dtype=np.int32)

@@ -83,7 +83,8 @@ def test_without_a_bound_of_the_axis_no_head_can_be_told() -> None:
 
 def test_the_error_function_is_found_as_well_as_the_gains_say(found: dict[str, Any]) -> None:
     for row in found["error_function"]["rows"]:
-        # So many coefficients scatter by √(1/2N) of their RMS; four of these, and the counts.
+        # The RMS of N coefficients has the relative scatter √(1/2N); the bound is four of these
+        # plus the rounding to counts.
         allowed = 1.1 + 4.0 / np.sqrt(2.0 * 2.0 * row["orders"])
         assert row["left_2_sigma_arcsec"] < allowed * row["expected_2_sigma_arcsec"]
         assert row["left_2_sigma_arcsec"] > 0.5 * row["expected_2_sigma_arcsec"]

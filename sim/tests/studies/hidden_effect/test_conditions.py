@@ -1,6 +1,6 @@
 """Effects in proportion to a condition are found, exported to lanes that follow it, and removed.
 
-Nothing is fitted to the fresh turns, which have their own direction, speed or temperature.
+The further turns have another direction, speed or temperature; no coefficient is fitted to them.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
     assert modulators(result) == ["speed"]
     left = result.judged_arcsec()
     assert left["corrected"] <= latency_bound_arcsec()
-    # Half of the delay's counts come and go; the mean of the turn removes half of these.
+    # Half of the delay's counts change with the speed; the mean of the turn removes half of this
+    # change.
     assert left["unit_left_out"] >= 0.25 * LATENCY_ARCSEC > latency_bound_arcsec()
 
 
@@ -75,7 +76,7 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
 def test_a_wave_in_proportion_to_a_condition(
     name: str, modulator: str, size_arcsec: float, tmp_path: Path
 ) -> None:
-    """At most a count of the effect is left; without its lanes the error is that of the
+    """At most a count of the effect remains; without its lanes the error is the error of the
     geometry."""
     result = run_small(name, tmp_path)
     assert modulators(result) == [modulator]
@@ -86,7 +87,8 @@ def test_a_wave_in_proportion_to_a_condition(
 
 @pytest.mark.large
 def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
-    """The turn goes down, warm and with a changing speed: each effect leaves as much as alone.
+    """The turn is downwards, warm and with a changing speed; each effect leaves as much as it does
+    alone.
 
     The lobes follow the speed squared with the same lag as the latency; they are a sixth of it and
     change twice as fast with the speed.
@@ -104,7 +106,7 @@ def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
 
 
 def test_each_fresh_turn_has_conditions_of_its_own() -> None:
-    """No row is judged at the speed, direction and temperature of the measured set."""
+    """Every row of the test has another speed, direction or temperature than the measured set."""
     for name in ("latency", "centrifugal_lobes", "loose_centre", "all_at_once", "warm_ovality"):
         case = CASES[name]
         fresh = (case.fresh.side, case.fresh.speed, case.fresh.temperature_c)

@@ -14,7 +14,7 @@ from .small import INTERPOLATION, LINES, run_small
 
 COUNTS = LINES * INTERPOLATION
 SIZE_COUNTS = (1 << 24) / COUNTS * COUNTS / 1_296_000
-"""1\u2033 at the paper's scale, enlarged with the counts: 12.9 counts at every scale."""
+"""1″ at the paper's scale, enlarged with the counts: 12.9 counts at every scale."""
 MOST_LEFT_COUNTS = 1.0
 """The requirement of the issue."""
 
@@ -23,7 +23,7 @@ MOST_LEFT_COUNTS = 1.0
     ("name", "shares"),
     [
         ("belt", [1.0]),
-        # Bessel functions of the wobble: J\u2081, J\u2080, J\u2081, to second order.
+        # Bessel functions of the wobble: J₁, J₀, J₁, to second order.
         (
             "drive_gear_error",
             [MESH_WOBBLE_RAD / 2.0, 1.0 - MESH_WOBBLE_RAD**2 / 4.0, MESH_WOBBLE_RAD / 2.0],
@@ -35,7 +35,8 @@ def test_lines_of_the_drive_are_taken_away_forwards_and_backwards(
 ) -> None:
     result = run_small(name, tmp_path)
     left = {key: np.array(counts) for key, counts in result.lines_counts.items()}
-    # Without their lanes they are all there. A fit over two turns separates them to a twentieth.
+    # Without their lanes, all lines are in the output. A fit over two turns separates them to a
+    # twentieth.
     assert left["without"] == pytest.approx(SIZE_COUNTS * np.array(shares), rel=0.05)
     for way in ("forwards", "backwards"):
         assert left[way].max() <= MOST_LEFT_COUNTS, (way, left[way])
@@ -50,7 +51,7 @@ def test_the_pulses_come_where_the_table_passes_the_index() -> None:
     times = times_at(drive, places)
     passed = (drive.state(times).angle_rad / TURN_RAD - probe.first_turns) * probe.per_turn
     assert np.abs(passed - np.rint(passed)).max() < 1e-4
-    # Up over all ten; back over those of the last two turns.
+    # The table turns up over all ten edges, and back over the edges of the last two turns.
     top = drive.knot_times_s[3]
     assert np.count_nonzero(times < top) == 10
     assert 6 <= np.count_nonzero(times > top) <= 8

@@ -35,7 +35,8 @@ def test_it_becomes_a_lane_that_follows_the_direction(result: HiddenResult) -> N
 
 
 def test_the_output_loses_it_and_without_the_lane_keeps_it(result: HiddenResult) -> None:
-    """Fresh stations show all of it without the lane, and at most 6″ with it (a count is 4.9″)."""
+    """At new stations the whole reversal error appears without the lane, and at most 6″ with it (a
+    count is 4.9″)."""
     assert result.reversal_arcsec is not None
     without, left = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
     assert without == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
@@ -60,10 +61,10 @@ def track(position: list[int], *, dropped: int = 0) -> EdgeTrack:
 
 
 def test_levels_become_counts() -> None:
-    # Up over the levels 1, 2, 3, back over 3 and 2, and up over 2 and 3 again.
+    # The edges go up over the levels 1, 2, 3, back over 3 and 2, and up over 2 and 3 again.
     seen = counts_standing(track([1, 2, 3, 3, 2, 2, 3]), np.arange(7) * 10.0 + 5)
     assert seen.tolist() == [1, 2, 3, 2, 1, 2, 3]
-    # To and fro over one level.
+    # The edges move up and down over one level.
     seen = counts_standing(track([4, 4, 4, 4, 3]), np.arange(5) * 10.0 + 5)
     assert seen.tolist() == [4, 3, 4, 3, 2]
 

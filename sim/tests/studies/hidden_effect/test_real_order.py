@@ -19,7 +19,8 @@ SIZE_ARCSEC = (1 << 24) / COUNTS
 
 
 def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
-    """One turn of a reference shows its order; turns later it is gone from the output."""
+    """One turn of a reference shows its order; some turns later the output no longer contains the
+    line."""
     result = run_small("periodic_error", tmp_path)
     assert result.diagnosed.effect == "periodic_error"
     found = result.diagnosed.model.effects[-1].parameters

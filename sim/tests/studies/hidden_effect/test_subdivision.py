@@ -1,5 +1,5 @@
-"""Test of the demo's second act at a small scale: named from the set alone, gone from the
-output."""
+"""Test of the demo's second act at a small scale: the set alone shows the effect, and the output no
+longer contains it."""
 
 from __future__ import annotations
 
@@ -75,7 +75,8 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     samples = result.settings.revolution.samples
     # Two turns; the closing sample of the first belongs to it, and a turn may be a sample longer.
     assert 2 * samples - 60 < capture.run.size < 2 * samples + 60
-    # The same turns from the table's geometry; the constant of each is unknown.
+    # The expected error of the same turns from the table's geometry; the constant of each turn is
+    # unknown.
     table = result.settings.table(result.case.build(result.settings))
     turn = np.linspace(-0.7, 5 * np.pi, 1 << 19)
     head1, head2 = (table.reading_rad(head, TableState.at_rest(turn)) for head in (0, 1))
@@ -89,7 +90,7 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     apart = np.interp((capture.head1_counts + 0.5) * count_rad, head1, head2 - head1)
     seen = (capture.head2_counts - capture.head1_counts) * count_rad
     assert np.std(seen - apart) * ARCSEC_A_RADIAN < 1.15 * COUNT_ARCSEC / np.sqrt(6)
-    # Both show the same phase of the grating: counts from the same index.
+    # Both readings show the same phase of the grating, because they count from the same index.
     assert reference.head1_counts is not None
     stands = np.interp(stations, turn, head1) / count_rad
     turns = np.round((reference.head1_counts - stands) / table.counts_per_rev)
@@ -161,9 +162,9 @@ def test_page_and_json(act: SecondAct, folder: Path, tmp_path: Path) -> None:
     failed = dataclasses.replace(act, faults=("it is <worse>",))
     write_second_act_page(failed, tmp_path / "bad.html")
     assert "it is &lt;worse&gt;" in (tmp_path / "bad.html").read_text(encoding="utf-8")
-    told = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-    assert told["added"] == "subdivision_error"
-    assert told["corrected"]["rms_arcsec"] == act.result.corrected.rms_arcsec
+    stored = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    assert stored["added"] == "subdivision_error"
+    assert stored["corrected"]["rms_arcsec"] == act.result.corrected.rms_arcsec
 
 
 def test_command_runs_the_second_act_alone(

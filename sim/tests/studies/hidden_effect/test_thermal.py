@@ -70,21 +70,24 @@ def test_the_model_tells_a_capture_at_a_temperature_never_measured(
 
 def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenResult) -> None:
     ways = follow_warming(centre, 3)
-    held, every, told, alone = (
+    held, every, by_host, alone = (
         np.array([turn.order1_arcsec for turn in ways[way]])
         for way in ("held", "every turn", "by temperature", "by the firmware")
     )
     heated = np.array([turn.temperature_c for turn in ways["held"]])
     rate = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
-    # Held: the error grows as the table warms after the first turn.
+    # With constant coefficients, the error grows as the table warms after the first turn.
     np.testing.assert_allclose(np.diff(held), rate * np.diff(heated), rtol=0.1)
-    # After every turn: about a turn and a half behind the warming, and not more at the end.
+    # With a calibration after every turn, the coefficients are about a turn and a half behind the
+    # warming, also at the end.
     turn_arcsec = rate * float(np.diff(heated).mean())
     assert np.all(every < 2.5 * turn_arcsec)
     assert every[-1] < 0.6 * held[-1]
-    # By temperature: only the change within the turn, and no drift.
-    assert np.all(told < 0.15 * turn_arcsec + COUNT_ARCSEC)
-    # By the firmware alone, from its thermometer: not even that.
+    # With coefficients at the present temperature, only the change within the turn remains, without
+    # drift.
+    assert np.all(by_host < 0.15 * turn_arcsec + COUNT_ARCSEC)
+    # If the firmware follows its thermometer by itself, not even the change within the turn
+    # remains.
     assert held.max() > 100.0
     assert np.all(alone < FOLLOWED_ARCSEC)
 

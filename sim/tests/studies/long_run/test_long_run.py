@@ -71,8 +71,8 @@ def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     # Warming by up to 5.4 K changes order 1 by 7.6″/K: held, its RMS is 29″ at the end.
     last = per_k * (25.4 - found["temperature_c"][0]) / np.sqrt(2)
     assert held["left_arcsec"][-1] == pytest.approx(last, rel=0.15)
-    # Medians: heat that is 33 times as fast may by chance add the weak order 11 to a turn
-    # (docs/long-run.md: 4 of 1,000 turns), which leaves 24″ in that turn.
+    # The test compares medians, because heat that is 33 times as fast may by chance add the weak
+    # order 11 to a turn (docs/long-run.md: 4 of 1,000 turns), which leaves 24″ in that turn.
     typical = {name: np.median(found["strategies"][name]["left_arcsec"][2:]) for name in STRATEGIES}
     # The median of sums of squares is below their mean.
     expected = expected_single_arcsec(found, scenario, per_k)
@@ -87,7 +87,8 @@ def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
 
 
 def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
-    """The course has 30 turns: heat 33 times as fast is in every difference of two turns."""
+    """The course has 30 turns, so that every difference of two turns contains heat that is 33 times
+    as fast."""
     for deviation in found["allan"]["deviation_arcsec"].values():
         deviation[-1] = None
     page = long_run_page(found)

@@ -1,4 +1,4 @@
-"""Tests of every method against what its principle sees and does not see."""
+"""Tests of every method against the errors that its principle can and cannot determine."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def test_a_calibrated_mean_stays_where_the_axis_moves_otherwise() -> None:
 
 
 def test_gain_of_two_places_is_the_transfer_function() -> None:
-    """One head's noise is 1/√2 of the noise of the difference that TF(n) multiplies."""
+    """The noise of one head is 1/√2 of the noise of the difference, which TF(n) multiplies."""
     orders = np.arange(1, 120)
     gain = order_gain(np.radians([0.0, 33.0]), orders)
     expected = np.sqrt(2.0) * noise_gain(orders, np.radians(33.0))
@@ -203,7 +203,8 @@ def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
 
 
 def test_closure_parts_table_and_polygon() -> None:
-    """Drawn errors without scatter: the closure returns both without their means."""
+    """For drawn errors without scatter, the closure returns the errors of polygon and table, each
+    minus its mean."""
     random = np.random.default_rng(5)
     table, faces = random.normal(size=24), random.normal(size=24)
     shifts = spread_shifts(10, 24)
@@ -232,7 +233,7 @@ def test_one_position_of_the_polygon_is_refused() -> None:
 
 
 def test_closure_does_not_need_the_certificate_and_the_table_does() -> None:
-    """With errors of 2″ of the faces the closure is as good as before."""
+    """With errors of the faces of 2″, the closure is as accurate as before."""
     world = World(dataclasses.replace(SHORT, minutes=16.0))
     polygon, autocollimator = world.instruments()
     wrong = dataclasses.replace(

@@ -1,4 +1,5 @@
-"""The Monte Carlo calculation knows the truth, judges coverage rightly, and is a campaign."""
+"""Tests that the Monte Carlo calculation finds the true error, evaluates coverage correctly, and
+runs as a campaign."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ def test_state_of_a_result_holds_all_that_a_trial_loads(tmp_path: Path) -> None:
 
 
 def test_truth_is_the_error_at_even_readings() -> None:
-    # Independent: bisection of the geometry finds the angle at which each reading is shown.
+    # Independent calculation: bisection of the geometry finds the angle at which each reading
+    # appears.
     table = drawn_table(5, {**QUIET, **INPUTS["radial_motion"].draw(np.random.default_rng(1))})
     readings = np.arange(256) * (table.counts_per_rev / 256)
     angle = angle_of_reading(table, 0, readings)
@@ -71,7 +73,8 @@ def test_white_noise_alone_is_covered_and_what_is_not_stated_is_not() -> None:
     # tenth.
     assert np.mean([item["square"] for item in trials]) == pytest.approx(2.0, abs=0.5)
     moved = [run_trial(task("radial_motion", seed))["square"] for seed in range(25)]
-    # 0.03 µm at a radius of 54 mm are 0.1″, about the noise of an order, unknown to calibrate.
+    # 0.03 µm at a radius of 54 mm are 0.1″, about the noise of an order; the calibration does not
+    # contain this uncertainty.
     assert np.mean(np.array(moved)[:, 1:8]) > 4.0
 
 
@@ -132,14 +135,14 @@ def test_the_page_says_where_it_is_off_and_where_nothing_is() -> None:
     found = scored([*good, *bad])
     assert found["noise"]["orders"][4]["stated_uncertainty"] == "too small"
     assert found["noise"]["turn"]["stated_uncertainty"] == "too small"
-    told = "\n".join(where_off(found))
-    assert "noise: too small at orders 1 (0 %), 2 (0 %)" in told
+    summary = "\n".join(where_off(found))
+    assert "noise: too small at orders 1 (0 %), 2 (0 %)" in summary
     header = {
         "plan": {"trials": 200, "seed": 1, "runs": 2, "turns": 1, "samples": 10, "method": "x"},
         "code": {"arctrue": "a", "numpy": "2"},
     }
     text = monte_carlo_page(header, found)
-    assert told in text
+    assert summary in text
     assert "**0.0 (3e+03; 1e+03)**" in text
 
 

@@ -31,11 +31,11 @@ def test_it_corrects_to_the_counts_and_the_orders_that_are_not_applied() -> None
     if reason := missing():
         pytest.skip(reason)
     result = run_experiment(ExperimentSettings(revolution=SMALL, cycles=3))
-    # Before: the range of the paper, to one count and the noise.
+    # Before the compensation, the range is that of the paper, to one count and the noise.
     count = SMALL.arcsec_per_count
     assert result.before.span_arcsec == pytest.approx(PUBLISHED.before_arcsec, abs=count + 1.0)
-    # After: orders 3 and above have 2.95″ in all, and a mean of three has steps of a third of a
-    # count.
+    # After the compensation, orders 3 and above have 2.95″ together, and a mean of three has steps
+    # of a third of a count.
     left = 2.95 + 0.5 * count + 3 * PUBLISHED.budget.polygon_arcsec
     assert np.abs(result.after.mean_arcsec).max() < left
     assert result.applied_orders == ORDERS

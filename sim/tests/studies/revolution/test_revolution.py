@@ -35,7 +35,8 @@ def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> N
     # The noise depends on time: at rest it is one value for all.
     error = np.rad2deg(table.reading_rad(0, state) - state.angle_rad) * 3600
     off = result.before.error_arcsec - (error - error.mean())
-    # Noise of 0.2″ with 8 independent values in a bin: 0.07″; counts of 1.2″: a hundredth of one.
+    # Noise of 0.2″ with 8 independent values in a bin gives 0.07″; the rounding to counts of 1.2″
+    # gives a hundredth of a count.
     assert np.sqrt(np.mean(off**2)) < 0.12
     assert result.before.lowest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[0], abs=1.0)
     assert result.before.highest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[1], abs=1.0)
@@ -81,10 +82,10 @@ def test_command(tmp_path: Path) -> None:
     # Half a count of 9.9″ and the orders without a lane are within the limit. (At 64 lines order 4,
     # 0.7″, is 3.9 times its u from the rounding to counts: the firmware may leave it out.)
     assert done.exit_code == 0, done.output
-    told = json.loads(written.read_text(encoding="utf-8"))
-    assert told["counts_per_rev"] == 128 * 1024
+    written_result = json.loads(written.read_text(encoding="utf-8"))
+    assert written_result["counts_per_rev"] == 128 * 1024
     # A step of one count, evenly distributed over the turn, has an RMS of 1/√12 count.
-    assert told["after"]["rms_arcsec"] == pytest.approx(9.89 / np.sqrt(12), rel=0.15)
+    assert written_result["after"]["rms_arcsec"] == pytest.approx(9.89 / np.sqrt(12), rel=0.15)
     assert "<svg" in picture.read_text(encoding="utf-8")
     assert "the paper (24 faces)" in done.output
 
@@ -93,19 +94,21 @@ def test_command(tmp_path: Path) -> None:
 def test_four_heads(tmp_path: Path) -> None:
     """With ``arctrue revolution --heads 4`` the firmware calibrates the mean from the first turn.
 
-    With counts of 4.94″, a line of the mean is known to 0.13″
-    (sim/tests/instrument/test_four_heads.py), here twice that. The compiled instrument is that of
-    those tests.
+    With counts of 4.94″, the uncertainty of a line of the mean is 0.13″
+    (sim/tests/instrument/test_four_heads.py); the bound is twice that. The compiled instrument is
+    that of those tests.
     """
     written = tmp_path / "turn.json"
     size = ["--lines", "256", "--lanes", "4", "--samples", "1600", "--json", str(written)]
     done = CliRunner().invoke(main, ["revolution", "--heads", "4", *size])
     assert done.exit_code == 0, done.output
-    told = json.loads(written.read_text(encoding="utf-8"))
-    assert told["telemetry"]["mean_of_heads"] == 4
-    assert told["telemetry"]["result"] == "applied"
-    before, after = (np.array(told[turn]["amplitude_arcsec"]) for turn in ("before", "after"))
+    written_result = json.loads(written.read_text(encoding="utf-8"))
+    assert written_result["telemetry"]["mean_of_heads"] == 4
+    assert written_result["telemetry"]["result"] == "applied"
+    before, after = (
+        np.array(written_result[turn]["amplitude_arcsec"]) for turn in ("before", "after")
+    )
     assert before[0] == pytest.approx(144.0, abs=0.5)
     assert after[:4].max() < 0.26
     # The output has whole counts: 1/√12 of one where they do not average.
-    assert told["after"]["rms_arcsec"] < 4.94 / np.sqrt(12)
+    assert written_result["after"]["rms_arcsec"] < 4.94 / np.sqrt(12)

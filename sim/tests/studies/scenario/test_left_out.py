@@ -45,7 +45,7 @@ def test_the_rest_of_a_pause_may_be_left_out(tmp_path: Path) -> None:
     arcsec = np.rad2deg(SAME_RAD) * 3600
     for before, after in zip(short.turns, long.turns, strict=True):
         if before.number in (PAUSED_TURN, TURNS):
-            # One of them contains the pause; the run ends in the other.
+            # One of these turns contains the pause; the run ends in the other.
             continue
         assert before.corrected is not None
         assert after.corrected is not None

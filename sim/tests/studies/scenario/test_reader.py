@@ -174,7 +174,8 @@ def test_every_effect_of_the_catalogue_has_a_file() -> None:
     # An effect that only states what is seen has no cause that could be simulated.
     causeless = {name for name, effect in built_in().items() if effect.unspecific}
     assert causeless == {"periodic_error"}
-    # A table has no second axis, so that none of its causes makes a mount point wrongly.
+    # A table has no second axis, so that no cause of the table can give a pointing error of a
+    # mount.
     assert set(ORDER) - names == causeless | {"pointing_geometry"}
     for file in SHIPPED:
         causes = {cause.name for cause in read_scenario(file).causes}

@@ -137,7 +137,7 @@ def test_the_correction_acts(result: ScenarioResult) -> None:
     assert last.corrected is not None
     assert last.uncorrected is not None
     assert result.applied >= 3
-    # The steps of a count have an RMS of 1/√12 of it.
+    # The steps of one count have an RMS of 1/√12 count.
     assert last.corrected.rms_arcsec < 1.2 * COUNT_ARCSEC / np.sqrt(12)
     assert last.uncorrected.rms_arcsec > 100
 
@@ -201,7 +201,8 @@ def test_a_dead_head(tmp_path: Path) -> None:
     summary = json.loads(written.read_text(encoding="utf-8"))
     assert summary["refused"] >= 1
     for turn in summary["turns"]:
-        # Head 2 is dead from turn 3.2 on and right before; head 1 is right all the time.
+        # Head 2 is dead from turn 3.2 on; before that it reads correctly. Head 1 always reads
+        # correctly.
         wrong = [flag for flag in turn["flags"] if flag.startswith("head2")]
         assert bool(wrong) <= (turn["turn"] >= 4)
         assert not [flag for flag in turn["flags"] if flag.startswith("head1")]

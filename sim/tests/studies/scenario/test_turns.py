@@ -67,8 +67,9 @@ def test_score_of_edges_at_uneven_places_is_that_of_their_cosines() -> None:
     score = TurnScore.of_edges(angle, 3.0 + waves, 1.0)
     expected = np.zeros(64)
     expected[[1, 63]] = 1.5, 0.25
-    # The mean places of about 550 edges in half a degree are off by 0.004 of it: an error of order
-    # 2 of 1.5 · 2 · 4e-5 a part, and of order 64 of 0.25 · 64 · 4e-5, halved by their signs.
+    # The mean place of about 550 edges in a part of half a degree differs from its centre by 0.004
+    # of the part. This gives an error of 1.5 · 2 · 4e-5 for order 2 and of 0.25 · 64 · 4e-5 for
+    # order 64, halved by their signs.
     np.testing.assert_allclose(score.amplitude_arcsec, expected, atol=1e-3)
     assert score.mean_arcsec == pytest.approx(2.0, abs=5e-3)
     # RMS about the mean of the parts, which differs from that of the edges by 0.0023.
@@ -173,7 +174,8 @@ def test_a_gain_of_the_autocollimator() -> None:
 @pytest.mark.parametrize(
     ("offset_m", "tilt_arcsec", "amplitude_arcsec"),
     [
-        # By equation (14) of the paper, where an encoder beside its axis would have 2.06″.
+        # The value follows from equation (14) of the paper; an encoder with the same offset from
+        # its axis would have 2.06″.
         (0.3e-6, 0.0, 8 * 0.3e-6 * 0.03e-6 / 10e-3**2 * 206_265),
         (0.0, 60.0, 60.0 * np.sin(np.deg2rad(2.0))),
     ],

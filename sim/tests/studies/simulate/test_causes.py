@@ -113,7 +113,7 @@ def test_bracket_shakes_with_a_phase_a_run() -> None:
 
 
 def centre_seen(x_m: Float, y_m: Float, head: int) -> Float:
-    """Return the view of a disc centre at (x, y): y/R at head 1, (x·sin α + y·cos α)/R at head
+    """Return the readings of a disc centre at (x, y): y/R at head 1, (x·sin α + y·cos α)/R at head
     2."""
     if head == 0:
         return y_m / RADIUS_M
@@ -284,8 +284,8 @@ def test_wind_up_goes_over_within_its_stroke() -> None:
     travel = np.linspace(0.0, 0.3, ANGLE.size)
     up = replace(conditions(), since_reversal_rad=travel)
     found = ShaftWindUp(2e-6, 0.05).disc_turn_rad(up)
-    # The shaft is on the other side at the reversal, in the middle after ln 2 strokes, over at the
-    # end.
+    # At the reversal the shaft is on the other side, after ln 2 strokes in the middle, and at the
+    # end on the new side.
     assert found[0] == pytest.approx(-2e-6)
     assert np.interp(0.05 * np.log(2), travel, found) == pytest.approx(0.0, abs=2e-9)
     assert found[-1] == pytest.approx(2e-6 * (1 - 2 * np.exp(-6)))
@@ -305,7 +305,8 @@ def test_wobbling_pitch_puts_lines_beside_the_order_of_the_teeth() -> None:
     ones = np.ones_like(angle)
     state = Conditions(ones, angle, ones, ones, ones, np.zeros(1024, dtype=np.int64), ones)
     lines = 2 * np.abs(np.fft.rfft(gear.disc_turn_rad(state))) / 1024
-    # Jacobi and Anger: J0 at the teeth, J1 beside them.
+    # By the Jacobi-Anger expansion, the amplitude is J0 at the tooth count and J1 at the
+    # neighbouring lines.
     np.testing.assert_allclose(lines[[19, 20, 21]], 1e-6 * jv([1, 0, 1], 0.3), rtol=1e-3)
 
 

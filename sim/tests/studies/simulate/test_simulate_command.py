@@ -1,4 +1,4 @@
-"""Tests of ``arctrue simulate``: the set, the sealed truth beside it, and wrong usage."""
+"""Tests of ``arctrue simulate``: the set, the sealed truth next to it, and wrong usage."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_simulated_again_over_itself(tmp_path: Path) -> None:
     out = tmp_path / "bench"
     simulate(str(out), "--seed", "1", "--experiment", "full")
     simulate(str(out), "--seed", "2", "--experiment", "lean")
-    # A reference run of the former set would be taken for one of this set.
+    # Otherwise a reference run of the earlier set would look like a part of this set.
     assert not (out / "reference.csv").exists()
     assert read_truth(out)["seed"] == 2
 

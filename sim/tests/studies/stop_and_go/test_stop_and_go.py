@@ -55,7 +55,8 @@ def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
 
 
 def test_the_servo_brings_the_signal_to_the_target() -> None:
-    """Without noise the servo errs by the count of the floor and one that the loop does not see."""
+    """Without noise, the servo's error is one count of the rounding down and one count that the
+    loop does not detect."""
 
     def shown(angle_rad: np.ndarray) -> np.ndarray:
         return np.floor(angle_rad / COUNT_RAD) * COUNT_RAD

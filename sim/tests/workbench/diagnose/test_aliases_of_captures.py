@@ -1,4 +1,4 @@
-"""An order with at least two samples of the capture in each period has no false name.
+"""Tests that an order with at least two samples in each period gets no false name.
 
 With N even samples a turn, the cos and sin columns of order N − n equal those of order n up to a
 phase that depends on where a run starts.
@@ -76,7 +76,8 @@ def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: fl
 
 @pytest.mark.parametrize("samples", [233.3, 234.0])
 def test_runs_from_one_angle_leave_a_class(samples: float) -> None:
-    """Order 129 and a line at N − 129 stay possible: both are in the answer, class and alias."""
+    """Order 129 and a line at N − 129 both remain possible: the answer has one in its class and one
+    as an alias."""
     found = _diagnosed(129.0, samples, starts_differ=False)
     assert found.verdict == "ambiguous"
     assert "high_order_graduation" in found.effect_class

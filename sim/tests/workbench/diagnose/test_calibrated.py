@@ -1,4 +1,5 @@
-"""Tests of stated probabilities: the fit against drawn answers, shrinking against an integral."""
+"""Tests of stated probabilities: the fit is compared with drawn answers, the shrinking with an
+integral."""
 
 from __future__ import annotations
 
@@ -64,11 +65,9 @@ def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
 
 @pytest.mark.parametrize("verdict", KINDS)
 def test_the_farther_from_the_benchmark_the_less_sure(verdict: str) -> None:
-    """Every distance from the benchmark lowers the confidence, and all of them lower it most.
-
-    The probability before the limit that few counted answers set is compared: the limit would hide
-    a distance that does not count.
-    """
+    """Every distance from the benchmark lowers the confidence, and all distances together lower it
+    most. The test compares probabilities without the limit for few counted answers, because the
+    limit would hide a distance without effect."""
     away = [
         replace(USUAL.distance, untested=0.9),
         replace(USUAL.distance, left=8.0),
@@ -125,7 +124,7 @@ def test_the_fit_states_the_share_that_is_right() -> None:
 
 
 def test_few_answers_are_not_trusted() -> None:
-    """Three right answers of three give no more than the posterior of a share with a wide prior."""
+    """Three right answers of three give at most the posterior of a share with a wide prior."""
     rows = _drawn(3, 1.0, "named", np.random.default_rng(1))
     (few,) = confidences(rows[:1], fitted(rows))
     assert 0.5 < few < 0.95

@@ -1,7 +1,8 @@
-"""A product of parts that only cancels the model's own columns is no description.
+"""Tests that a product of parts which only cancels the model's own columns is refused as a
+description.
 
-Var(y) = Var(part) + Var(other) + 2 cov: a part that moves the rows by more than what was measured
-must cancel the other columns of the model.
+Var(y) = Var(part) + Var(other) + 2 cov: a part that is larger than the measured error must cancel
+other columns of the model.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, fl
 
 
 def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
-    """Order 0.5 would need 36,000″, five times what was measured, to describe 5,000″ at the
+    """Order 0.5 would need 36,000″, five times the measured error, to describe 5,000″ at the
     seam."""
     residuals = _sweeps(AT_ONE_END)
     half = ProductOfParts.of(ALWAYS, (0.5,), "reference")
@@ -78,7 +79,8 @@ def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
 
 @pytest.mark.parametrize("order", [0.5, 1.5])
 def test_a_half_order_that_repeats_is_described(order: float) -> None:
-    """300″ over three turns: the order passes the two turns of its period and one more."""
+    """300″ over three turns: the rows cover the period of the order, two turns, and one more
+    turn."""
     residuals = _sweeps(300.0 * np.cos(order * 6.0 * np.pi * STROKE + 0.8), turns=3.0)
     assert best_parts(residuals)[0].effect.orders == (order,)
 

@@ -1,4 +1,5 @@
-"""Tests of what the physics of an effect demands of its values, beyond the shape of its columns."""
+"""Tests of the conditions that the physics of an effect sets for its values, in addition to the
+shape of its columns."""
 
 from __future__ import annotations
 
@@ -64,9 +65,9 @@ def test_a_flat_place_of_the_bearing_is_no_polygon(
 ) -> None:
     """The axis dips at one place of the turn; the columns come from the plane's equations by order.
 
-    Head 1 sees y, and R₂ − R₁ sees x·sin α + y·(cos α − 1). The graduation takes the latter,
-    divided by e^{jnα} − 1, up to order 20, so that the reference shows y less the part that the
-    graduation returns.
+    Head 1 sees y, and R₂ − R₁ sees x·sin α + y·(cos α − 1). The graduation absorbs x·sin α + y·(cos
+    α − 1), divided by e^{jnα} − 1, up to order 20, so that the reference shows y minus the fitted
+    graduation.
     """
     grid = np.arange(720) * np.pi / 360.0
     away = np.angle(np.exp(1j * (grid - np.radians(place_deg))))
@@ -89,7 +90,7 @@ def test_faces_that_repeat_within_a_turn_are_a_shape_of_the_table(times: int) ->
     reported = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
     assert reported is not None
     if times == 2:
-        # Twelve drawn values make no wave: only the repetition contradicts them.
+        # Twelve drawn values do not look like a wave; only their repetition contradicts the effect.
         assert "repeat 2 times a turn" in reported
 
 
@@ -103,7 +104,7 @@ def test_a_counter_loses_whole_counts() -> None:
     reported = _of_step(12.4, 0.1)
     assert reported is not None
     assert "12.40" in reported
-    # A step that is not known to a part of a count is not contradicted.
+    # A step whose uncertainty exceeds a fraction of a count gives no contradiction.
     assert _of_step(12.4, 0.3) is None
     assert _of_step(12.4, 0.1, count_arcsec=None) is None
 
@@ -133,8 +134,8 @@ def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> No
     assert reported is not None
     assert "192 s" in reported
     assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
-    # Half a resolution of ten visits away, the line drifts against the visits and is accepted; a
-    # much slower one is no line.
+    # A line half a resolution of ten visits away drifts against the visits and is accepted; a much
+    # slower line is refused.
     assert _of_line(1.0 / 192.0 + 0.5 / 1920.0) is None
     assert _of_line(0.1 / 1920.0) is None
     # Visits in mixed order, and single visits of each station, have no frequency.
@@ -158,8 +159,8 @@ def test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass() -> N
     whole = _of_order(3.01, 0.004)
     assert whole is not None
     assert "every turn" in whole
-    # With a tenth of the uncertainty or less the order differs from a half one; an unknown
-    # uncertainty contradicts nothing.
+    # With a tenth of the uncertainty or less, the order differs from a half order. Without a known
+    # uncertainty there is no contradiction.
     assert _of_order(0.4992, 0.00012) is None
     assert _of_order(7.85, 0.003) is None
     assert _of_order(0.4992, float("nan")) is None

@@ -49,7 +49,8 @@ def _residuals(slow_arcsec: float = 0.0) -> Residuals:
 
 
 def test_smallest_size_is_that_of_dense_least_squares() -> None:
-    """A reversal error beside a constant in white noise of 0.15″ is detected from z·σ/√n as ±."""
+    """In white noise of 0.15″, with a constant in the model, a reversal error is detectable from ±
+    z·σ/√n on."""
     observations = observations_of(measurement_set(runs=1, cycles=2))
     residuals = Residuals(
         fit([_base()], observations, noise=white_noise(observations, (0.1, 0.15)))
@@ -89,8 +90,8 @@ def test_adequate_says_what_it_covers() -> None:
 
 @pytest.mark.parametrize(("slow_arcsec", "blind"), [(0.0, False), (0.3, False), (3.0, True)])
 def test_noise_that_is_all_slow_cannot_tell(slow_arcsec: float, blind: bool) -> None:
-    """A reference that wanders by twice its scatter can tell; one that wanders twenty times
-    cannot."""
+    """A reference whose drift is twice its scatter can show the effect; with a drift of twenty
+    times the scatter it cannot."""
     residuals = _residuals(slow_arcsec)
     found = blindness(residuals, coverage(residuals, [], {}, 20, REFUSED), {"capture": 1.0}, 0.0)
     assert (found is not None) == blind
@@ -126,9 +127,9 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
 ) -> None:
     """288 readings of 0.15″ know a drift to 0.15″/√288 = 0.009″ RMS, if their noise is white.
 
-    A drift of 6.8 times that is significant then, but slow noise of the same size explains the rows
-    as well: only the straightness of a drift tells the two apart. At 11 times that, the set can
-    tell.
+    A drift of 6.8 times this value is then significant, but slow noise of the same size explains
+    the rows as well; only the straightness of a drift separates the two. At 11 times this value,
+    the set can separate them.
     """
     made = measurement_set(runs=2)
     assert made.reference is not None
@@ -199,7 +200,7 @@ def test_an_order_with_two_stations_a_period_has_none(order: float, stations: in
 
 
 def test_a_bound_of_hardly_known_noise_says_so() -> None:
-    """The limit is where the F test asks for 2.8 times the size that known noise would need."""
+    """At the limit, the F test needs 2.8 times the size that suffices for known noise."""
     ratio = [np.sqrt(needed_gain(1, 19, freedom) / needed_gain(1, 19)) for freedom in (2.0, 6.0)]
     assert ratio == [pytest.approx(37.0, rel=0.01), pytest.approx(2.8, rel=0.02)]
     found = diagnose(observations_of(measurement_set()), [_base()], {})

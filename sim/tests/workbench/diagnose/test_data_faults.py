@@ -1,4 +1,4 @@
-"""Faults of the record are reported with their row, and are not taken for effects of the table."""
+"""Tests that faults of the record are reported with their row and not as effects of the table."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def test_a_head_that_is_off_and_back_at_once_is_masked_and_reported(head: int, r
 
 
 def test_a_slip_stays_and_is_an_effect() -> None:
-    """A slip of any size is an effect: from its instant on the counter is off, as count_slip
-    says."""
+    """A slip of any size is an effect: from its instant on the counter is wrong by a constant, as
+    in count_slip."""
     made, capture = _copied()
     capture.head2_counts[ROW : 2 * 3 * SAMPLES_A_TURN] += 3_000
     assert _faults(made, capture) == []
@@ -137,7 +137,7 @@ def test_a_disturbance_of_one_turn_is_no_defect_of_the_disc() -> None:
     capture.head2_counts[ROW : ROW + 8] += 60
     _, found = diagnosed(replace(made, capture=capture))
     tempting = {item.name: item.p_corrected for item in found.candidates}
-    # Its p is ten times below the limit of a name: only the other turns contradict it.
+    # Its p is ten times below the limit for a name, so that only the other turns contradict it.
     assert tempting["graduation_defect"] < 1e-3
     assert found.named is None
     assert found.effect_class == []

@@ -18,8 +18,8 @@ COUNT_ARCSEC = 2.0 * np.pi / COUNTS_PER_REV / ARCSEC
 
 
 def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
-    """Each knock is a step of whole counts: only the residual of the first step shows the
-    others."""
+    """Each knock is a step of whole counts; only with the first step in the model do the residuals
+    show the others."""
     counts = 12
     instants = np.array([3.1, 9.7, 15.2, 22.8, 29.9])
 
@@ -59,8 +59,8 @@ def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
 
 
 def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
-    """Beside 1.6″ of reversal, a warm order 2 has at most a tenth of the root of the first's
-    gain."""
+    """With 1.6″ of reversal in the model, the square root of the gain of a warm order 2 is at most
+    a tenth of the reversal's."""
     share = 0.3 * np.sqrt(OF_THE_SAME_KIND)
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -74,7 +74,8 @@ def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
 
 
 def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture() -> None:
-    """A lean of the polygon moves the capture's order 1 by what the graduation takes back."""
+    """A lean of the polygon changes the capture's order 1 by the amount that the graduation
+    absorbs."""
     measurement = measurement_set()
     assert measurement.reference is not None
     target = np.radians(measurement.reference.target_deg)

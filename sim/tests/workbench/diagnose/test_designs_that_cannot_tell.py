@@ -21,7 +21,7 @@ from arctrue.workbench.observations.display_step import display_step
 def _warming(seed: int, *, cools: bool = False) -> MeasurementSet:
     """Make one run in which head 2 moves with the time by 1.2″, while the table warms by 3 K.
 
-    With ``cools`` the table warms and cools again, which tells temperature and time apart.
+    With ``cools`` the table warms and cools again, which separates temperature and time.
     """
     random = np.random.default_rng(seed)
     size, turns = 6000, 5

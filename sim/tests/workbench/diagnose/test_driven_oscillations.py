@@ -1,4 +1,5 @@
-"""Noise with a resonance, integrated from its equation of motion, is described and not named."""
+"""Tests that noise with a resonance, integrated from its equation of motion, is described but gets
+no name."""
 
 from __future__ import annotations
 
@@ -61,7 +62,7 @@ def test_in_a_capture() -> None:
 
 
 def test_a_line_in_time_is_no_oscillation() -> None:
-    """A steady sine of 6 Hz is in the record, and the noise beside it has no resonance."""
+    """The record contains a steady sine of 6 Hz; the noise has no resonance."""
     found = diagnosis_of(
         measurement_set(
             head2_only=lambda time_s, speed: 0.4 * np.sin(2.0 * np.pi * 6.0 * time_s),

@@ -1,4 +1,4 @@
-"""Tests of each guard of the diagnosis by itself: ``make mutate`` removes one and runs this file.
+"""Tests of each guard of the diagnosis alone; ``make mutate`` removes a guard and runs this file.
 
 Small numbers and small sets keep each test below a few seconds.
 """
@@ -77,7 +77,8 @@ def test_every_candidate_is_charged() -> None:
 
 
 def test_every_survey_of_a_diagnosis_is_charged() -> None:
-    """The surveys repeated beside one name and beside two names also charge their trials."""
+    """The surveys that are repeated with one name and with two names in the model also count their
+    trials."""
     made = measurement_set(runs=3, turns=1, reversal_arcsec=0.1)
     residuals = Residuals(fit([_base()], observations_of(made)))
     effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
@@ -127,7 +128,8 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
     assert folds is not None
     rounds = folds.reshape(-1, 4)
     assert np.all(np.sort(rounds, axis=1) == np.arange(4))
-    # 24 is a multiple of the four folds: in plain rotation each station would be in one fold only.
+    # 24 stations are a multiple of the four folds: if the folds took rows in turn, each station
+    # would be in one fold only.
     of_stations = folds.reshape(8, 24)
     assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
 
@@ -158,8 +160,8 @@ def test_slow_noise_is_a_part_of_the_noise_and_no_effect() -> None:
 
 
 def test_the_noise_with_an_effect_is_estimated_anew() -> None:
-    """Slow noise absorbed a ramp of 6″: with the noise estimated anew beside it, the ramp is
-    seen."""
+    """Slow noise absorbed a ramp of 6″; if the noise is estimated with the ramp in the model, the
+    ramp is significant."""
     random = np.random.default_rng(4)
     ramp = np.linspace(-3.0, 3.0, 600) + random.normal(0.0, 0.1, 600)
     target = np.tile(np.arange(60) * 6.0, 10)
@@ -171,7 +173,7 @@ def test_the_noise_with_an_effect_is_estimated_anew() -> None:
 
 
 def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
-    """24 readings and 41 coefficients leave a residual of 0, which is no scatter."""
+    """24 readings and 41 coefficients leave a residual of 0, which does not show the scatter."""
     target = np.arange(24) * 15.0
     error = np.random.default_rng(1).normal(0.0, 0.2, 24)
     terms = [Term(EFFECTS["graduation_harmonics"](), {})]
@@ -179,7 +181,7 @@ def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
 
 
 def test_four_runs_do_not_know_the_index_better_than_the_prior_allows() -> None:
-    """Four offsets happen to agree: the prior of ±1 count a head still counts as much as six
+    """Four offsets agree by chance; the prior of ±1 count per head still has the weight of six
     runs."""
     observations = observations_of(measurement_set(runs=1, turns=1, reference=False))
     prior = observations.index_sigma_arcsec**2
@@ -207,12 +209,13 @@ def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
 
 
 def test_a_line_pays_for_all_frequencies() -> None:
-    """White noise has a line at 5 % in some 5 % of the sets: below 16 of 120, four deviations."""
+    """In some 5 % of the sets, white noise has a line with p of 5 %: below 16 of 120 sets, by four
+    standard deviations."""
     random = np.random.default_rng(9)
     assert sum(fisher_p(random.normal(size=256)) < 0.05 for _ in range(120)) < 16
 
 
-# Effects that are there once.
+# Effects that occur once.
 
 
 def _candidate(base: Solution, term: Term) -> Any:
@@ -263,11 +266,8 @@ def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> N
 
 
 def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
-    """Head 2 stands 9″ beside its place in all rows, and the offsets of the runs have absorbed
-    that.
-
-    The rows of one run are lifted by 0.03″, as the scatter of the index lifts them.
-    """
+    """Head 2 stands 9″ from its place in all rows, which the offsets of the runs have absorbed. The
+    rows of one run are 0.03″ higher, like a scatter of the index."""
     made = measurement_set(
         runs=3, turns=1, reference=False, head2_only=lambda time, speed: 9.0 + 0.0 * time
     )
@@ -282,10 +282,9 @@ def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
 
 
 def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
-    """Waves that are not in the set have the size that a reference could state: 1.2 σ in each run.
-
-    The run that shows most of such a wave shows noise; the other runs cannot contradict it.
-    """
+    """Waves that the set does not contain have the size that noise gives a reference: 1.2 σ in each
+    run. The run with the largest such wave shows noise, so that the other runs cannot contradict
+    it."""
     base = fit([_base()], observations_of(measurement_set(turns=1, reference=False)))
     for order in range(21, 61):
         wave = Term(EFFECTS["high_order_graduation"](), {"order": float(order)})
@@ -323,7 +322,8 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A delay of 40 ms on a ramp to 40°/s and back: 5,760″ that rise and fall once in a minute."""
-    # Beside 20 orders, its p is 0.31 with the noise of the model without it: not near a name.
+    # With 20 orders in the model and the noise estimated without the effect, its p is 0.31, far
+    # from a name.
     monkeypatch.setattr(weighing, "NEAR_P", 0.0)
     time = np.arange(0.0, 60.0, 0.1)
     speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
@@ -338,7 +338,7 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     assert latency.value == pytest.approx(40_000.0, rel=0.05)
 
 
-# Names that other effects could have.
+# Other effects that fit the same rows.
 
 
 def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
@@ -356,12 +356,14 @@ def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
 
 @pytest.mark.parametrize(("cycles", "verdict"), [(1, "ambiguous"), (2, "named")])
 def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) -> None:
-    """All stations go up, then down: a change in between looks like the reversal error."""
+    """All stations are visited upwards, then downwards: a change between the two looks like the
+    reversal error."""
     made = measurement_set(cycles=cycles, reversal_arcsec=2.0, turns=1)
     found = diagnose(observations_of(made), [_base()], EFFECTS)
     assert found.verdict == verdict
     assert found.effect_class[0] == "hysteresis"
-    # The effect is by definition a product of the direction alone: the answer adds no description.
+    # By its definition, the effect is a product of the direction alone, so that the answer adds no
+    # description.
     assert found.described is None
 
 
@@ -392,7 +394,7 @@ def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
     assert _without_idle_conditions([warm, plain], order, 1000) == [plain]
 
 
-# The ordered rules, on written figures.
+# Tests the ordered rules with figures from this file.
 
 
 def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:

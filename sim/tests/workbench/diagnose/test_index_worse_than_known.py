@@ -1,7 +1,8 @@
-"""Offsets that scatter more than the index is known to scatter must not be named as an effect.
+"""Tests that offsets which scatter more than the index is expected to are not named as an effect.
 
 ±20 counts stand for a mark detection of ±1.5″; the prior of an index is ±1 count. Four runs have
-four offsets: so few scattering values prove no mean, speed or temperature.
+four offsets; so few values with this scatter do not show an influence of speed or temperature, or a
+mean.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""The stand of a reference at stations is knocked once: find what jumped, when and by how much.
+"""Tests that, after one knock at the stand of a reference at stations, the diagnosis states what
+jumped, when, and by how much.
 
 The sets are written from the definitions (``small_sets``, or plain numpy here).
 """
@@ -108,7 +109,7 @@ def test_without_times_the_row_is_said() -> None:
 
 
 def test_what_a_named_effect_makes_is_no_jump() -> None:
-    """A delay makes steps of the residual where the table begins to move another way."""
+    """A delay gives steps of the residual where the motion of the table changes."""
     measured, _ = independent_set("moving_reference", "hidden", 101, 1500)
     found = diagnosis_of(measured)
     assert found.named is not None
@@ -117,8 +118,8 @@ def test_what_a_named_effect_makes_is_no_jump() -> None:
 
 
 def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
-    """All stations go up, then down: what depends on the direction changes once, between the
-    two."""
+    """All stations are visited upwards, then downwards: an effect of the direction changes once,
+    between the two."""
     random = np.random.default_rng(9)
     count = 144
     measured = _stations(0.3 * random.normal(size=count), 36)

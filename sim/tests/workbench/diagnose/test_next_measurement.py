@@ -1,5 +1,5 @@
-"""The measurement that a diagnosis asks for is simulated, added and diagnosed: it splits the
-class."""
+"""Tests that the requested measurement of a diagnosis, simulated and added to the set, separates
+the effects of the class."""
 
 from __future__ import annotations
 
@@ -65,9 +65,8 @@ def asked(
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
         ("timing_skew", "lean", 0.8, 3, "head_angle_error", "speed"),
         ("bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed"),
-        # At 24 faces 90 teeth look like order 6; stations between the faces tell them apart. The
-        # seed was searched for: it draws 90 teeth and a small wobble of the pitch; others are not
-        # tried.
+        # At 24 faces, 90 teeth look like order 6; stations between the faces separate them. The
+        # seed was selected: it draws 90 teeth and a small wobble of the pitch.
         ("drive_gear_error", "full", 0.15, 58, "radial_error_motion", "polygon_turned"),
     ],
 )
@@ -90,10 +89,8 @@ def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
 
 
 def test_a_half_order_of_one_run_is_no_line_of_any_frequency() -> None:
-    """The line is at a half order to a thousandth: one vibration in thousands would be there.
-
-    The diagnosis asks for another speed all the same.
-    """
+    """The line is within a thousandth of a half order, where only one vibration in thousands would
+    be. The diagnosis requests another speed nevertheless."""
     first, after = asked("half_order", "lean", 0.5, 20_093, 6000, "unknown")
     assert first.effect_class == []
     assert first.probability["vibration"] < 0.05

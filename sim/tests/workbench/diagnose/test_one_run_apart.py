@@ -1,4 +1,5 @@
-"""A head drifts in the one warm run of four; the index is as good as the counts."""
+"""Tests sets in which a head drifts in the only warm run of four; the index repeats as well as the
+counts."""
 
 from __future__ import annotations
 

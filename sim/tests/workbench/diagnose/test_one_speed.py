@@ -1,8 +1,6 @@
-"""A disc that the speed stretches is no axis motion: two speeds tell them apart.
-
-At one speed the stretched disc is still named radial_error_motion, falsely; docs/benchmark.md lists
-such sets.
-"""
+"""Tests that two speeds separate a disc that the speed stretches from an axis motion. With one
+speed, the diagnosis still wrongly names the stretched disc radial_error_motion; docs/benchmark.md
+lists such sets."""
 
 from __future__ import annotations
 
@@ -22,6 +20,6 @@ def _lobes(disc: Float, temperature: Float, speed: float) -> Float:
 
 
 def test_a_disc_that_stretches_with_the_speed_is_no_axis_motion() -> None:
-    """Of three runs the third is three times as fast."""
+    """The third of three runs is three times as fast."""
     found = diagnosis_of(measurement_set(_lobes, runs=3))
     assert found.verdict == "unknown"

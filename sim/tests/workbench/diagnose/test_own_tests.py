@@ -1,4 +1,5 @@
-"""Causes that are in no catalogue, written from the physics, look like an effect: none is named."""
+"""Tests that causes outside the catalogue, written from the physics, get no name although they look
+like an effect."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from tests.workbench.small_sets import measurement_set, paper_error
 
 @pytest.mark.parametrize("pairs", [6, pytest.param(7, marks=pytest.mark.large)])
 def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
-    """Every other sector is off by 0.8″: a square wave, with 3, 5 and 7 times its order."""
+    """Every second sector has an error of 0.8″: a square wave, with 3, 5 and 7 times its order."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.sign(np.sin(pairs * disc + 0.3))
@@ -87,7 +88,7 @@ def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("size_arcsec", [0.5, -1.0])
 def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
-    """The cubic part moves the rows like faces, an axis or a gain, and is none of these."""
+    """The cubic part looks like errors of faces, an axis motion or a gain, but is none of these."""
     found = diagnosis_of(_bent(size_arcsec, 5))
     assert found.effect_class == []
     assert found.verdict == "unknown"

@@ -1,4 +1,5 @@
-"""A column of the electrical phase must not contain the noise that it would have to explain."""
+"""Tests that a column of the electrical phase does not contain the noise of the rows that it
+explains."""
 
 from __future__ import annotations
 

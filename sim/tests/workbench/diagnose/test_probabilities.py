@@ -1,4 +1,5 @@
-"""Probabilities of a diagnosis against dense Gaussian integrals, and their agreement with rules."""
+"""Tests of the probabilities of a diagnosis against dense Gaussian integrals, and of their
+agreement with the verdict."""
 
 from __future__ import annotations
 
@@ -55,7 +56,8 @@ def test_evidence_is_the_ratio_of_two_dense_gaussian_densities(columns: int) -> 
 
 
 def test_a_stated_half_of_the_sets_has_the_effect() -> None:
-    """Sets are drawn from the prior: a share p of those that state p has the effect."""
+    """Sets are drawn from the prior: among the sets that state the probability p, the share p has
+    the effect."""
     random = np.random.default_rng(8)
     rows, sets = 30, 4000
     there = random.random(sets) < 0.5
@@ -116,10 +118,8 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
 
 
 def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> None:
-    """Six runs know a reversal error well; they contradict a drift with a smaller gain.
-
-    Without its own noise estimate the drift would count 1,000 rows: 250 in log odds, against 140.
-    """
+    """Six runs determine a reversal error well, and exclude a drift with a smaller gain. Without
+    its own noise estimate, the drift would use 1,000 rows: 250 in log odds, against 140."""
     first, drift = _candidate("hysteresis", 647.0, 1e-90), _candidate("drift", 513.0, 1e-52)
     first.freedom, first.evidence = 2.0, SimpleNamespace()
     found = _posterior(
@@ -145,7 +145,8 @@ def test_two_hypotheses_give_bayes_theorem() -> None:
 
 @pytest.mark.parametrize("gain", [14.0, 40.0, 1e4])
 def test_what_is_named_has_the_largest(gain: float) -> None:
-    # The other has a larger gain with more freedom, but its residual was enough to exclude it.
+    # The other effect has a larger gain with more coefficients, but its residual was sufficient to
+    # exclude it.
     others = [_candidate("vibration", gain + 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     product = _candidate("product_of_parts", gain + 20.0, 1e-3)
     found = _posterior(
@@ -160,7 +161,8 @@ def test_what_is_named_has_the_largest(gain: float) -> None:
 
 @pytest.mark.parametrize("verdict", ["named", "ambiguous", "unknown", "adequate"])
 def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
-    """The answer gets the confidence as long as it stays ahead; the sum stays 1."""
+    """The answer gets the confidence if it then still has the largest probability; the sum remains
+    1."""
     others = [_candidate("vibration", 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     found = _posterior(
         verdict, [_candidate("latency", 1e6 if verdict != "adequate" else 0.0, 1e-9), *others],
@@ -173,7 +175,7 @@ def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
         said = stated(found, verdict, members, confidence)
         assert said[first] == pytest.approx(confidence, abs=1e-9)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-        # The others on the same side keep their ratios.
+        # The other probabilities on the same side keep their ratios.
         if verdict == "adequate":
             assert said["latency"] / said["count_slip"] == pytest.approx(
                 found["latency"] / found["count_slip"]
@@ -189,7 +191,8 @@ def test_faulty_data_state_what_was_probable_beforehand() -> None:
 
 
 def test_an_answer_that_cannot_tell_gives_none_what_was_counted() -> None:
-    """The state ``none`` gets the counted share, but stays ahead; all others keep their ratios."""
+    """The state ``none`` gets the counted share, but keeps the largest probability; all others keep
+    their ratios."""
     found = _posterior("cannot_tell", [_candidate("latency", 900.0, 1e-9)])
     said = stated(found, "cannot_tell", [], 0.9)
     assert said["none"] == pytest.approx(0.9)
@@ -223,8 +226,8 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
 
 @pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
 def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
-    """Such answers are counted by the first of the class; the class has at least that
-    probability."""
+    """The benchmark counts such answers by the first effect of the class; the class has at least
+    the probability of this effect."""
     members = ["hysteresis", "latency"]
     found = {"hysteresis": 0.5, "latency": 0.3, "vibration": 0.05, "unknown": 0.1, "none": 0.05}
     said = stated(found, "ambiguous", members, confidence)
@@ -244,7 +247,7 @@ def test_verdicts_without_a_name_agree_with_their_probabilities() -> None:
     strange = _posterior("unknown", fits, product=_candidate("product_of_parts", 950.0, 1e-12))
     assert max(strange, key=strange.__getitem__) == "unknown"
     silent = _posterior("cannot_tell", fits)
-    # The set is silent, so the prior remains: two of three effects cannot be tested.
+    # The set cannot test two of three effects, so that their prior probability remains.
     assert silent["latency"] == pytest.approx(prior(3))
     assert silent["none"] == pytest.approx(PRIOR_NONE)
 
@@ -307,7 +310,7 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
             assert _verdict(last, members, said) == last, verdict
         _assert_the_largest_is_said(last, members, said)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-    # The last rule changed enough of them.
+    # The last rule changed a sufficient number of these draws.
     assert changed > 100
 
 
@@ -315,7 +318,7 @@ def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
     """A line at the only speed competes with a half order that is a hundred times as likely."""
     said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
     assert _verdict("ambiguous", ["vibration"], said) == "unknown"
-    # The likelier of the two is the answer; several effects that are alike share their half.
+    # The more probable of the two is the answer; several similar effects share their half.
     for share, verdict in ((0.51, "unknown"), (0.49, "ambiguous")):
         both = {"vibration": 1.0 - share, "unknown": share, "none": 0.0}
         assert _verdict("ambiguous", ["vibration"], both) == verdict

@@ -1,4 +1,5 @@
-"""Diagnoses of dense logs that are written here name the largest regular cause first."""
+"""Tests that diagnoses of dense logs, written in this file, name the largest regular cause
+first."""
 
 from __future__ import annotations
 
@@ -81,8 +82,8 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
 
 
 def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> None:
-    """9″ that rise and fall three times are no line; a line of 1″ with a tenth of that RMS is
-    named."""
+    """An error of 9″ that rises and falls three times is no line; a line of 1″ with a tenth of that
+    RMS is named."""
     time_s, noise = _noise(3)
     found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
     assert found.named is not None
@@ -123,8 +124,8 @@ def test_a_slow_curve_is_no_line() -> None:
 
 
 def test_a_jump_is_reported_as_a_jump() -> None:
-    """A jump of 3″ at 700 s, seven times the scatter of neighbours, is neither adequate nor a
-    line."""
+    """A set with a jump of 3″ at 700 s, seven times the scatter of neighbours, gets neither the
+    verdict adequate nor a line."""
     random = np.random.default_rng(6)
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 0.4 * random.normal(size=ROWS) + np.where(time_s > 700.0, 3.0, 0.0)
@@ -132,7 +133,7 @@ def test_a_jump_is_reported_as_a_jump() -> None:
     assert found.verdict != "adequate"
     assert found.findings.causes == ()
     (jump,) = found.findings.steps
-    # The search averages rows; the time is known to one averaged row.
+    # The search averages rows, so that the time is determined to one averaged row.
     assert jump.time_s == pytest.approx(700.0, abs=2.0 * STEP_S)
     assert jump.size_arcsec == pytest.approx(3.0, abs=0.1)
     assert any("jumped at" in text for text in sentences(found))

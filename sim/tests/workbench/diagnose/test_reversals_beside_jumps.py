@@ -1,4 +1,4 @@
-"""A reversal error that a jump hides from the catalogue is a finding of its own."""
+"""Tests that a reversal error is a further finding if a jump hides it from the catalogue."""
 
 from __future__ import annotations
 
@@ -66,7 +66,8 @@ def test_a_single_reversal_tells_nothing() -> None:
 
 
 def test_the_reversal_and_the_jump_are_said_by_size() -> None:
-    """Up and down differ by 2°, beside a jump of 3°: the reversal is stated in degrees."""
+    """Up and down differ by 2° in a set with a jump of 3°; the answer states the reversal in
+    degrees."""
     time_s, direction, place, noise = _sweeps(4)
     degree = 3600.0
     error = degree * (direction + 3.0 * (time_s >= 61.0) + 0.3 * noise)

@@ -32,8 +32,8 @@ WORKBENCH = Path(arctrue.workbench.__file__).parent
 
 
 def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: bool = False):  # type: ignore[no-untyped-def]
-    """Make a candidate as the rules see it; ``real`` says that held-out rows and all passes show
-    it."""
+    """Return a candidate with the properties that the rules use; ``real``: held-out rows and all
+    passes show it."""
     effect = SimpleNamespace(
         unspecific=False, search_kind=None, step_at=("run", "instant") if step else None
     )
@@ -58,8 +58,8 @@ def _case(*items, further: Decision | None = None) -> Case:  # type: ignore[no-u
 
 
 def test_no_rule_knows_an_effect_by_its_name() -> None:
-    """An effect declares the properties that the rules ask for, so that an own effect can do so
-    too."""
+    """Effects declare the properties that the rules use, so that a user's own effect can declare
+    them too."""
     names = set(catalogue())
     found = [
         f"{file.name}:{node.lineno} {node.value}"
@@ -151,7 +151,7 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
     """The reference had 1″: 0.2″ left are 4 % of the removed variance, 0.4″ are 19 %."""
     best = _item("hysteresis", 900.0)
     best.moved_arcsec = {"capture": 0.0, "reference": 1.0}
-    # The effect is not one that only the offsets of the runs show.
+    # The rows show the effect, not only the offsets of the runs.
     best.evidence = None
     case = _case(best, further=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}))
     fit = FitOfChannel(float(np.hypot(1.0, 0.1)), 0.1, None)
@@ -185,7 +185,7 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
     assert AGAIN == 3
     assert _again(*slips(100.0, 80.0, 60.0))
     assert not _again(*slips(100.0, 80.0))
-    # Two small events after a large one are another matter; a line may have as many others.
+    # Two small events after a large one are not a repetition; a line may have as many other events.
     assert not _again(*slips(100.0, 5.0, 5.0))
     assert not _again(*(_item("periodic_error", gain) for gain in (100.0, 80.0, 60.0)))
     # Left-out rows may fail to show the event where slow noise of their neighbours predicts them.

@@ -52,8 +52,8 @@ def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
 
 
 def test_a_step_in_the_last_turn_can_be_held_out() -> None:
-    """A step of 16 counts comes after 2.6 of 3 turns of the last run: folds keep rows on both
-    sides."""
+    """A step of 16 counts comes after 2.6 of 3 turns of the last run; every fold has fitted rows on
+    both sides of the step."""
     counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
     measurement = measurement_set(
         head2_only=lambda time, speed: counts * COUNT_ARCSEC * (time > 1800.0 + 31.2),
@@ -70,7 +70,8 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
     assert before is not None
     assert after is not None
     assert before > 1.2 * noise
-    # 14,400 rows and 41 coefficients: a percent, and the rounding of both counts.
+    # 14,400 rows and 41 coefficients determine the noise to a percent; the rounding of both heads
+    # is included.
     assert after == pytest.approx(np.hypot(noise, COUNT_ARCSEC / np.sqrt(6.0)), rel=0.03)
 
 
@@ -92,7 +93,8 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
 
 @pytest.mark.parametrize("rows", [1, 2, 3])
 def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
-    """Too few rows to tell a step from single wrong rows, and too small to be masked: 5 σ each."""
+    """The rows are too few to separate a step from single wrong rows, and with 5 σ each too small
+    to be masked."""
     made = measurement_set(reference=False)
     assert made.capture is not None
     made.capture.head2_counts[-rows:] += round(5.0 * CAPTURE_NOISE * np.sqrt(2.0) / COUNT_ARCSEC)
@@ -105,14 +107,16 @@ def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
 
 
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
-    """The faces of a polygon contain some order 4 by chance; the other 19 sizes are no chance."""
+    """The errors of a polygon's faces contain a part of order 4 by chance; the other 19 sizes do
+    not result from chance."""
     found = _weak("polygon_face_error", 0.1, 50_000)
     assert found.named is not None
     assert found.named.name == "polygon_face_error"
 
 
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
-    """Only the first two multiples were built in; the fourth would cost four columns of noise."""
+    """Only the first two multiples are in the set; up to the fourth, the effect would have four
+    more columns, which fit noise."""
     found = _weak("subdivision_error", 0.015, 50_000)
     assert found.named is not None
     assert found.named.name == "subdivision_error"
@@ -154,7 +158,8 @@ def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
 
 
 def test_what_is_missing_with_the_named_one_is_said() -> None:
-    """The set has 0.4″/K of order 1 and 0.8″ of reversal: one is named, the other reported too."""
+    """The set has 0.4″/K of order 1 and 0.8″ of reversal: the answer names one and also reports the
+    other."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc)
@@ -199,7 +204,8 @@ def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
 def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
     constant_arcsec: float, confirmed: bool
 ) -> None:
-    """Signals off by ψ from a right angle make ψ/2·(1 ± cos 2φ): a wave of 1″ and a constant of 1″.
+    """Signals that differ by ψ from quadrature give ψ/2·(1 ± cos 2φ): a wave of 1″ and a constant
+    of 1″.
 
     Both heads have 1″ here, so that up to 2″ of R₂ − R₁ do not prove a misplaced head.
     """

@@ -1,4 +1,4 @@
-"""A model that leaves more variance than was measured gives no statements."""
+"""Tests that a model whose residuals have more variance than the rows gives no statements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""An effect is named for the error that it removes; a further error is a finding of its own."""
+"""Tests that an effect gets its name for the error that it removes, and that a further error is a
+separate finding."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ EFFECTS = built_in()
 def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:
-    """Quiet repeats make its variation of a fifth as sure as the whole: a second finding."""
+    """Because the repeats have little noise, the variation of a fifth is as significant as the
+    whole error: a second finding."""
     _, found = diagnosed(reversal_set(stations=stations, noise=noise))
     assert found.named is not None
     assert found.named.name == "hysteresis"
@@ -71,7 +73,7 @@ def test_the_variation_is_that_which_was_drawn() -> None:
     noise = random.normal(0.0, 0.1, 240)
     found = varies(side, factor[place] * side + noise, place, 0.1)
     assert found is not None
-    # The scatter of a standard deviation of 40 draws is 11 %; here the draws themselves are known.
+    # The standard deviation of 40 draws scatters by 11 %; this test knows the draws themselves.
     assert found == pytest.approx(float(np.sqrt(np.mean(factor**2))), rel=0.05)
     assert varies(side, noise, place, 0.1) is None
     # An error independent of the direction is no variation of the effect.
@@ -80,7 +82,8 @@ def test_the_variation_is_that_which_was_drawn() -> None:
 
 @pytest.mark.parametrize("condition", SIMPLE_CONDITIONS)
 def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: ignore[no-untyped-def]
-    """The set holds two directions, two speeds and a warm run: the advice asks for none of them."""
+    """The set already has two directions, two speeds and a warm run, so that the advice requests
+    none of these."""
     whole = observations_of(measurement_set(turns=1, cycles=1))
     for part in ("direction", "speed", "temperature"):
         assert has_already(part, whole)
@@ -217,8 +220,8 @@ def test_a_name_after_which_the_error_rises_is_refused(
 
 
 def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_larger() -> None:
-    """A line of 3.8″ at 122 s beside 9″ that wander: the table's orders fit these slightly
-    worse."""
+    """The set has a line of 3.8″ at 122 s and a slow change of 9″, which the table's orders fit
+    slightly worse with the line in the model."""
     line = _case(_left(3.915), _left(3.924))
     assert makes_it_worse(line) is not None
     line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
@@ -240,7 +243,7 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         assert (found is not None) is refused
         # Where slow noise explains the residual, a small effect keeps its name.
         assert takes_little(_case(before, after, 2.0 * LACK_OF_FIT)) is None
-        # One of many lines removes little of all of them, but other blocks predict it.
+        # One of many lines removes a small part of the whole error, but other blocks predict it.
         confirmed = _case(before, after)
         confirmed.best.share = SimpleNamespace(share=0.9)  # type: ignore[union-attr]
         assert takes_little(confirmed) is None

@@ -1,4 +1,4 @@
-"""Every command that reads a capture accepts one of four heads."""
+"""Tests that every command that reads a capture accepts a capture of four heads."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def explained(folder: Path) -> Path:
     answer = arctrue("explain", str(folder), "--model", str(model))
     assert answer.exit_code == 0, answer.output
     assert "bearing_ball_pass" in answer.output
-    # The probabilities are qualified: no set of the benchmark has more than two heads.
+    # The answer qualifies its probabilities, because no set of the benchmark has more than two
+    # heads.
     assert "its capture has 4 heads" in " ".join(answer.output.split())
     return model
 

@@ -97,7 +97,7 @@ def test_the_part_of_a_long_capture_has_every_head(
 
 
 def test_a_planned_run_has_every_head() -> None:
-    """The columns of the new rows are the contrasts of heads that stand where the table says."""
+    """The columns of the new rows are the contrasts of heads at the places that the set states."""
     observations = observations_of(FourHeads(samples=300).measured(7))
     before = observations.capture
     assert before is not None

@@ -1,4 +1,5 @@
-"""Four heads name what two heads without a reference cannot; numpy alone draws each world."""
+"""Tests that sets of four heads show causes that two heads without a reference cannot show; numpy
+alone draws each set."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
     _, values = _named(world, "radial_error_motion")
     assert {name[-1] for name in values} == {"2", "3"}
     if heads < 4:
-        # Three heads show that the axis moves, but share with the disc which part of it does.
+        # Three heads show that the axis moves, but cannot separate all parts of this motion from
+        # the disc.
         return
     second, third = 0.1e-6 * ARCSEC_A_METRE, 0.05e-6 * ARCSEC_A_METRE
     expected = {
@@ -154,7 +156,7 @@ def test_a_line_with_a_whole_order_is_not_the_whole_order() -> None:
 
 
 def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
-    """The motion is synchronous like a disc error: only the further heads can tell them apart."""
+    """The motion is synchronous like a disc error; only the further heads can separate the two."""
     world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:2])
     decision = diagnosis_of(world.measured(7)).decision
     assert decision.first is None or decision.first.name != "radial_error_motion"

@@ -1,4 +1,5 @@
-"""Slow noise of a reference continues from run to run, because no index separates its runs."""
+"""Tests that the slow noise of a reference continues from run to run, because no index separates
+the runs."""
 
 from __future__ import annotations
 

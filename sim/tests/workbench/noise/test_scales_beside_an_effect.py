@@ -1,4 +1,5 @@
-"""Scales of the runs that stand for a missing effect vanish with it; the spectra stay right."""
+"""Tests that scales of the runs which represent a missing effect become 1 with the effect in the
+model, and that the spectra remain right."""
 
 from __future__ import annotations
 
@@ -18,8 +19,8 @@ STEPS_S = (1.0 / 30.0, 1.0 / 15.0, 1.0 / 21.0)
 """Row intervals of three speeds over the same stations: three spectra."""
 TRUE = Spectrum(2.6, np.array([0.4]), np.array([2.3]))
 SCALES = np.array([1.3, 1.5, 0.5])
-"""Scales of the runs that stand for a missing delay of 280″ per rad/s in a reference at these
-speeds: with its spectra, each run has its true variance."""
+"""Scales of the runs that represent a missing delay of 280″ per rad/s in a reference at these
+speeds; with the spectra and without the scales, each run has its true variance."""
 TOLERANCE = 0.02
 """Relative tolerance of a variance: a quarter of √(2/360), its uncertainty from 360 rows."""
 NO_FIXED_TERMS = FixedTerms(np.zeros((0, 0)), np.zeros(0))
@@ -43,12 +44,10 @@ def _rows(seed: int) -> ChannelRows:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_search_begins_at_the_scatter_that_the_runs_have(seed: int) -> None:
-    """A few steps from the law of the model without the effect end where many steps end.
-
-    A start with the scales dropped and the spectra kept has 0.4 to 4 times the variance. The search
-    then ends with a tenth too much variance in slow parts, which absorb the offsets between the
-    runs: a delay gains less than a line of low frequency.
-    """
+    """A few steps from the noise of the model without the effect reach the same result as many
+    steps. If the search starts without the scales but with the spectra, it starts at 0.4 to 4 times
+    the variance. It then ends with a tenth too much variance in slow parts, which absorb the
+    offsets between the runs, so that a delay gains less than a line of low frequency."""
     rows = _rows(seed)
     alone, _ = estimated_law(rows, NO_FIXED_TERMS, BOUNDS, None, FIRST_ROUNDS)
     np.testing.assert_array_equal(alone.run_scale, 1.0)

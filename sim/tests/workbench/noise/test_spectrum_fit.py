@@ -43,7 +43,8 @@ def test_density_is_found_from_the_slowest_to_the_fastest(columns: int) -> None:
     found = fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6)).spectrum
     frequency = np.array([0.08, 0.3, 1.0, 10.0, 40.0])
     ratio = found.density(frequency, STEP) / TRUE.density(frequency, STEP)
-    # Some tens of independent values at the slow end know a level to 20 %, thousands to 3 %.
+    # Some tens of independent values at the slow end determine a level to 20 %, thousands determine
+    # it to 3 %.
     assert np.all(np.abs(np.log(ratio[:2])) < 0.5)
     np.testing.assert_allclose(ratio[2:], 1.0, atol=0.15)
 
@@ -131,5 +132,5 @@ def test_gradient_is_that_of_the_likelihood(constants: np.ndarray) -> None:
         move = np.zeros(logs.size)
         move[index] = 1e-4
         change = (likelihood(at(logs + move)) - likelihood(at(logs - move))) / 2e-4
-        # Slopes reach some thousands: rounding of the differences is some 1e-6 of them.
+        # Derivatives reach some thousands; the rounding of the differences is some 1e-6 of that.
         assert np.exp(logs[index]) * slopes[index] == pytest.approx(change, rel=1e-3, abs=0.02)

@@ -1,4 +1,5 @@
-"""Noise that is not white gets no name; an effect that stands out of it is named."""
+"""Tests that noise which is not white gets no name, and that an effect above this noise is
+named."""
 
 from __future__ import annotations
 

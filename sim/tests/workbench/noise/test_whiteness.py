@@ -40,7 +40,8 @@ def test_normality_is_the_test_of_jarque_and_bera() -> None:
 
 
 def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
-    """A ratio as far from its mean as the RMS deviation of drawn ratios has p = 0.317."""
+    """A ratio that deviates from its mean by the RMS deviation of drawn ratios (one σ) has p =
+    0.317."""
     random = np.random.default_rng(6)
     draws = random.normal(size=(4000, 24))
     draws -= draws.mean(axis=1, keepdims=True)
@@ -50,7 +51,7 @@ def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
     for values, expected in ((middle, 1.0), (fixed_terms, 0.317)):
         found = whiteness(values)
         assert found is not None
-        # 4,000 draws know the mean to 1.6 % of the scatter, and the scatter to 1.1 %.
+        # 4,000 draws determine the mean to 1.6 % of the scatter, and the scatter to 1.1 %.
         assert found.successive_differences_p == pytest.approx(expected, abs=0.06)
 
 

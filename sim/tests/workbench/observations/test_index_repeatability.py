@@ -1,4 +1,5 @@
-"""Tests of the repeatability of an index mark: as the set states it, else ±1 count of each head."""
+"""Tests of the repeatability of an index mark: the value that the set states, or ±1 count of each
+head."""
 
 from __future__ import annotations
 

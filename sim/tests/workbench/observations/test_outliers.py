@@ -59,8 +59,8 @@ def test_each_single_wrong_row_is_masked_and_no_other() -> None:
     assert sorted(item.row - 2 for item in seen.masked) == sorted(wrong.tolist())
     assert seen.capture is not None
     assert seen.capture.run.size == ROWS - wrong.size
-    # The distance is the added spike, within five standard deviations of R₂ − R₁; neighbours on one
-    # side only predict a row with a scatter 1.3 times as large.
+    # The distance is the added spike, within five standard deviations of R₂ − R₁; if a row has
+    # neighbours on one side only, the scatter of its prediction is 1.3 times as large.
     for item in seen.masked:
         assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=1.3 * 5.0 * 0.1 * np.sqrt(2.0))
 
@@ -109,7 +109,8 @@ def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float)
 
 @pytest.mark.parametrize("place", [5, 6, 7, 192, 193, 194])
 def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> None:
-    """A period has 25 rows, as order 20 of 500 rows a turn: a line through 14 of them is no guide.
+    """A period has 25 rows, like order 20 at 500 rows a turn, so that a straight line through 14
+    rows predicts badly.
 
     A prediction from 1 to 7 rows away on both sides errs by 2·(1 − cos(2π·4/25)) = 0.93 at most.
     """
@@ -148,7 +149,7 @@ def test_dirt_in_a_single_turn_is_kept_because_both_heads_see_it() -> None:
     angle = made.capture.head1_counts * (2.0 * np.pi / COUNTS_PER_REV)
     at = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0))))))
     before = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0 + ALPHA))))))
-    # R₂ − R₁ falls where head 1 stands on the dirt and rises where head 2 does.
+    # R₂ − R₁ decreases where head 1 is over the dirt, and increases where head 2 is.
     dirty = _with_head2(_with_head2(made, np.array([at]), -SPIKE_ARCSEC), np.array([before]), 5.0)
     assert _masked(dirty) == []
     assert _masked(_with_head2(made, np.array([at]), -SPIKE_ARCSEC)) == [at]
@@ -180,7 +181,8 @@ def test_one_reading_of_a_station_that_its_other_visits_contradict_is_masked() -
 
 
 def test_what_comes_again_after_each_reversal_is_kept() -> None:
-    """The first two readings after it lag by 3″ and 1.5″: more than 5 % of all rows."""
+    """The first two readings after each reversal lag by 3″ and 1.5″; these are more than 5 % of all
+    rows."""
     made = measurement_set(cycles=6)
     assert made.reference is not None
     error, sense = made.reference.error_arcsec, np.asarray(made.reference.direction)
@@ -215,7 +217,7 @@ def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
 
 
 WHITE_SETS = 200
-"""Number of sets: FALSE_ROWS a set make 4 rows in the mean; 12 or more have p = 0.001."""
+"""Number of sets. FALSE_ROWS per set give 4 rows on average; 12 or more have p = 0.001."""
 MOST_FALSE_ROWS = 12
 
 
@@ -248,7 +250,8 @@ def test_a_scatter_that_few_rows_tell_asks_for_more(rows: int) -> None:
     noise = np.random.default_rng(14).normal(size=(sets, rows + 1))
     scatter = 1.4826 * np.median(np.abs(noise[:, 1:]), axis=1)
     false_share = float(np.mean(np.abs(noise[:, 0]) > far_threshold(rows, rows) * scatter))
-    # The mean of a count of FALSE_ROWS/rows·sets, plus four of its standard deviations.
+    # The bound is the mean of the count, FALSE_ROWS/rows·sets, plus four of its standard
+    # deviations.
     mean = FALSE_ROWS / rows * sets
     assert false_share * sets < mean + 4.0 * np.sqrt(mean)
 
@@ -346,8 +349,8 @@ def test_a_speed_that_swings_is_no_fault_and_is_known_in_each_row() -> None:
     seen = observations_of(replace(made, capture=capture))
     assert data_faults(seen) == []
     assert seen.capture is not None
-    # Over 65 rows of 1,200 a turn, a sine with a period of 3 turns is flat to (0.34/3)²/24 of 40 %;
-    # at the ends of a run the nearest window stands for 32 rows: 0.17 rad/3.
+    # Over 65 rows of 1,200 a turn, a sine with a period of 3 turns is constant to (0.34/3)²/24 of
+    # 40 %. At the ends of a run the nearest window is up to 32 rows away: 0.17 rad/3.
     assert np.abs(seen.capture.speed_rad_s / speed - 1.0).max() < 0.04
     inner = np.ones(ROWS, dtype=bool)
     for run in range(4):

@@ -200,7 +200,8 @@ class FlickerNoise:
     innovation_arcsec: float
     exponent: float
     white_arcsec: float = 0.0
-    """Rounding noise; added to the innovation, so that the oracle sees less than it could."""
+    """Rounding noise; it is added to the innovation, so that the oracle's sensitivity is a little
+    too low."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
         """Filter white noise with (1 − z⁻¹)^(−a/2), (n,)."""
@@ -232,7 +233,7 @@ class FlickerNoise:
 
     @property
     def oscillators(self) -> tuple[DrivenOscillator, ...]:
-        """Return no oscillators: the process has no time constant."""
+        """Return no oscillators, because the process has no time constant."""
         return ()
 
 

@@ -36,7 +36,7 @@ class Accepted:
     alike: tuple[str, ...] = ()
     """Names that are neither right nor false: they describe only a part of the hidden cause."""
     verdicts: tuple[str, ...] = ()
-    """Verdicts that are right for this design, whatever the oracle sees."""
+    """Verdicts that are right for this design, independent of the oracle."""
 
 
 @dataclass

@@ -1,4 +1,5 @@
-"""The oracle's view of a cause: its projected error relative to the noise of which rows were drawn.
+"""The oracle's test of a cause: its projected error relative to the noise with which the rows were
+drawn.
 
 The oracle knows the exact form of each cause and of all others, the noise process and the scatter
 of the index. It also fits 20 orders of the disc, an offset for each run and a zero of the
@@ -123,9 +124,9 @@ def look(
 def look_at_oscillators(channel: Channel) -> Sight | None:
     """Return the oracle's sight of the damped oscillators in the noise of a channel with even rows.
 
-    The oracle knows the spectrum of the noise and compares it with the nearest spectrum that never
-    rises with frequency, like that of white noise and relaxations. The noncentrality is twice the
-    mean log likelihood ratio (Whittle) over all runs. None without an oscillator.
+    The oracle uses the true spectrum of the noise and compares it with the nearest spectrum that
+    never rises with frequency; white noise and relaxations have such spectra. The noncentrality is
+    twice the mean log likelihood ratio (Whittle) over all runs. None without an oscillator.
     """
     noise = channel.noise
     if not noise.oscillators:

@@ -1,4 +1,5 @@
-"""A Gaussian process over the conditions: is there a discrepancy that noise does not explain?
+"""Tests with a Gaussian process over the conditions whether there is a discrepancy that noise does
+not explain.
 
 The discrepancy of Kennedy and O'Hagan (2001) is a smooth function of the conditions, added to the
 model.
@@ -28,7 +29,8 @@ CYCLES_TOGETHER = 2
 
 
 def gaussian_process(folder: Path) -> dict[str, Any]:
-    """Answer ``unknown`` if a smooth function has a lower BIC than white noise; it knows no names.
+    """Answer ``unknown`` if a smooth function has a lower BIC than white noise; this rival gives no
+    names.
 
     The computing time grows with the cube of the number of rows, so a run is averaged over 48
     stretches, and the reference over two cycles.

@@ -25,7 +25,8 @@ excludes an order that is an alias of another one at these samples."""
 
 
 def stepwise_bic(folder: Path) -> dict[str, Any]:
-    """Add effects one by one and answer by their order; this rival knows no class and no stranger.
+    """Add effects one by one and answer with them in this order. This rival states neither a class
+    nor an unknown cause.
 
     It assumes white noise. A search costs 2·ln(places) in addition to its coefficients.
     """

@@ -77,7 +77,7 @@ class Problem:
     def on_disc(self, orders: Float | Whole) -> tuple[Float, Float]:
         """Return cosines and sines fixed to the disc, ``(n, orders, 2)``.
 
-        Head 2 sees them α ahead.
+        Head 2 reads these orders α ahead.
         """
         ahead = waves(self.theta + self.alpha, orders)
         return ahead - waves(self.theta, orders), waves(self.target, orders)

@@ -30,7 +30,7 @@ LEAST_VARIANCE = 0.1
 """Smallest variance of cos plus sin of a line over the stations; 1 if the stations resolve it
 fully."""
 AS_GOOD = 6.0
-"""Gain that a line needs beyond a lower one to replace it: odds of 20 to 1."""
+"""Gain by which a line must exceed a lower line to replace it: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, and the offset of their orders from the
 multiples."""
@@ -50,7 +50,7 @@ eccentric gear."""
 class DriveGearError(Effect):
     """cos, sin of the tooth count and its multiples, in the reference run only.
 
-    A gear off its centre meshes a little early and late once a turn, which puts a line one order
+    A gear off its centre meshes slightly early and late once a turn, which puts a line one order
     below and one above each multiple: those are listed in ``below`` and ``above``.
     """
 

@@ -10,8 +10,8 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_REVERSALS = 2
-"""Smallest number of reversals: with one alone, up and down also mean before and after, so that any
-step or drift in time looks the same."""
+"""Smallest number of reversals: with only one, the two directions are also before and after it, so
+that any step or drift in time looks the same."""
 
 
 class Hysteresis(ScalarEffect):

@@ -33,12 +33,12 @@ WHOLE = 0.01
 most, in half a turn."""
 OF_THE_DRIVE = 0.02
 """Largest distance of an order from a multiple of the tooth count, as a share of the tooth count,
-that assigns the line to the drive; one order in 25 is as near by chance."""
+that assigns the line to the drive; one order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
 """Largest distance of a line in time from a multiple of the frequency of the visits that assigns it
 to the schedule, in units of the frequency resolution of the run (1/length). With ten visits of a
-station one line in time of 20 is as near by chance."""
+station, one of 20 lines in time is this close by chance."""
 REGULAR = 0.05
 """Largest relative spread of the times between visits of a station; with a larger one there is no
 schedule."""

@@ -132,7 +132,7 @@ def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelN
 def _one_row_does_it(
     record: Record, others: Float, row: int, gain: float, without: KernelFit, grown: KernelFit
 ) -> bool:
-    """Tell whether a single wrong row at the step, or before it, makes the rows as likely."""
+    """Tell whether a single wrong row at the step, or before it, explains the rows as well."""
     for wrong in (row - 1, row):
         column = np.zeros((record.clock.size, 1))
         column[wrong] = 1.0
@@ -146,13 +146,11 @@ def _one_row_does_it(
 def _tails_make_it(
     record: Record, others: Float, row: int, places: NDArray[np.int64], with_step: KernelFit
 ) -> bool:
-    """Tell whether the tails of the noise make a step as large somewhere in the record.
-
-    In noise that wanders, each innovation is a step, and the gains of steps at all other instants
-    have their tails from the innovations. Student's t is fitted to the square roots of twice these
-    gains, and each of FREEDOMS is weighted with its likelihood. ``beside``: the noise with the step
-    in the model.
-    """
+    """Tell whether the tails of the noise could give a step of this size somewhere in the record.
+    In a random walk, each innovation is a step, and the gains of steps at all other instants have
+    their tails from the innovations. Student's t is fitted to the square roots of twice these
+    gains, and each of FREEDOMS is weighted with its likelihood. ``beside`` is the noise with the
+    step in the model."""
     column = record.rows(others).factor(with_step.noise).whiten(step_column(record, row))
     if float(np.max(column**2)) < FEW * float(np.sum(column**2)):
         return False
@@ -180,8 +178,8 @@ def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:
 
 
 OF_TAILS = 0.1
-"""Share of the family-wise level: the roots are not independent where the noise wanders a
-little."""
+"""Share of the family-wise level, because the roots are not independent if the noise contains a
+random walk."""
 FEW = 0.07
-"""Share of the information about a step that comes from its largest innovation: below this the step
-rests on fourteen innovations or more, whose tails average."""
+"""Share of the information about a step that comes from its largest innovation: below this,
+fourteen innovations or more contribute to the step, so that their tails average."""

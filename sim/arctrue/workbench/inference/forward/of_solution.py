@@ -18,8 +18,8 @@ from arctrue.workbench.observations.rows import ReferenceRows
 Float = NDArray[np.float64]
 
 LEAST_ROWS = 200
-"""Fewest rows of a record. With fewer it has 40 independent rates at most, of which the model takes
-some; the other searches find the lines that it shows."""
+"""Fewest rows of a record. A record with fewer has 40 independent rates at most, some of which the
+model contains; the other searches find its lines."""
 LEAST_STRETCH_ROWS = 50
 """Fewest rows of a stretch: ten periods of the shortest line of the search."""
 LEAST_EVENT_ROWS, LEAST_STRETCH_STATIONS = 30, 12

@@ -1,7 +1,7 @@
 """A damped oscillation driven by noise, as a part of the noise of a record.
 
-It keeps its phase for some of its periods only and is therefore no line: no regular effect explains
-it, and any effect that follows it for a while may be taken for one.
+It keeps its phase for some of its periods only and is therefore not a line. No regular effect
+explains it, but any effect that follows it for a while may look like its cause.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ LEAST_QUALITY = 2.0
 """Least quality of a damped oscillation: with less its covariance has fallen to e^(−π/2) = 0.2
 within a period, and it is slow noise."""
 LEAST_GAIN_LOGS = 2.0
-"""Logarithms of the number of rows that it must gain: ½ for each of variance, decay and frequency,
-and ½ for the frequencies that were tried."""
+"""Least gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
+decay and frequency, and ½ for the frequencies that were tried."""
 LEAST_SHARE = 0.1
-"""Least share of the mean square of the residuals: with less it may stand for a shape of the noise
-that no kernel has (0.05 for a moving mean, whose density has zeros; 4 logs of each of 16 kinds of
-noise, ``sim/tests/workbench/noisy_logs.py``)."""
+"""Least share of the mean square of the residuals: a smaller oscillation may be a shape of the
+noise that no kernel has (0.05 for a moving mean, whose density has zeros; 4 logs of each of 16
+kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
 """Largest number of rounds that fit frequency and other parameters; a round that gains nothing ends
 them."""
@@ -44,8 +44,8 @@ MOST_CAPTURE_ROWS = 1600
 """Largest number of consecutive rows of a capture; none are averaged, since its oscillations are
 fast."""
 LEAST_CAPTURE_ROWS = 400
-"""Least number of rows of a capture, a quarter of those used of a long run: Ljung and Box over 20
-lags and a quality of 2 need some tens of periods."""
+"""Least number of rows of a capture, a quarter of the rows that are used of a long run: the test of
+Ljung and Box over 20 lags, and a quality of 2, need some tens of periods."""
 
 
 @dataclass(frozen=True)

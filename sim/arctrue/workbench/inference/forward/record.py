@@ -105,7 +105,7 @@ class Record:
         return found
 
     def of_few_rows(self, gain: float) -> float:
-        """Return a gain, reduced for the noise that the base itself has taken.
+        """Return a gain, reduced for the noise that the base has absorbed.
 
         In white noise with v rows more than columns, Student's t of one column is
         √(v·(e^(2·gain/rows) − 1)), and its tail falls as e^(−gain·v/rows).

@@ -1,7 +1,7 @@
 """The difference of a reference's readings between directions of approach, with steps in time.
 
-Any single effect takes a jump or a slow change in a record of several passes for a drift, and so
-hides that the table stops short on each side. Here the direction is fitted together with them.
+In a record of several passes, a single effect would fit a jump or a slow change as a drift and hide
+the reversal error. This module therefore fits the direction together with steps.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     """Fit the direction, ±1, shape (rows,), with the record's base and ``steps``, shape (rows, k).
 
     The size is the mean over all rows, in plain least squares: with weights for slow noise only the
-    rows next to each reversal would count. The passes are the sample: each is left out once
+    rows next to each reversal would count. The passes are the sample: each is omitted once
     (jackknife). The result is None where the passes are too few, the base contains the direction,
     or noise makes as large a size.
     """

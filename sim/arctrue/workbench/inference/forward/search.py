@@ -1,8 +1,8 @@
 """Adds one regular line after another to the model of a record, and orders them by size.
 
 Each step scans all rates with the noise that is estimated without a further line, and with white
-noise alone: otherwise a line far above the scatter of neighbouring rows is taken whole for slow
-noise. The highest places are then tried with the noise estimated anew on both sides.
+noise alone: otherwise a line far above the scatter of neighbouring rows would count completely as
+slow noise. The highest places are then tried with the noise estimated anew on both sides.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Line:
     """Phase of the amplitude's cosine at the first row's place."""
     taken_arcsec: float
     """Root mean square over all rows of the error that the line's prediction from other blocks
-    takes away."""
+    removes."""
     share: float
     """Share of the line's own error that the other blocks predict; 1 where one turn cannot show
     it."""
@@ -96,7 +96,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A place that stood out and failed a test."""
+    """A place with a high gain that failed a test."""
 
     rate: float
     gain: float
@@ -109,7 +109,7 @@ class LineSearch:
 
     record: Record
     lines: tuple[Line, ...]
-    """Lines, ordered by the error that they take away, the largest first."""
+    """Lines, ordered by the error that they remove, the largest first."""
     noise: KernelFit
     """Noise with all lines in the model."""
     whiteness_p: float
@@ -248,7 +248,8 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
     """
     left = _whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
-    # A model of many orders takes the power of their frequencies: their ordinates show no noise.
+    # A model of many orders absorbs the power at their frequencies, so that these ordinates do not
+    # show the noise.
     shown = _shares_shown(rows) > HALF_SHOWN
     shown = shown if np.count_nonzero(shown) >= 3 else np.ones(power.size, dtype=bool)
     power = power[shown]
@@ -413,8 +414,8 @@ def _takes_much(record: Record, others: Float, line: Float) -> bool:
 
 
 MUCH = 0.05
-"""Share of the squares of the residuals: a line that takes less leaves the noise nearly as it
-was."""
+"""Share of the sum of squares of the residuals: a line that removes less hardly changes the
+noise."""
 
 
 def _multiple_of(record: Record, rate: float) -> int | None:
@@ -467,8 +468,9 @@ def own_shares(record: Record, columns: Float) -> Float:
     """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
     A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
-    that part of the noise, which is then less well known: next to the orders of the table on a part
-    of a turn, the remainder of any slow change would look like lines that cancel these orders.
+    that part of the noise, which is then less well known. Otherwise the remainder of any slow
+    change on a part of a turn would look like lines next to the table's orders, which cancel these
+    orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)
@@ -514,8 +516,8 @@ def _ordered(
     fit: KernelFit,
     rejected: Sequence[Rejected],
 ) -> LineSearch:
-    """Return the lines with their figures given all others, ordered by the error that they take
-    away."""
+    """Return the lines with their figures given all others, ordered by the error that they
+    remove."""
     columns = record.columns(np.array(rates))
     rows = record.rows(columns)
     whitened = rows.factor(fit.noise).whiten(rows.values)

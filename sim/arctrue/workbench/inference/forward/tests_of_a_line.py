@@ -15,13 +15,14 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, fit_from, with_oscilla
 Float = NDArray[np.float64]
 
 FAMILY_WISE = 0.01
-"""Probability that noise alone gives a record any line."""
+"""Probability that noise alone gives at least one line in a record."""
 FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
-"""Numbers of blocks of a record, each a period at least, that predict one another."""
+"""Smallest and largest number of blocks into which a record is split; a block lasts at least one
+period."""
 
 
 def needed_gain(gain: float, independent: float) -> float:
-    """Return the log likelihood that a line must gain, found among this number of independent
+    """Return the gain in log likelihood that a line needs to be significant among ``independent``
     rates.
 
     In a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the probability
@@ -36,9 +37,10 @@ class Coherence:
     """The share of a line's own error that the other blocks of a record predict."""
 
     share: float
-    """Predicted share of the error that the line has in each block by itself; 1 means all of it."""
+    """Share of the line's error in each block that the other blocks predict; 1 means the whole
+    error."""
     taken_arcsec: float
-    """Root mean square over all rows of the error that the prediction takes away."""
+    """Root mean square over all rows of the error that the prediction removes."""
 
 
 def coherence(
@@ -47,9 +49,10 @@ def coherence(
     """Return the share of a line that the other blocks predict; ``others`` are also fitted.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
-    Waugh): the part that the base alone would explain is no error of the line. c_b are the line's
-    coefficients in block b by itself, c₋ those in all other blocks. Both are fitted together with
-    the covariance of the noise, so that correlation across the edges counts. The share is
+    Waugh): the part that the base alone would explain does not count as error of the line. c_b are
+    the line's coefficients in block b by itself, c₋ those in all other blocks. Both are fitted
+    together with the covariance of the noise, so that correlation across the edges counts. The
+    share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
@@ -97,9 +100,9 @@ def gain_over_an_oscillator(
 ) -> float:  # fmt: skip
     """Return the log likelihood that a line gains over an oscillator at its frequency.
 
-    An oscillator driven by noise looks like a line that loses its phase; it may keep it for a
-    quarter of the record. ``without`` and ``grown`` are the fits without and with the line. Above
-    ``enough`` the result is a lower bound: the noise with the line then gets no oscillator.
+    An oscillator driven by noise looks like a line that loses its phase. It may keep its phase for
+    a quarter of the record. ``without`` and ``grown`` are the fits without and with the line. Above
+    ``enough`` the result is a lower bound, because the fit with the line then omits the oscillator.
     """
     rows = record.rows(others)
     both = record.rows(np.hstack([others, line]))
@@ -120,7 +123,8 @@ def gain_over_an_oscillator(
 
 
 def _kept(noise: KernelNoise) -> KernelNoise:
-    """Return the noise without negligible parts: the exact slopes have room for four columns."""
+    """Return the noise without its negligible parts, because the exact derivatives allow four
+    columns only."""
     largest = max((part.variance for part in noise.parts), default=0.0)
     parts = tuple(part for part in noise.parts if part.variance > NOTHING * largest)
     return KernelNoise(noise.white, parts)

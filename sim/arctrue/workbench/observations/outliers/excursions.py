@@ -13,7 +13,7 @@ FAR_SIGMA = 12.0
 """Least distance of an excursion, in scatters from row to row: a probability of 10⁻³² for any
 number of rows."""
 SAME_SIZE = 0.5
-"""Share within which way there and way back must agree."""
+"""Share within which the jump away and the jump back must agree."""
 ENOUGH = 100_000
 """Number of steps, spread over all, from which a scatter is taken."""
 

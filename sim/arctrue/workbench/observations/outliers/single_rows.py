@@ -2,8 +2,7 @@
 
 A row is an outlier if it lies far from the rows around it, alone or with at most two neighbours,
 and if no similar deviation occurs at the same angle in other revolutions. Real motion of a table is
-different: a lost count stays, a scratch recurs with the angle and is seen by both heads, a
-vibration goes on.
+different: a lost count stays, a scratch recurs with the angle in both heads, a vibration continues.
 """
 
 from __future__ import annotations
@@ -254,10 +253,11 @@ def without_wave(values: Float, angle_rad: Float) -> Float:
 def repeats(
     rows: Integer, away: Float, scatter: Float, angle_rad: Float, revolution: Integer
 ) -> Boolean:
-    """Tell for each of ``rows`` whether other revolutions deviate alike at the same angle.
+    """Tell for each of ``rows`` whether other revolutions have a similar deviation at the same
+    angle.
 
-    ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). True if the median
-    over the other revolutions of the deviation there, in the same sense, exceeds NEAR_SIGMA.
+    ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). True if the median of
+    the deviation there over the other revolutions, with the same sign, exceeds NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -381,7 +381,8 @@ def station_outliers(
 def at_every_visit(
     rows: Integer, away: Float, scatter: float, station: Integer, sense: Integer
 ) -> Boolean:
-    """Tell for each of ``rows`` whether other passes of its sense deviate alike at its station.
+    """Tell for each of ``rows`` whether other passes of its sense have a similar deviation at its
+    station.
 
     ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). An effect of a reversal
     recurs after each reversal; True if the median of the other passes, in the same sense, exceeds
@@ -435,8 +436,8 @@ def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
     """Return the median of the SIDE_ROWS rows around each row of its pass, without the row.
 
     ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass it is the
-    median of all other rows. A pass of fewer than three rows does not show that one is off: its
-    values are returned. Shape (rows,).
+    median of all other rows. A pass of fewer than three rows cannot show a wrong row, so that its
+    own values are returned. Shape (rows,).
     """
     expected = of_the_others(values, pass_of)
     rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)

@@ -1,4 +1,4 @@
-"""Tests of injection at the detection bound: the injected size, and how the sets are counted."""
+"""Tests of injection at the detection bound: the injected size, and the count of the sets."""
 
 from __future__ import annotations
 

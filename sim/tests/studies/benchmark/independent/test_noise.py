@@ -131,7 +131,7 @@ def test_scaling_and_stated_size(noise: NoiseProcess) -> None:
     random = np.random.default_rng(7)
     drawn = np.array([noise.draw(random, time_s) for _ in range(400)])
     about = drawn - drawn.mean(axis=1, keepdims=True)
-    # A relaxation of 7 s and 1/f noise lose little with their mean over 300 s.
+    # The mean over 300 s is a small part of a relaxation of 7 s and of 1/f noise.
     assert np.sqrt(np.mean(about**2)) == pytest.approx(noise.rms_arcsec(time_s), rel=0.1)
     one = noise.whiten(drawn[:1].T, time_s)
     np.testing.assert_allclose(noise.scaled(3.0).whiten(3 * drawn[:1].T, time_s), one)
@@ -163,9 +163,9 @@ def kullback_leibler(true: NDArray[np.float64], other: NDArray[np.float64]) -> f
 def test_the_oracle_sees_of_an_oscillator_what_no_falling_spectrum_explains(quality: float) -> None:
     """Compare with the exact ratio to the nearest white noise with a relaxation, of dense matrices.
 
-    No falling spectrum is nearer than the isotonic one; the ends of the record, which the spectrum
-    ignores, are given 10 %. A falling spectrum with a step is nearer than a relaxation: for a
-    quality of 3 by a factor of 2.5.
+    No falling spectrum is closer than the isotonic one; the bound allows 10 % for the ends of the
+    record, which the spectrum ignores. A falling spectrum with a step is nearer than a relaxation:
+    for a quality of 3 by a factor of 2.5.
     """
     time_s = 0.7 * np.arange(300)
     shaken = DrivenOscillator(0.4, 0.25, quality)

@@ -171,7 +171,7 @@ def test_times_of_reading() -> None:
 def test_shaking_settling_drag_and_creep_turn_one_bracket() -> None:
     shaking = Shaking(0.7, 1, 11.3, np.array([0.4]))
     wave = 0.7 * np.sin(2 * np.pi * 11.3 * TIME_S + 0.4)
-    # Head 1 turns towards larger β and reads less; the difference grows.
+    # Head 1 moves towards larger β, so that its reading decreases and the difference increases.
     np.testing.assert_allclose(difference(shaking), wave, rtol=0, atol=SECOND_ORDER)
     for cause, bracket in (
         (SettlingBracket(2.0, 30.0), 2.0 * np.exp(-TIME_S / 30.0)),
@@ -197,7 +197,8 @@ def test_a_defect_is_seen_twice_alpha_apart_with_opposite_signs() -> None:
     psi = np.mod(THETA, 2 * np.pi)
     assert psi[np.argmin(found)] == pytest.approx(1.5, abs=0.01)  # a row is 0.0084 rad
     assert psi[np.argmax(found)] == pytest.approx(1.5 - ALPHA, abs=0.01)
-    # The nearest row is up to half a row off the top, 0.24°: cos(π/2·0.24/3)² of it.
+    # The nearest row is up to half a row, 0.24°, from the top, where the bump has cos(π/2·0.24/3)²
+    # of its height.
     assert found.max() == pytest.approx(2.0, rel=0.02)
     assert found.min() == pytest.approx(-2.0, rel=0.02)
     assert np.mean(np.abs(found) > 1.0) == pytest.approx(2 * np.radians(3.0) / (2 * np.pi), rel=0.1)

@@ -157,7 +157,8 @@ def test_an_answer_that_is_allowed_is_no_miss_of_a_name() -> None:
         for effect in (line(0.1, 2.0), stranger)
         for verdict in ("ambiguous", "unknown", "cannot_tell")
     ]
-    # For the line only "cannot tell" counts, for the stranger that and "unknown".
+    # For the line only "cannot tell" is right; for the cause outside the catalogue "cannot tell"
+    # and "unknown" are right.
     assert first.of(sets) == Rate(0, 1)
     assert unknown.of(sets) == Rate(1, 2)
 

@@ -1,4 +1,5 @@
-"""In every world of the second generator a fit recovers the truth, which the set does not state."""
+"""Tests that, in every world of the second generator, a fit of the true causes finds their true
+sizes."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ ROWS = 600
 SEEDS = range(6)
 FIVE_SIGMA = 5.0
 BENT = 0.02
-"""Largest relative change of a cause's shape with its size: the angle of a row is read with it."""
+"""Largest relative change of a cause's shape with its size, because the reading that gives a row's
+angle contains the cause."""
 ARCSEC = float(np.radians(1 / 3600))
 
 
@@ -134,7 +136,7 @@ def test_least_squares_that_knows_the_answer_finds_it(world: str) -> None:
             seen += 1
             about = f"{world} {seed} {cause.name}"
             assert abs(found - 1.0) < FIVE_SIGMA * error + BENT, about
-            # The oracle's projected error over the noise is the inverse square of this σ.
+            # The oracle's projected error over the noise is 1/σ² of this fit.
             assert item["noncentrality"] == pytest.approx(error**-2, rel=0.05), about
         heavy = any(
             isinstance(noise, StateNoise) and np.isfinite(noise.freedom)

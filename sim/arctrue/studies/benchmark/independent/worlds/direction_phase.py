@@ -1,4 +1,5 @@
-"""A drive's wave with another phase in each direction: stiction, or the other flank of a tooth."""
+"""A drive's wave whose phase differs between the directions: stiction, or the other flank of a
+tooth."""
 
 from __future__ import annotations
 

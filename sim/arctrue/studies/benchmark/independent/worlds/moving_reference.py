@@ -1,4 +1,5 @@
-"""A reference on the move, both ways at two speeds: latency, reversal, lines of angle or time."""
+"""A reference run without stops, in both directions at two speeds: it shows latency, reversal, and
+lines in angle or time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nothing but noise: heavy tails, 1/f, relaxations, random walks, in every design."""
+"""Sets with noise only: heavy tails, 1/f, relaxations, random walks, in every design."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Noise with a resonance, a damped oscillator that noise drives, and nothing else: no line.
+"""Noise with a resonance (a damped oscillator that noise drives), without a line or another cause.
 
 The oscillator is a cause that the catalogue does not have: `unknown` is right if the answer states
 its frequency. Logs and single runs; the quality is 3 to 60, and the coherence time a twentieth of

@@ -18,7 +18,8 @@ from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     """Draw a scene with causes that one run can show.
 
-    An axis motion is not among them: it lies in the orders of the disc.
+    Axis motion is not among these causes, because one run cannot separate it from the disc's
+    orders.
     """
     turns = float(random.integers(1, 5))
     runs = sweeps([SLOW_RAD_S * float(random.choice([-1, 1]))], 2 * rows, turns)
