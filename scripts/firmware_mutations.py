@@ -50,6 +50,14 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_wrapped_position.py",
     ),
     Mutation(
+        "saved_real_orders_on_any_core",
+        "a saved lane of a real order is given to a core without them",
+        "firmware/application/calibrate.c",
+        "(core_origin(&application->core).has_real_orders &&",
+        "(true &&",
+        f"{_TESTS}/test_save.py::test_a_core_without_real_orders_does_not_take_the_saved_lanes",
+    ),
+    Mutation(
         "no_running_average",
         "the average is calculated, but each turn is used alone",
         "firmware/application/calibrate.c",

@@ -322,6 +322,9 @@ static void calibrate_judge_saved(struct application *application, const struct 
     }
     bool fits = saved_lanes(saved) <= lanes &&
                 (saved->followed.lanes == 0 || core_origin(&application->core).has_modulators) &&
+                (saved->followed.real_lanes == 0 ||
+                 (core_origin(&application->core).has_real_orders &&
+                  real_lanes_counts_suffice(lanes, saved->own.counts_per_rev))) &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
     fits = fits && (saved->table.place.choice == 0 || local_table_restore(application));
     if (!fits) {
@@ -330,7 +333,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
     }
     load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
                  application->middle_celsius, active != NULL ? active : &saved->own,
-                 lanes - saved->followed.lanes, &application->candidate);
+                 lanes - followed_all_lanes(&saved->followed), &application->candidate);
     enum judgement found =
         saved->loaded.mean.heads != 0
             ? calibrate_judge_mean(application, turn, &saved->loaded.mean)

@@ -16,7 +16,8 @@ enum {
     FOLLOWS = 8,
     SETS = 16,
     HAS_TABLE = 32,
-    SWITCHES = 63
+    HAS_REAL = 64,
+    SWITCHES = 127
 };
 enum { SAVED_RANGE_WORDS = 2 };
 enum { OF_CALIBRATION = 0, OF_OPERATOR = 1, OF_OPERATOR_UNJUDGED = 2 };
@@ -124,6 +125,24 @@ static void saved_put_followed(struct words *words, const struct followed *follo
     }
 }
 
+/* The phase is not written: it belongs to the core's count of turns, which begins anew with the power. */
+static void saved_put_real(struct words *words, const struct followed *followed) {
+    if (followed->real_lanes == 0) {
+        return;
+    }
+    saved_put(words, followed->real_lanes);
+    for (uint32_t place = 0; place < followed->real_lanes; place++) {
+        const struct real_lane *lane = &followed->real[place];
+        saved_put(words, lane->order);
+        saved_put(words, (uint32_t)lane->turn_step);
+        saved_put(words, (uint32_t)(lane->turn_step >> 32));
+        saved_put(words, (uint32_t)lane->amplitude);
+        saved_put(words, lane->source);
+        saved_put(words, (uint32_t)lane->side);
+        saved_put(words, lane->probe_phase);
+    }
+}
+
 static void saved_put_table(struct words *words, const struct load_table *table) {
     if (table->place.choice == 0) {
         return;
@@ -178,7 +197,8 @@ static uint32_t saved_lanes_used(const struct coefficients *coefficients) {
 }
 
 uint32_t saved_lanes(const struct saved *saved) {
-    return saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded) + saved->followed.lanes;
+    return saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded) +
+           followed_all_lanes(&saved->followed);
 }
 
 uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words) {
@@ -192,7 +212,8 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
                        (settings->telemetry ? TELEMETRY : 0U) |
                        (saved->followed.lanes != 0 ? FOLLOWS : 0U) |
                        (saved->sets.number != 0 ? SETS : 0U) |
-                       (saved->table.place.choice != 0 ? HAS_TABLE : 0U));
+                       (saved->table.place.choice != 0 ? HAS_TABLE : 0U) |
+                       (saved->followed.real_lanes != 0 ? HAS_REAL : 0U));
     saved_put_parameters(&to, &settings->parameters);
     saved_put(&to, (uint32_t)settings->parameters.counts_per_rev);
     saved_put(&to, saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded));
@@ -200,6 +221,7 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     saved_put_lanes(&to, &saved->loaded, OF_OPERATOR, saved->unjudged);
     saved_put_sets(&to, &saved->sets);
     saved_put_followed(&to, &saved->followed);
+    saved_put_real(&to, &saved->followed);
     saved_put_table(&to, &saved->table);
     saved_put_thermal(&to, &saved->thermal);
     saved_put_mean(&to, &saved->loaded.mean);
@@ -293,7 +315,6 @@ static bool saved_take_sets(struct source *from, struct kept_sets *sets) {
 
 static bool saved_take_followed(struct source *from, struct followed *followed) {
     uint32_t lanes = saved_take(from);
-    *followed = (struct followed){.lanes = 0};
     followed->width = saved_take(from);
     followed->dead_zone = saved_take(from);
     followed->nominal_speed = saved_take(from);
@@ -307,6 +328,23 @@ static bool saved_take_followed(struct source *from, struct followed *followed) 
         lane.lane.amplitude = (int32_t)saved_take(from);
         valid = followed_lane_is_valid(&lane);
         followed->lane[followed->lanes++] = lane;
+    }
+    return valid;
+}
+
+static bool saved_take_real(struct source *from, struct followed *followed) {
+    uint32_t lanes = saved_take(from);
+    bool valid = lanes > 0 && lanes <= REAL_LANES_MAX;
+    while (valid && followed->real_lanes < lanes) {
+        struct real_lane lane = {.order = saved_take(from)};
+        lane.turn_step = saved_take(from);
+        lane.turn_step |= (uint64_t)saved_take(from) << 32;
+        lane.amplitude = (int32_t)saved_take(from);
+        lane.source = saved_take(from);
+        lane.side = (int32_t)saved_take(from);
+        lane.probe_phase = saved_take(from);
+        valid = real_lane_is_valid(&lane);
+        followed->real[followed->real_lanes++] = lane;
     }
     return valid;
 }
@@ -389,6 +427,7 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
         saved_take_coefficients(&from, saved) &&
         ((switches & SETS) == 0 || saved_take_sets(&from, &saved->sets)) &&
         ((switches & FOLLOWS) == 0 || saved_take_followed(&from, &saved->followed)) &&
+        ((switches & HAS_REAL) == 0 || saved_take_real(&from, &saved->followed)) &&
         ((switches & HAS_TABLE) == 0 ||
          saved_take_table(&from, &saved->table, saved->loaded.counts_per_rev)) &&
         saved_take_thermal(&from, saved) && saved_take_mean(&from, saved) &&

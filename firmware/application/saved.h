@@ -8,7 +8,7 @@
      2  sequence number; the later record has one more, modulo 2^32
      3  number of words of the content
      4  switches: frozen 1, bypassed 2, telemetry 4, 8 if lanes follow a condition, 16 if there are sets for a
-        missing head, and 32 if there is a local table
+        missing head, 32 if there is a local table, and 64 if there are lanes of real orders
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
@@ -16,6 +16,8 @@
      then, with switch 16: the number of words of the sets for a missing head, and these; kept_sets.h
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
+     then, with switch 64: the number of lanes of real orders, and for each: order, turn step (the lower word first),
+     amplitude, source of the phase, side, probe phase; real_lanes.h
      then, with switch 32: choice and four starts of the local table, and the CRC of its points, which stand in the
      same sector; save.h
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
@@ -46,12 +48,14 @@ enum {
     SAVED_PARAMETER_WORDS = 3,
     SAVED_THERMAL_WORDS = 5,
     SAVED_CONDITIONS_WORDS = 4,
+    SAVED_REAL_WORDS = 7,
     SAVED_MEAN_WORDS = 5 + 2 * HEADS_MOST,
     SAVED_TABLE_WORDS = 2 + TABLE_WINDOWS,
     SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
         LANES_LIMIT * SAVED_LANE_WORDS + 3 + THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 2 +
         SAVED_MEAN_WORDS + 1 + KEPT_SETS_WORDS + SAVED_CONDITIONS_WORDS +
-        FOLLOWED_LANES_MAX * SAVED_LANE_WORDS + SAVED_TABLE_WORDS + 1,
+        FOLLOWED_LANES_MAX * SAVED_LANE_WORDS + 1 + REAL_LANES_MAX * SAVED_REAL_WORDS +
+        SAVED_TABLE_WORDS + 1,
 };
 
 struct saved {
@@ -92,7 +96,7 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
    changes even if the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
 
-/* Number of used lanes of both owners and of lanes that follow a condition. */
+/* Number of used lanes of both owners, of lanes that follow a condition, and of lanes of real orders. */
 uint32_t saved_lanes(const struct saved *saved);
 
 #endif

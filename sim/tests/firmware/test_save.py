@@ -29,8 +29,18 @@ from sim.tests.firmware.test_load import (
 )
 from sim.tests.firmware.test_load_followed import CONDITIONS, last_lane, with_direction
 from sim.tests.firmware.test_load_followed import modulators as with_modulators
+from sim.tests.firmware.test_load_real import ORDERS as REAL_ORDERS
+from sim.tests.firmware.test_load_real import (
+    REAL_LANES,
+    lane_words,
+    turn_step_at,
+    with_real_orders,
+)
+from sim.tests.firmware.test_load_real import built as built_with_real_orders
+from sim.tests.firmware.test_load_real import status as real_order_status
 
-from arctrue.device.load import load_frames
+from arctrue.device.load import load_frames, phase_commands
+from arctrue.gateware.coefficients import turn_step
 from arctrue.gateware.register_access import coefficient_words
 
 REGION = range(0xF0_0000, 0x100_0000)
@@ -651,3 +661,52 @@ def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
     assert memory.found() == 5
     found = memory.save.content.settings.parameters
     assert (found.keep, found.noise_limit) == (0.8, 7.0)
+
+
+def test_lanes_of_real_orders_outlive_the_power_and_have_no_phase() -> None:
+    """Orders and amplitudes return with the first turn; the lanes are off until a phase is given.
+
+    Phases belong to the core's count of turns, which begins anew with the power.
+    """
+    board = Board()
+    built_with_real_orders(board.firmware)
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5))
+    wanted = with_real_orders(SUBDIVISION)
+    assert set(send(board.firmware, load_frames(wanted, unseen=True))) == {"ok"}
+    board.work(range(5, 8))
+    for line in phase_commands(wanted, 0):
+        assert board.firmware.send(line).strip() == "ok"
+    board.firmware.step(5)
+    words = {lane: lane_words(board.core.active, lane) for lane in REAL_LANES}
+    assert all(amplitude != 0 for *_, amplitude in words.values())
+    assert board.order("save").startswith("ok, record 1: parameters and ")
+    board.power_on()
+    built_with_real_orders(board.firmware)
+    telemetry = board.firmware.turn(turn(seed=9))
+    assert (telemetry["result"], telemetry["alarms"]) == ("applied", [])
+    assert board.status("saved") == ["confirmed"]
+    assert real_order_status(board.firmware)[:2] == [
+        "real_order 0.500000000 phase_unknown",
+        "real_order 71.400000000 phase_unknown",
+    ]
+    for lane, order in zip(REAL_LANES, REAL_ORDERS, strict=True):
+        assert lane_words(board.core.active, lane)[3] == 0
+        assert turn_step_at(board.firmware, lane) == turn_step(order)
+    for line in phase_commands(wanted, 0):
+        assert board.firmware.send(line).strip() == "ok"
+    board.firmware.step(5)
+    assert {lane: lane_words(board.core.active, lane) for lane in REAL_LANES} == words
+    assert board.order("save").startswith("ok, record 2: parameters and ")
+
+
+def test_a_core_without_real_orders_does_not_take_the_saved_lanes() -> None:
+    board = Board()
+    built_with_real_orders(board.firmware)
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5))
+    send(board.firmware, load_frames(with_real_orders(SUBDIVISION), unseen=True))
+    board.work(range(5, 8))
+    assert board.order("save").startswith("ok")
+    board.power_on()
+    assert "not_confirmed" in board.firmware.turn(turn(seed=9))["alarms"]
