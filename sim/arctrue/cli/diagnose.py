@@ -82,7 +82,7 @@ def diagnose(
             terms,
             loaded.effects,
             matters_counts=matters,
-            progress=progress.now,
+            report_step=progress.now,
         )
     _print(result)
     guide = _guide(result, loaded.measurement_set, measurement_set, model_file)

@@ -73,7 +73,7 @@ def heads(
                 fine_orders=fine_orders,
                 fine_turns=fine_turns,
                 seed=seed,
-                progress=step.now,
+                report_step=step.now,
             )
         )
     _print(found)

@@ -24,7 +24,7 @@ class AddressError(OSError):
     """The page cannot be served at the requested address."""
 
 
-def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None:
+def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep) -> None:
     """Serve at ``host``:``port`` (0: a free port) and report the address first.
 
     At a loopback address only this machine's names are answered; any other address needs a token.
@@ -39,7 +39,7 @@ def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None
     else:
         settings = replace(settings, token=secrets.token_urlsafe(_TOKEN_BYTES))
         query = f"?token={settings.token}"
-        say(
+        report_step(
             f"warning: {host} can be reached by other machines, and the connection is not "
             "encrypted; only those who have the token get in"
         )
@@ -59,7 +59,7 @@ def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None
         ident=None,
     )
     shown = f"[{host}]" if ":" in host else host
-    say(f"serving http://{shown}:{taken}{path}{query}  (Ctrl-C ends it)")
+    report_step(f"serving http://{shown}:{taken}{path}{query}  (Ctrl-C ends it)")
     try:
         server.run()
     finally:

@@ -38,7 +38,10 @@ def ranked(
 ) -> Ranking:
     """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the others."""
     result = diagnose(
-        analysis.observations, list(analysis.solution.terms), analysis.effects, progress=report_step
+        analysis.observations,
+        list(analysis.solution.terms),
+        analysis.effects,
+        report_step=report_step,
     )
     found: Ranking = {
         "diagnosis": diagnosis_data(result, analysis.model.names()),

@@ -49,7 +49,9 @@ class AnswersError(ValueError):
     """A file of answers that cannot be read."""
 
 
-def write_sets(plan: TierPlan, out: Path, first: int | None, say: ReportStep) -> dict[str, str]:
+def write_sets(
+    plan: TierPlan, out: Path, first: int | None, report_step: ReportStep
+) -> dict[str, str]:
     """Write each set of a plan into a folder with its name; return the digest of each by its name.
 
     All machines whose sines and cosines agree compute the same digests. A digest that differs may
@@ -58,7 +60,7 @@ def write_sets(plan: TierPlan, out: Path, first: int | None, say: ReportStep) ->
     tasks = plan.tasks("arctrue")[:first]
     found = {}
     for number, task in enumerate(sorted(tasks, key=set_name), start=1):
-        say(f"set {number} of {len(tasks)}")
+        report_step(f"set {number} of {len(tasks)}")
         folder = out / set_name(task)
         write_measurement_set(folder, make_set(task).measurement)
         found[set_name(task)] = folder_digest(folder)

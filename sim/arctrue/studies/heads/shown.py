@@ -63,13 +63,13 @@ def shown(
     fine_orders: int = FINE_ORDERS,
     fine_turns: int = 10,
     seed: int = 1,
-    progress: ReportStep | None = None,
+    report_step: ReportStep | None = None,
 ) -> dict[str, Any]:
     """Return every row; ``samples_a_turn`` and ``fine_orders`` reduce the work for a test."""
-    say: ReportStep = progress or (lambda _: None)
+    report_step = report_step or (lambda _: None)
     bench = Bench(samples_a_turn=samples_a_turn, seed=seed)
     two = replace(bench, places_deg=TWO_DEG)
-    say("ball pass")
+    report_step("ball pass")
     found: dict[str, Any] = {
         "schema": 1,
         "places_deg": list(PLACES_DEG),
@@ -77,18 +77,18 @@ def shown(
         "seed": seed,
         "ball_pass": _ball_pass(bench, two),
     }
-    say("the hub moves")
+    report_step("the hub moves")
     found["hub_shift"] = [
         _hub_shift(replace(bench, radius_tolerance_m=tolerance), two)
         for tolerance in (0.0, RADIUS_TOLERANCE_M)
     ]
-    say("a head is missing")
+    report_step("a head is missing")
     found["missing"] = _missing(bench)
-    say("a head moves")
+    report_step("a head moves")
     found["moved"] = [_moved(bench, head) for head in range(1, 5)]
-    say("the error function")
+    report_step("the error function")
     found["error_function"] = _error_function(bench, fine_orders, fine_turns)
-    say("what each cause leaves")
+    report_step("what each cause leaves")
     found["budget"] = _budget(bench)
     return found
 

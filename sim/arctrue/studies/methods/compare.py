@@ -103,7 +103,7 @@ def methods() -> tuple[Method, ...]:
 
 
 def compare_methods(
-    settings: MethodsSettings, progress: ReportStep | None = None
+    settings: MethodsSettings, report_step: ReportStep | None = None
 ) -> dict[str, Any]:
     """Run all methods with a moving and with a resting axis; return plain values.
 
@@ -126,8 +126,8 @@ def compare_methods(
     }
     found["own_places"] = _own_places(settings)
     for method in methods():
-        if progress is not None:
-            progress(method.title)
+        if report_step is not None:
+            report_step(method.title)
         output = method.run(moving)
         score, later = moving.score(output), moving.score(output, later=True)
         at_rest = still.score(method.run(still))

@@ -24,7 +24,7 @@ from arctrue.workbench.observations import Observations
 
 
 def tried_effects(
-    residuals: Residuals, effects: Mapping[str, type[Effect]], tests: int, progress: ReportStep
+    residuals: Residuals, effects: Mapping[str, type[Effect]], tests: int, report_step: ReportStep
 ) -> tuple[list[Candidate], dict[str, list[str]]]:
     """Return a candidate of every effect that the set can test, and what it lacks for the others.
 
@@ -39,7 +39,7 @@ def tried_effects(
         if lacking:
             untestable[name] = lacking
             continue
-        progress(f"trying {name}")
+        report_step(f"trying {name}")
         place = looked_for(effect, residuals)
         if place is None or residuals.score(place[0], place[1]).rank == 0:
             continue

@@ -129,7 +129,7 @@ def diagnose(
     effects: Mapping[str, type[Effect]],
     *,
     matters_counts: float = MATTERS_COUNTS,
-    progress: ReportStep = lambda text: None,
+    report_step: ReportStep = lambda text: None,
     given: Adding | None = None,
 ) -> Diagnosis:
     """Judge every effect that ``terms`` lacks; nothing is random, so equal inputs give equal
@@ -140,34 +140,34 @@ def diagnose(
     faults = data_faults(observations)
     if faults:
         return _stated(observations, None, Facts(faults))
-    progress("fitting the model")
+    report_step("fitting the model")
     base = fit(terms, observations)
     if base.noise_is_unknown:
         return _stated(observations, base, Facts())
     adding = given or Adding(base, effects)
-    progress("looking for regular lines")
+    report_step("looking for regular lines")
     findings = findings_of(base, effects)
-    case = _case_of(base, adding, findings, matters_counts, progress)
+    case = _case_of(base, adding, findings, matters_counts, report_step)
     if case.decision.verdict != "adequate":
         left_arcsec = _deepest(case.decision, base).capture_residual_arcsec()
         without = without_wrong_rows(observations, left_arcsec)
         if without is not None:
-            progress("once more without single wrong rows")
+            report_step("once more without single wrong rows")
             return diagnose(
                 replace(without, may_mask=False),
                 terms,
                 effects,
                 matters_counts=matters_counts,
-                progress=progress,
+                report_step=report_step,
                 given=adding,
             )
     tried = case.survey
     refused = Refused(REFUSED_P, PARTS_ADVANTAGE)
     covers = coverage(tried.residuals, case.ranked, tried.untestable, tried.absent, refused)
     facts = Facts(case=case, covers=covers)
-    progress("fitting every row")
+    report_step("fitting every row")
     found = _stated(observations, base, facts)
-    progress("adding it")
+    report_step("adding it")
     names = {item.name for item in (found.decision.spoken_of,) if item is not None}
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}
@@ -227,7 +227,7 @@ def _case_of(
     adding: Adding,
     findings: Findings,
     matters_counts: float,
-    progress: ReportStep,
+    report_step: ReportStep,
 ) -> Case:
     """Collect the candidates with their evidence, and the further data that the rules need."""
     effects = adding.effects
@@ -238,7 +238,7 @@ def _case_of(
     matters = 0.0 if count is None else matters_counts * count
 
     def with_first(before: Survey, first: Candidate) -> Survey:
-        progress(f"once more beside {first.name}")
+        report_step(f"once more beside {first.name}")
         left = before.findings.without(first.regular)
         if first.regular is None and not left.empty:
             left = findings_of(first.at_maximum, effects)
@@ -252,7 +252,7 @@ def _case_of(
             findings=left if first.effect.step_at is None else left.without_steps(),
         )
 
-    tried = survey(Residuals(base), effects, matters, progress, findings=findings)
+    tried = survey(Residuals(base), effects, matters, report_step, findings=findings)
     return Case(tried, effects, with_first, said_of, adding=adding)
 
 

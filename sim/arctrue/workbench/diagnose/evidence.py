@@ -71,7 +71,7 @@ def survey(
     residuals: Residuals,
     effects: Mapping[str, type[Effect]],
     matters_arcsec: float,
-    progress: ReportStep,
+    report_step: ReportStep,
     *,
     negligible: bool = True,
     looks: int = 1,
@@ -92,12 +92,12 @@ def survey(
     }
     channels = fit_of_channels(residuals)
     candidates, untestable = tried_effects(
-        residuals, absent | repeatable, len(absent) * looks, progress
+        residuals, absent | repeatable, len(absent) * looks, report_step
     )
     found = Findings() if findings is None else findings
     lines = regular_candidates(residuals, found.causes, len(absent) * looks)
     candidates = with_regular(candidates, lines, found)
-    progress("trying products of parts")
+    report_step("trying products of parts")
     tried = Survey(
         residuals,
         matters_arcsec,
@@ -109,10 +109,10 @@ def survey(
         channels,
         found,
     )
-    return weighed(tried, progress, negligible=negligible)
+    return weighed(tried, report_step, negligible=negligible)
 
 
-def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
+def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Survey:
     """Return the survey with evidence, the noise free on both sides, for every candidate that may
     be named.
 
@@ -132,7 +132,7 @@ def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
             waiting = _may_come_before(waiting, real)
         if not waiting:
             break
-        item = _largest_sure(waiting.pop(0), tried, null, progress)
+        item = _largest_sure(waiting.pop(0), tried, null, report_step)
         judged[item.name] = item
         if (
             item.p_corrected < SIGNIFICANCE
@@ -143,7 +143,7 @@ def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
             real = item
             waiting = _best_with(waiting, real)
     parts = [
-        *(_judged_product(item, real, tried, null, progress) for item in products),
+        *(_judged_product(item, real, tried, null, report_step) for item in products),
         *tried.parts[len(products) :],
     ]
     candidates = [judged.get(item.name, item) for item in tried.candidates]
@@ -290,12 +290,12 @@ def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidat
 
 
 def _judged(
-    item: Candidate, tried: Survey, null: float, candidates: int, progress: ReportStep
+    item: Candidate, tried: Survey, null: float, candidates: int, report_step: ReportStep
 ) -> Candidate:
     """Return the candidate with its evidence, and with held-out rows if it is significant and
     matters."""
     residuals = tried.residuals
-    progress(f"the noise beside {item.name}")
+    report_step(f"the noise beside {item.name}")
     found = evidence(residuals, null, item.effect, item.nonlinear)
     if found.score.gain > MUCH_MORE * residuals.score(item.effect, item.nonlinear).gain:
         item, found = _in_less_noise(item, found, residuals, null)
@@ -306,7 +306,7 @@ def _judged(
         # neighbouring rows.
         return item
     if item.p_corrected < SIGNIFICANCE and tried.matters(item) and of_rows:
-        progress(f"held-out rows for {item.name}")
+        report_step(f"held-out rows for {item.name}")
         base = found.base.solution
         before, after = held_out_with(
             base.terms, item.term, base.observations, base.context, base.noise
@@ -319,20 +319,22 @@ def _judged(
     return item
 
 
-def _largest_sure(item: Candidate, tried: Survey, null: float, progress: ReportStep) -> Candidate:
+def _largest_sure(
+    item: Candidate, tried: Survey, null: float, report_step: ReportStep
+) -> Candidate:
     """Return the judged candidate; of regular causes of one name, the largest that is significant.
 
     Slow noise may explain a slow line but does not hide a fast one. If none is significant, the
     largest is returned.
     """
-    judged = _judged(item, tried, null, tried.absent, progress)
+    judged = _judged(item, tried, null, tried.absent, report_step)
     if item.regular is None or judged.p_corrected < SIGNIFICANCE:
         return judged
     for cause in tried.findings.causes:
         if cause is item.regular or cause.effect.name != item.name:
             continue
         for line in regular_candidates(tried.residuals, [cause], tried.absent * tried.looks):
-            smaller = _judged(line, tried, null, tried.absent, progress)
+            smaller = _judged(line, tried, null, tried.absent, report_step)
             if smaller.p_corrected < SIGNIFICANCE:
                 return smaller
     return judged
@@ -366,14 +368,14 @@ def _in_less_noise(
 
 
 def _judged_product(
-    item: Candidate, real: Candidate | None, tried: Survey, null: float, progress: ReportStep
+    item: Candidate, real: Candidate | None, tried: Survey, null: float, report_step: ReportStep
 ) -> Candidate:
     """Return a product of parts with its evidence, where it may become a description."""
     ahead = real is None or _bic_with(item, real) > -FAR_BEHIND
     if item.p_corrected >= NEAR_P or not ahead:
         return item
     if real is None or not _same_columns(item, real):
-        return _judged(item, tried, null, 1, progress)
+        return _judged(item, tried, null, 1, report_step)
     assert real.evidence is not None
     score = real.evidence.base.score(item.effect, item.nonlinear)
     settled = _settled(item, replace(real.evidence, score=score), tried, 1)
