@@ -16,7 +16,7 @@ from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import PinEvents
 
 # One lane fewer than the disc has orders: the smallest order stays, below the limit here.
-SETTINGS = DemoSettings(counts_per_rev=1 << 13, lanes=3, disc_scale=16.0)
+SETTINGS = DemoSettings(counts_per_rev=1 << 12, lanes=3, disc_scale=32.0)
 HEAD_SEPARATION_DEG = 33.0
 TOLD_DECIMALS = 2e-9
 """Two units of the ninth decimal, in which the console prints arcsec and rad."""

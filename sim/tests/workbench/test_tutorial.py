@@ -64,8 +64,9 @@ def test_own_effect() -> None:
     assert _follow(DOCS / "own-effect.md") >= 6
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_real_data() -> None:
+    """``test_real_data.py`` tests what the page finds in these sets, without the commands."""
     assert _follow(DOCS / "real-data.md") >= 12
 
 
