@@ -23,7 +23,7 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 FOLLOWED = {"tutorial.md", "first-own-table.md", "own-effect.md", "real-data.md"}
 """test_tutorial.py runs every command of these pages and compares the output (``make test-large``:
-those of real-data.md)."""
+those of own-effect.md and real-data.md)."""
 BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"

@@ -59,8 +59,9 @@ def test_first_own_table() -> None:
     assert _follow(DOCS / "first-own-table.md") >= 4
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_own_effect() -> None:
+    """``test_effects.py``, ``test_commands.py``, ``test_effect_check.py`` test these commands."""
     assert _follow(DOCS / "own-effect.md") >= 6
 
 
