@@ -30,7 +30,9 @@ LONGEST = (
     "coefficient_memory",
     "coefficient_memory_folded",
     "head_failover",
+    "quadrature_decoder",
     "quadrature_output",
+    "turn_difference",
 )
 OUTPUT = next(proof for proof in PROOFS if proof.name == "quadrature_output")
 BRIDGE = next(proof for proof in PROOFS if proof.name == "axi3_to_axi_lite")

@@ -53,7 +53,7 @@ SETS = {
     "no reference": {"error": _warm, "reference": False},
 }
 """Twelve sets of 6,400 rows or fewer."""
-LARGE = ("square wave", "line", "subdivision", "reversal", "skew")
+LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
 """Sets of ``make test-large``. The others have an effect of each kind: linear, with a place that is
 searched, of the capture or the reference alone, of both, and none."""
 

@@ -49,6 +49,7 @@ def test_source_and_licence_are_with_the_data(name: str) -> None:
     assert (DATA / name / "LICENSE").stat().st_size > 1000
 
 
+@pytest.mark.large
 def test_motor_reversal_error(motor: Observations) -> None:
     """Up and down differ by 1,200″: the means of the two directions show it without a fit."""
     lines = [_line(order) for order in (126, 108, 72, 42)]

@@ -48,8 +48,9 @@ def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_tutorial() -> None:
+    """``test_commands.py`` tests the same loop and the adopted effect on other sets."""
     assert _follow(DOCS / "tutorial.md") >= 12
     hidden = json.loads(Path("monday.truth.json").read_text(encoding="utf-8"))
     assert hidden["hidden"] == "thermal_eccentricity"

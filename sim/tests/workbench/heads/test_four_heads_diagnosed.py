@@ -117,7 +117,7 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
 @pytest.mark.parametrize(
     ("order", "size_arcsec"),
     [
-        (97, 0.6),
+        pytest.param(97, 0.6, marks=pytest.mark.large),
         (120, 2.0),
         pytest.param(120, 0.6, marks=pytest.mark.large),
         pytest.param(200, 2.0, marks=pytest.mark.large),
