@@ -54,8 +54,8 @@ SETS = {
 }
 """Twelve sets of 6,400 rows or fewer."""
 LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
-"""Sets of ``make test-large``. The others: a linear effect of the capture, one of the reference, one
-whose place is searched, and none."""
+"""Sets of ``make test-large``. The others have a linear effect of the capture, one of the
+reference, one whose place is searched, and none."""
 
 
 def _made(name: str) -> MeasurementSet:
