@@ -52,10 +52,14 @@ def test_proof(proof: Proof, tmp_path: Path) -> None:
 
 
 @needs_tools
-def test_a_fault_that_changes_nothing_is_reported(tmp_path: Path) -> None:
+def test_a_fault_that_changes_nothing_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``test_proof`` proves the entity itself; a few clocks suffice to see no counterexample."""
+    monkeypatch.setattr(formal, "prove", lambda proof, folder: [])
     line = "        when WRITE_ACCESS =>"
     harmless = Break("nothing", f"{line}\n", f"{line} --\n")
-    (fault,), _ = check(replace(BRIDGE, breaks=(harmless,)), tmp_path)
+    (fault,), _ = check(replace(BRIDGE, breaks=(harmless,), cover_depth=4), tmp_path)
     assert fault == "axi3_to_axi_lite: the proof does not notice that nothing"
 
 
