@@ -10,15 +10,14 @@ from tb.support.simulation import simulate
 WAYS_AND_RETURN = (
     "a_dead_carrier_is_left_out",
     "a_head_that_is_too_fast_is_left_out",
-    "a_head_that_steps_against_the_others_is_left_out",
     "a_small_slip_is_found_at_the_index/slip=4",
     "the_parity_shows_a_slip_at_once",
     "a_head_comes_back_after_its_index",
-    "a_set_that_uses_the_failed_head_is_not_taken",
 )
-"""Each way in which a head fails (the last two begin with an illegal step), its return, a refusal.
+"""Ways in which a head fails, and its return after an illegal step.
 
-``tb/mean/test_head_failover.py`` compares each decision with the model.
+``sim/tests/instrument/test_failover.py`` has a head that steps against the others;
+``tb/mean/test_head_failover.py`` compares each decision, also each refusal, with the model.
 """
 
 
