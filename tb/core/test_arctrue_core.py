@@ -29,20 +29,19 @@ def test_core(testcase: tuple[str, ...] | None) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "losses", ["each_once", pytest.param("every_pair", marks=pytest.mark.large)]
-)
-def test_folded_core(losses: str) -> None:
+@pytest.mark.parametrize("tests", ["quick", pytest.param("all", marks=pytest.mark.large)])
+def test_folded_core(tests: str) -> None:
     """The core has one pipeline for four lanes, and registers that state it.
 
-    ``losses`` are the pairs of settings with which a count is lost.
+    The quick tests leave out what other benches show: edges that are corrected
+    (``test_core_with_a_table``), turns that a slow processor misses (``tb/sampler``), and an index
+    that scatters (``tb/decoder``).
     """
     simulate(
         "arctrue_core",
         "tb.core.arctrue_core_bench",
         generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 4},
-        testcase="lost_counts_leave_the_correction_on.*" if losses == "every_pair" else None,
-        environment={"FOLD": "4", "LOSSES": losses},
+        environment={"FOLD": "4", **({"QUICK": "yes"} if tests == "quick" else {})},
     )
 
 
