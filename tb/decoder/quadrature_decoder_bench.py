@@ -125,7 +125,9 @@ async def long_turn_at_an_edge_every_clock(dut) -> None:
     await Timer(10, "ns")
     Clock(dut.b, 40, unit="ns", impl="gpi").start()
     seen = []
-    for _ in range(3):
+    for mark in range(3):
+        if mark:
+            await wait(turn - 6 - 1)
         dut.z.value = 1
         await RisingEdge(dut.index_strobe)
         await FallingEdge(dut.clock)
@@ -134,6 +136,5 @@ async def long_turn_at_an_edge_every_clock(dut) -> None:
         assert dut.position.value.to_signed() == seen[-1] + 2
         assert dut.angle.value.to_unsigned() == 2
         dut.z.value = 0
-        await wait(turn - 6 - 1)
     assert np.diff(seen).tolist() == [turn, turn]
     assert dut.index_error.value == 0
