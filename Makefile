@@ -58,11 +58,11 @@ build/generated/.made: $(GENERATORS) rtl/formats/number_formats_pkg.vhd $(REGIST
 demo: generate ## the main job: calibration in GHDL; beside it a hidden effect at full scale, named and corrected
 	$(VENV)/arctrue demo
 
-test: generate lint ## every check and test but the largest configurations; JUnit report in build/reports/
+test: generate lint ## every check and test but those of make test-large; JUnit report in build/reports/
 	@mkdir -p build/reports
 	@$(PYTEST) -m "not large" --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
 
-test-large: generate ## the largest configurations of the benches, proofs and worlds that make test leaves out
+test-large: generate ## larger configurations and further cases of what make test shows: benches, proofs, worlds
 	@mkdir -p build/reports
 	@$(PYTEST) -m large --junitxml=build/reports/junit_large.xml $(PYTEST_OPTIONS)
 

@@ -41,5 +41,4 @@ def test_modulated_pipeline(fold: int) -> None:
         "tb.conditions.modulated_pipeline_bench",
         generics={"LANES": 8, "FOLD": fold, "MODULATORS": "true"},
         environment={"LANES": "8", "FOLD": str(fold), "COUNTS_PER_REV": "65536"},
-        backend="llvm",
     )

@@ -24,6 +24,10 @@ LANES = 4
 FOLD = int(os.environ.get("FOLD", "1"))
 EVENTS = "EVENTS" in os.environ
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
+QUICK = "QUICK" in os.environ
+"""Whether the tests that turn longest are left out."""
+LOSSES = [(1, False), (0, True)] + ([] if QUICK else [(0, False), (1, True)])
+"""Pairs of ``heal`` and ``head2_dead`` with which counts are lost."""
 CAPTURE_DEPTH = 64
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
@@ -149,7 +153,7 @@ async def wait_for_interrupt(machine: Machine, clocks: int) -> None:
     raise AssertionError(f"no interrupt within {clocks} clocks")
 
 
-@cocotb.test()
+@cocotb.test(skip=QUICK)
 async def from_edges_to_corrected_edges(dut):
     """Pins, decoder, capture over AXI, coefficients over AXI, swap and corrected edges work
     together."""
@@ -227,7 +231,7 @@ async def from_edges_to_corrected_edges(dut):
     assert (await names.read_fields("status"))["cannot_keep_up"] == 0
 
 
-@cocotb.test()
+@cocotb.test(skip=QUICK)
 async def capture_under_stalls_loses_nothing(dut):
     """A slow processor with stalls reads complete turns, and every missed turn is counted."""
     machine = await prepared(dut, stall=0.5, seed=2)
@@ -254,7 +258,7 @@ async def capture_under_stalls_loses_nothing(dut):
     assert numbers[-1] + 1 - len(numbers) <= dropped
 
 
-@cocotb.test()
+@cocotb.test(skip=QUICK)
 async def a_scattered_index_changes_no_capture(dut):
     """Marks repeat to ±1 count: every capture is complete, and no fault is reported."""
     machine = await prepared(dut)
@@ -434,7 +438,7 @@ async def a_shorter_turn_sends_no_burst(dut):
 
 
 @cocotb.test()
-@cocotb.parametrize(heal=[0, 1], head2_dead=[False, True])
+@cocotb.parametrize((("heal", "head2_dead"), LOSSES))
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     """A period is lost on the wires: the correction stays on, and place and Z become right again.
 

@@ -7,6 +7,7 @@ is right.
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import cocotb
@@ -54,6 +55,8 @@ move by up to 11. The error with three heads contains the axis and follows a who
 if HEADS < 4:
     UNTIL_ZEROS = COUNTS + 150
 EVERYONE = tuple(range(1, HEADS + 1))
+TURNS_WITHOUT_A_HEAD = {"missing_edges"} if "QUICK" in os.environ else {"all"}
+"""Causes after which the mean of the other heads is compared over a whole turn, or all."""
 
 
 def set_of(missing: int) -> MeanSet:
@@ -128,6 +131,8 @@ async def left_out(
     machine.dut._log.info(f"{cause}: head {head} after {clocks} clocks, off by {worst:.2f} counts")
     assert worst <= off + LANES_ERROR + 1.5
     assert np.abs(np.diff(machine.corrected[began:])).max() <= LARGEST_STEP
+    if not TURNS_WITHOUT_A_HEAD & {cause, "all"}:
+        return
     first = len(machine.corrected)
     await machine.turn(COUNTS)
     if HEADS > 3:

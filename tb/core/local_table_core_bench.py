@@ -6,6 +6,7 @@ A table of four windows joins a sum of orders. In every clock the correction is 
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import cocotb
@@ -89,7 +90,7 @@ def turns(number: float) -> NDArray[np.float64]:
 
 @cocotb.test()
 async def scratches_are_taken_away(dut: Any) -> None:
-    """Load a table, invert it and switch it off, each with a swap, while the lanes stay."""
+    """Load a table, swap the lanes alone, load its inverse and switch it off, each with a swap."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["local_table"] == 1
@@ -97,7 +98,8 @@ async def scratches_are_taken_away(dut: Any) -> None:
     await names.command("swap")
     await names.update("control", output_enable=1, compensate=1)
     await machine.turn(machine.now + turns(1.5))
-    for loaded in (scratches(1), scratches(-1)):
+    for sign in map(int, os.environ["SIGNS"].split()):
+        loaded = scratches(sign)
         await names.write_local_table(loaded)
         await names.command("swap")
         await settled(machine)

@@ -27,7 +27,7 @@ from arctrue.generated.number_formats import (
     PIPELINE_LATENCY,
 )
 from tb.core import arctrue_core_table as table
-from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, LANES, Machine, prepared
+from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, LANES, ROTATION, Machine, prepared
 
 WIDTH_COUNTS = 150
 DEAD_ZONE = 4
@@ -150,7 +150,8 @@ async def every_clock_is_the_models(dut: Any) -> None:
     clock = np.arange(2 * SWEEP_CLOCKS, seen["sweep_step"].size - PIPELINE_LATENCY)
     angles, positions = seen["angle_in"][clock], seen["healed"][clock]
     phases = phase_unit(angles, loaded.phase_steps, loaded.phase_offsets)
-    sums = add_pairs(harmonic_unit(phases, amplitudes[clock + READ_CLOCKS]), 0)
+    products = harmonic_unit(phases, amplitudes[clock + READ_CLOCKS], rotation=ROTATION)
+    sums = add_pairs(products, 0)
     limit = correction_limit(table.COUNTS_PER_REV) << PAIR_FRACTION
     model = subtract(angles, positions, np.clip(sums, -limit, limit), table.COUNTS_PER_REV)
     for name, expected in (

@@ -5,16 +5,19 @@ import pytest
 from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
-UNFOLDED = (
-    "from_edges_to_corrected_edges",
-    "illegal_accesses_are_refused",
-    "interrupt_of_a_swap_and_its_ramp",
+UNFOLDED = ("illegal_accesses_are_refused", "interrupt_of_a_swap_and_its_ramp")
+"""Tests in which the pipeline's lanes and latency matter.
+
+``tb/top/test_arctrue_zynq_top.py`` takes edges through this core to corrected edges.
+"""
+
+
+@pytest.mark.parametrize(
+    "testcase",
+    [UNFOLDED, pytest.param(None, marks=pytest.mark.large)],
+    ids=["lanes_and_latency", "all"],
 )
-"""Tests in which the pipeline's lanes and latency matter."""
-
-
-@pytest.mark.parametrize("testcase", [*UNFOLDED, pytest.param(None, marks=pytest.mark.large)])
-def test_core(testcase: str | None) -> None:
+def test_core(testcase: tuple[str, ...] | None) -> None:
     """Every lane has a pipeline; ``make test-large`` runs all tests, as ``test_folded_core``
     does."""
     simulate(
@@ -22,45 +25,45 @@ def test_core(testcase: str | None) -> None:
         "tb.core.arctrue_core_bench",
         generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH},
         testcase=testcase,
-        backend="llvm",
     )
 
 
 @pytest.mark.slow
-def test_folded_core() -> None:
-    """The core has one pipeline for four lanes, and registers that state it."""
+@pytest.mark.parametrize("tests", ["quick", pytest.param("all", marks=pytest.mark.large)])
+def test_folded_core(tests: str) -> None:
+    """The core has one pipeline for four lanes, and registers that state it.
+
+    The quick tests leave out what other benches show: edges that are corrected
+    (``test_core_with_a_table``), turns that a slow processor misses (``tb/sampler``), and an index
+    that scatters (``tb/decoder``).
+    """
     simulate(
         "arctrue_core",
         "tb.core.arctrue_core_bench",
         generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 4},
-        environment={"FOLD": "4"},
-        backend="llvm",
+        environment={"FOLD": "4", **({"QUICK": "yes"} if tests == "quick" else {})},
     )
 
 
 def test_core_with_events() -> None:
     """Events of probe and compare wait for the processor with EVENTS, and a register states it."""
     generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "EVENTS": "true"}
-    for testcase in ("events_wait_for_the_processor", "illegal_accesses_are_refused"):
-        simulate(
-            "arctrue_core",
-            "tb.core.arctrue_core_bench",
-            generics=generics,
-            testcase=testcase,
-            environment={"EVENTS": "yes"},
-            backend="llvm",
-        )
+    simulate(
+        "arctrue_core",
+        "tb.core.arctrue_core_bench",
+        generics=generics,
+        testcase=("events_wait_for_the_processor", "illegal_accesses_are_refused"),
+        environment={"EVENTS": "yes"},
+    )
 
 
 def test_core_with_a_table() -> None:
     """The data path works with ROTATION = table, and a register states it."""
     generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 2, "ROTATION": "table"}
-    for testcase in ("from_edges_to_corrected_edges", "illegal_accesses_are_refused"):
-        simulate(
-            "arctrue_core",
-            "tb.core.arctrue_core_bench",
-            generics=generics,
-            testcase=testcase,
-            environment={"FOLD": "2", "ROTATION": "table"},
-            backend="llvm",
-        )
+    simulate(
+        "arctrue_core",
+        "tb.core.arctrue_core_bench",
+        generics=generics,
+        testcase=("from_edges_to_corrected_edges", "illegal_accesses_are_refused"),
+        environment={"FOLD": "2", "ROTATION": "table"},
+    )

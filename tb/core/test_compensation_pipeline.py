@@ -45,8 +45,6 @@ def run(
             "ROTATION": rotation,
             "FOUND_FILE": str(found_file or ""),
         },
-        # With llvm, 32 lanes run three times as fast as in mcode.
-        backend="llvm",
     )
 
 
@@ -91,7 +89,10 @@ def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
     assert len(found[0]) == 300
 
 
-@pytest.mark.parametrize("fold", FOLDS)
+@pytest.mark.parametrize(
+    "fold",
+    [1, pytest.param(2, marks=pytest.mark.large), pytest.param(4, marks=pytest.mark.large), 8],
+)
 def test_lanes_with_a_table(fold: int) -> None:
     """The lanes equal the model and are near equation (9), within the table's bound, for every
     fold."""
@@ -156,12 +157,12 @@ def test_latencies(fold: int) -> None:
     run("latencies_of_table_1", lanes=8, fold=fold)
 
 
-@pytest.mark.parametrize("counts_per_rev", [5000, 2**24])
+@pytest.mark.parametrize("counts_per_rev", [5000, pytest.param(2**24, marks=pytest.mark.large)])
 def test_swap_and_bypass_under_load(counts_per_rev: int) -> None:
     run("swap_and_bypass_under_load", lanes=4, angles=6000, counts_per_rev=counts_per_rev)
 
 
-@pytest.mark.parametrize("fold", FOLDS[1:])
+@pytest.mark.parametrize("fold", [2, pytest.param(4, marks=pytest.mark.large), 8])
 def test_folded_swaps_are_atomic(fold: int) -> None:
     """Each angle meets one bank in all of its slots; the ramp makes no step."""
     run("swap_and_bypass_under_load", lanes=8, angles=3000, counts_per_rev=5000, fold=fold)
@@ -172,13 +173,19 @@ def test_reset_under_load(fold: int) -> None:
     run("reset_under_load", lanes=2, fold=fold)
 
 
-@pytest.mark.parametrize("fold", [1, 4])
-def test_real_orders(fold: int) -> None:
+@pytest.mark.parametrize(
+    ("fold", "lanes", "counts_per_rev"),
+    [(1, 2, 1024), (4, 4, 2048), pytest.param(1, 4, 2048, marks=pytest.mark.large)],
+)
+def test_real_orders(fold: int, lanes: int, counts_per_rev: int) -> None:
     """Phases that continue from turn to turn equal the model in every clock."""
     simulate(
         TOPLEVEL,
         "tb.core.real_orders_pipeline_bench",
-        generics={"LANES": 4, "FOLD": fold, "REAL_ORDERS": "true"},
-        environment={"LANES": "4", "FOLD": str(fold), "COUNTS_PER_REV": "2048"},
-        backend="llvm",
+        generics={"LANES": lanes, "FOLD": fold, "REAL_ORDERS": "true"},
+        environment={
+            "LANES": str(lanes),
+            "FOLD": str(fold),
+            "COUNTS_PER_REV": str(counts_per_rev),
+        },
     )

@@ -7,9 +7,30 @@ import pytest
 from tb.core.mean_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
+WAYS_AND_RETURN = (
+    "a_dead_carrier_is_left_out",
+    "a_head_that_is_too_fast_is_left_out",
+    "a_small_slip_is_found_at_the_index/slip=4",
+    "the_parity_shows_a_slip_at_once",
+    "a_head_comes_back_after_its_index",
+)
+"""Ways in which a head fails, and its return after an illegal step.
 
-@pytest.mark.parametrize("heads", [pytest.param(3, marks=pytest.mark.large), 4])
-def test_failover_core(heads: int) -> None:
+``sim/tests/instrument/test_failover.py`` has a head that steps against the others;
+``tb/mean/test_head_failover.py`` compares each decision, also each refusal, with the model.
+"""
+
+
+@pytest.mark.parametrize(
+    ("heads", "testcase"),
+    [
+        (4, WAYS_AND_RETURN),
+        pytest.param(3, None, marks=pytest.mark.large),
+        pytest.param(4, None, marks=pytest.mark.large),
+    ],
+    ids=["4-ways_and_return", "3-all", "4-all"],
+)
+def test_failover_core(heads: int, testcase: tuple[str, ...] | None) -> None:
     simulate(
         "arctrue_core",
         "tb.core.failover_core_bench",
@@ -19,6 +40,10 @@ def test_failover_core(heads: int) -> None:
             "HEADS": heads,
             "FAILOVER": "true",
         },
-        environment={"HEADS": str(heads), "ANY_HEAD_MAY_FAIL": "yes"},
-        backend="llvm",
+        testcase=testcase,
+        environment={
+            "HEADS": str(heads),
+            "ANY_HEAD_MAY_FAIL": "yes",
+            **({"QUICK": "yes"} if testcase else {}),
+        },
     )

@@ -11,8 +11,17 @@ from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("fold", [pytest.param(1, marks=pytest.mark.large), 4])
-def test_core_with_a_local_table(fold: int) -> None:
+@pytest.mark.parametrize(
+    ("fold", "signs"),
+    [
+        (4, "1"),
+        pytest.param(1, "1 -1", marks=pytest.mark.large),
+        pytest.param(4, "1 -1", marks=pytest.mark.large),
+    ],
+)
+def test_core_with_a_local_table(fold: int, signs: str) -> None:
+    """``signs`` are those of the tables loaded one after the other; the banks of the table have
+    their own test."""
     simulate(
         "arctrue_core",
         "tb.core.local_table_core_bench",
@@ -22,6 +31,5 @@ def test_core_with_a_local_table(fold: int) -> None:
             "FOLD": fold,
             "LOCAL_TABLE": "true",
         },
-        environment={"FOLD": str(fold)},
-        backend="llvm",
+        environment={"FOLD": str(fold), "SIGNS": signs},
     )

@@ -9,9 +9,15 @@ from tb.support.simulation import simulate
 
 
 @pytest.mark.parametrize(
-    "heads", [pytest.param(2, marks=pytest.mark.large), pytest.param(3, marks=pytest.mark.large), 4]
+    ("heads", "carriers"),
+    [
+        (4, "4"),
+        pytest.param(2, "1 2", marks=pytest.mark.large),
+        pytest.param(3, "1 2 3", marks=pytest.mark.large),
+        pytest.param(4, "1 2 3 4", marks=pytest.mark.large),
+    ],
 )
-def test_mean_core(heads: int) -> None:
+def test_mean_core(heads: int, carriers: str) -> None:
     simulate(
         "arctrue_core",
         "tb.core.mean_core_bench",
@@ -21,6 +27,5 @@ def test_mean_core(heads: int) -> None:
             "HEADS": heads,
             "MEAN": "true",
         },
-        environment={"HEADS": str(heads)},
-        backend="llvm",
+        environment={"HEADS": str(heads), "CARRIERS": carriers},
     )

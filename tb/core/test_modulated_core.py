@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
 
-def test_modulated_core() -> None:
+@pytest.mark.parametrize("rotation", ["table", pytest.param("cordic", marks=pytest.mark.large)])
+def test_modulated_core(rotation: str) -> None:
+    """``tb/conditions`` compares modulated lanes with a CORDIC with the model in every clock."""
     simulate(
         "arctrue_core",
         "tb.core.modulated_core_bench",
-        generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "MODULATORS": "true"},
-        backend="llvm",
+        generics={
+            "LANES": LANES,
+            "CAPTURE_DEPTH": CAPTURE_DEPTH,
+            "MODULATORS": "true",
+            "ROTATION": rotation,
+        },
+        environment={"ROTATION": rotation},
     )

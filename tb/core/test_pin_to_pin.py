@@ -19,7 +19,6 @@ def test_pin_to_pin(fold: int, tmp_path: Path) -> None:
         "tb.core.pin_to_pin_bench",
         generics={"LANES": 8, "CAPTURE_DEPTH": 64, "FOLD": fold},
         environment={"FOLD": str(fold), "MEASURED": str(measured)},
-        backend="llvm",
     )
     least, most = pin_to_pin_clocks(fold)
     assert json.loads(measured.read_text()) == list(range(least, most + 1))

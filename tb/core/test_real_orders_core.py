@@ -23,5 +23,4 @@ def test_core_with_real_orders(fold: int) -> None:
             "REAL_ORDERS": "true",
         },
         environment={"FOLD": str(fold)},
-        backend="llvm",
     )

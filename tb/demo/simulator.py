@@ -23,7 +23,6 @@ def run_core(files: DemoFiles) -> None:
             "RECORDED": str(files.recorded),
         },
         environment={"ARCTRUE_DEMO_FOLDER": str(files.folder)},
-        backend="llvm",
     )
 
 

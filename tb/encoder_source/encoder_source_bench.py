@@ -11,7 +11,8 @@ from cocotb.triggers import FallingEdge
 from numpy.typing import NDArray
 
 COUNTS_PER_REV = 1024
-STEP = round(20_000_000 / 125_000_000 * 2**24) / 2**24
+COUNTS_PER_SECOND = 40_000_000
+STEP = round(COUNTS_PER_SECOND / 125_000_000 * 2**24) / 2**24
 SEPARATION = 94
 AHEAD = (0, SEPARATION, 503, 734)
 """Counts by which each head reads ahead of head 1."""
@@ -19,8 +20,8 @@ HEADS = int(os.environ.get("HEADS", "2"))
 AMPLITUDES = (9, 4)
 TURNS = (0.334, 0.668)
 LATENCY = 35
-CLOCKS = 15_600
-"""Number of clocks: two turns of 6,400 clocks, and the time before the first index."""
+CLOCKS = 7_800
+"""Number of clocks: two turns of 3,200 clocks, and the time before the first index."""
 
 BOUND_COUNTS = 1.6
 """Bound: the true angle is cut to a count (1); reading (0.5) and coefficients (0.1) are rounded."""

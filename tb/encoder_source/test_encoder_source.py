@@ -2,7 +2,12 @@
 
 import pytest
 
-from tb.encoder_source.encoder_source_bench import AHEAD, AMPLITUDES, COUNTS_PER_REV
+from tb.encoder_source.encoder_source_bench import (
+    AHEAD,
+    AMPLITUDES,
+    COUNTS_PER_REV,
+    COUNTS_PER_SECOND,
+)
 from tb.support.simulation import simulate
 
 
@@ -10,7 +15,7 @@ from tb.support.simulation import simulate
 def test_encoder_source(heads: int) -> None:
     generics = {
         "COUNTS_PER_REV": COUNTS_PER_REV,
-        "COUNTS_PER_SECOND": 20_000_000,
+        "COUNTS_PER_SECOND": COUNTS_PER_SECOND,
         "HEADS": heads,
         "HEAD_SEPARATION": AHEAD[1],
         "HEAD3_AHEAD": AHEAD[2],
@@ -23,5 +28,4 @@ def test_encoder_source(heads: int) -> None:
         "tb.encoder_source.encoder_source_bench",
         generics=generics,
         environment={"HEADS": str(heads)},
-        backend="llvm",
     )

@@ -16,5 +16,4 @@ def test_cordic_rotation(width: int, iterations: int, angles: int) -> None:
         "tb.harmonic.cordic_rotation_bench",
         generics=values,
         environment=environment(**values, ANGLES=angles),
-        backend="llvm",
     )

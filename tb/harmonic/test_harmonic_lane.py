@@ -23,7 +23,6 @@ def test_other_generics(width: int, iterations: int, add_partner: str) -> None:
         BENCH,
         generics={**values, "ADD_PARTNER": add_partner},
         environment=environment(**values, ADD_PARTNER=add_partner, ANGLES=2500),
-        backend="llvm",
     )
 
 
@@ -37,7 +36,6 @@ def test_from_the_table(add_partner: str, tmp_path: Path) -> None:
         BENCH,
         generics=generics,
         environment=environment(**generics, ANGLES=20_000, COSINES_FILE=str(file)),
-        backend="llvm",
     )
     with np.load(file) as simulated:
         error = cosine_error(simulated["phase"], simulated["cosine"])
@@ -52,7 +50,6 @@ def test_default_on_20000_phases(add_partner: str, tmp_path: Path) -> None:
         BENCH,
         generics={"ADD_PARTNER": add_partner},
         environment=environment(ADD_PARTNER=add_partner, ANGLES=20_000, COSINES_FILE=str(file)),
-        backend="llvm",
     )
     with np.load(file) as simulated:
         phase, cosine = simulated["phase"], simulated["cosine"]

@@ -25,7 +25,6 @@ def test_harmonic_unit(lanes: int, angles: int, width: int, iterations: int) -> 
         "tb.harmonic.harmonic_unit_bench",
         generics=values,
         environment=environment(**values, ANGLES=angles),
-        backend="llvm",
     )
 
 
@@ -37,5 +36,4 @@ def test_from_the_table(lanes: int) -> None:
         "tb.harmonic.harmonic_unit_bench",
         generics=values,
         environment=environment(**values, ANGLES=400),
-        backend="llvm",
     )

@@ -4,4 +4,4 @@ from tb.support.simulation import simulate
 
 
 def test_table_rotation() -> None:
-    simulate("table_rotation", "tb.harmonic.table_rotation_bench", backend="llvm")
+    simulate("table_rotation", "tb.harmonic.table_rotation_bench")

@@ -35,6 +35,8 @@ class Case:
     generics: dict[str, int | str]
     stimulus: Callable[[np.random.Generator], Stimulus]
     settled: int
+    in_core: bool = False
+    """True if the cores of ``test_equal.py`` have the unit with the same functions."""
 
     def __str__(self) -> str:
         return "-".join([self.entity, *(f"{name}{value}" for name, value in self.generics.items())])
@@ -374,25 +376,32 @@ CASES = (
         real_order_coefficient_memory,
         300,
     ),
-    Case("phase_unit", {"LANES": LANES}, phase_unit, 10),
-    Case("cordic_rotation", {}, cordic_rotation, 30),
-    Case("table_rotation", {}, cordic_rotation, 30),
-    Case("harmonic_unit", {"LANES": LANES}, harmonic_unit, 40),
-    Case("error_compensation", {"LANES": LANES}, error_compensation, 20),
-    Case("error_compensation", {"LANES": LANES, "FOLD": FOLD}, folded_error_compensation, 20),
+    Case("phase_unit", {"LANES": LANES}, phase_unit, 10, in_core=True),
+    Case("cordic_rotation", {}, cordic_rotation, 30, in_core=True),
+    Case("table_rotation", {}, cordic_rotation, 30, in_core=True),
+    Case("harmonic_unit", {"LANES": LANES}, harmonic_unit, 40, in_core=True),
+    Case("error_compensation", {"LANES": LANES}, error_compensation, 20, in_core=True),
+    Case(
+        "error_compensation",
+        {"LANES": LANES, "FOLD": FOLD},
+        folded_error_compensation,
+        20,
+        in_core=True,
+    ),
     Case("error_compensation", {"LANES": LANES, "MEAN": "true"}, error_compensation, 20),
     Case("error_compensation", {"LANES": LANES, "LOCAL_TABLE": "true"}, error_compensation, 20),
-    Case("delay_line", {"WIDTH": 57, "CLOCKS": 25}, delay_line, 30),
-    Case("quadrature_decoder", {}, quadrature_decoder, 20),
+    Case("delay_line", {"WIDTH": 57, "CLOCKS": 25}, delay_line, 30, in_core=True),
+    Case("quadrature_decoder", {}, quadrature_decoder, 20, in_core=True),
     Case("quadrature_decoder", {"DELAYED": "true"}, quadrature_decoder, 20),
-    Case("quadrature_output", {}, quadrature_output, 20),
-    Case("sampler", {"DEPTH": DEPTH}, sampler, 200),
+    Case("quadrature_output", {}, quadrature_output, 20, in_core=True),
+    Case("sampler", {"DEPTH": DEPTH}, sampler, 200, in_core=True),
     Case("sampler", {"DEPTH": DEPTH, "HEADS": HEADS_MAX}, sampler, 200),
-    Case("coefficient_memory", {"LANES": LANES}, coefficient_memory, 20),
+    Case("coefficient_memory", {"LANES": LANES}, coefficient_memory, 20, in_core=True),
     Case(
         "coefficient_memory",
         {"LANES": LANES * FOLD, "FOLD": FOLD},
         folded_coefficient_memory,
         20,
+        in_core=True,
     ),
 )

@@ -47,7 +47,11 @@ def simulated(case: Case, replay: Replay, folder: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("case", CASES, ids=str)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=pytest.mark.large if case.in_core else ()) for case in CASES],
+    ids=str,
+)
 def test_unit(case: Case, tmp_path: Path) -> None:
     replay = compiled(case.entity, case.generics)
     simulated(case, replay, tmp_path)

@@ -11,7 +11,6 @@ def test_local_table(counts_per_rev: int) -> None:
         "local_table",
         "tb.local_table.local_table_bench",
         environment={"COUNTS_PER_REV": str(counts_per_rev)},
-        backend="llvm",
     )
 
 
@@ -21,5 +20,4 @@ def test_local_table_banks(counts_per_rev: int) -> None:
         "local_table_banks",
         "tb.local_table.local_table_banks_bench",
         environment={"COUNTS_PER_REV": str(counts_per_rev)},
-        backend="llvm",
     )

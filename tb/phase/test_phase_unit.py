@@ -12,5 +12,4 @@ def test_phase_unit(lanes: int, angles: int) -> None:
         "tb.phase.phase_unit_bench",
         generics={"LANES": lanes},
         environment={"LANES": str(lanes), "ANGLES": str(angles)},
-        backend="llvm",
     )

@@ -8,4 +8,7 @@ def test_quadrature_output() -> None:
 
 
 def test_loop_back_into_the_decoder() -> None:
-    simulate("quadrature_loopback_harness", "tb.quadrature_output.quadrature_loopback_bench")
+    simulate(
+        "quadrature_loopback_harness",
+        "tb.quadrature_output.quadrature_loopback_bench",
+    )

@@ -107,47 +107,45 @@ def test_c_header_compiles_and_places_the_registers() -> None:
     )
 
 
+def check_windows(generics: dict[str, int | str], environment: dict[str, str]) -> None:
+    """Check every address of a core that is built with these generics."""
+    simulate(
+        "arctrue_registers_harness",
+        "tb.registers.arctrue_registers_bench",
+        generics=generics,
+        testcase=("every_word_of_the_map", "random_accesses_as_the_model"),
+        environment=environment,
+    )
+
+
 @pytest.mark.parametrize(
     ("heads", "failover"),
     [
         (2, False),
         pytest.param(3, False, marks=pytest.mark.large),
-        (4, False),
+        pytest.param(4, False, marks=pytest.mark.large),
         pytest.param(3, True, marks=pytest.mark.large),
         (4, True),
     ],
 )
 def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) -> None:
     """Every address is answered or refused as the map says for the heads that are built."""
-    for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
-        simulate(
-            "arctrue_registers_harness",
-            "tb.registers.arctrue_registers_bench",
-            generics={"HEADS": heads, "MEAN": "true", "FAILOVER": str(failover).lower()},
-            testcase=testcase,
-            environment={"HEADS": str(heads), **({"FAILOVER": "yes"} if failover else {})},
-        )
+    check_windows(
+        {"HEADS": heads, "MEAN": "true", "FAILOVER": str(failover).lower()},
+        {"HEADS": str(heads), **({"FAILOVER": "yes"} if failover else {})},
+    )
 
 
-def test_windows_of_the_local_table() -> None:
-    """Points and place are answered if built, and the addresses next to them are refused."""
-    for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
-        simulate(
-            "arctrue_registers_harness",
-            "tb.registers.arctrue_registers_bench",
-            generics={"LOCAL_TABLE": "true"},
-            testcase=testcase,
-            environment={"LOCAL_TABLE": "yes"},
-        )
-
-
-def test_windows_of_real_orders() -> None:
-    """Turn steps and the turn number are answered if built, and all other addresses are refused."""
-    for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
-        simulate(
-            "arctrue_registers_harness",
-            "tb.registers.arctrue_registers_bench",
-            generics={"REAL_ORDERS": "true"},
-            testcase=testcase,
-            environment={"REAL_ORDERS": "yes"},
-        )
+@pytest.mark.parametrize(
+    "built",
+    [
+        ("LOCAL_TABLE", "REAL_ORDERS"),
+        pytest.param(("LOCAL_TABLE",), marks=pytest.mark.large),
+        pytest.param(("REAL_ORDERS",), marks=pytest.mark.large),
+    ],
+    ids=" ".join,
+)
+def test_windows_of_the_local_table_and_of_real_orders(built: tuple[str, ...]) -> None:
+    """Points, place, turn steps and turn number are answered if built; their neighbours are
+    refused."""
+    check_windows(dict.fromkeys(built, "true"), dict.fromkeys(built, "yes"))

@@ -15,7 +15,7 @@ GENERICS = {
 
 @pytest.mark.slow
 def test_top_level() -> None:
-    simulate("arctrue_zynq_harness", "tb.top.arctrue_zynq_bench", generics=GENERICS, backend="llvm")
+    simulate("arctrue_zynq_harness", "tb.top.arctrue_zynq_bench", generics=GENERICS)
 
 
 @pytest.mark.slow
@@ -25,7 +25,6 @@ def test_four_heads_reach_the_core() -> None:
         "tb.top.arctrue_zynq_heads_bench",
         generics={**GENERICS, "HEADS": 4},
         environment={"HEADS": "4"},
-        backend="llvm",
     )
 
 
@@ -40,5 +39,4 @@ def test_pairs_reach_the_top_level() -> None:
             "ARCTRUE_FOLD": "2",
             "COCOTB_TEST_FILTER": "registers|from_edges|interrupt|i2c|identified",
         },
-        backend="llvm",
     )

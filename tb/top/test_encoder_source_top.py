@@ -11,6 +11,4 @@ from tb.support.simulation import simulate
     ],
 )
 def test_encoder_source_top(top: str, heads: int) -> None:
-    simulate(
-        top, "tb.top.encoder_source_top_bench", environment={"HEADS": str(heads)}, backend="llvm"
-    )
+    simulate(top, "tb.top.encoder_source_top_bench", environment={"HEADS": str(heads)})

@@ -81,6 +81,7 @@ def test_phase_lane_takes_three_multipliers(tmp_path: Path) -> None:
     assert lane.latches == 0
 
 
+@pytest.mark.large
 @needs_tools
 def test_folded_lanes_share_their_multipliers(tmp_path: Path) -> None:
     netlist = write_netlist(

@@ -230,6 +230,7 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     near, far = pty.openpty()
     tty.setraw(far)
     monkeypatch.setattr(console.Console.command, "__defaults__", (0.3,))
+    monkeypatch.setattr(console, "LATE_S", 0.3)
     done = CliRunner().invoke(main, ["monitor", os.ttyname(far)])
     assert done.exit_code == 2
     assert "no answer to 'telemetry on'" in done.output

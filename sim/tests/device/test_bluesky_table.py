@@ -108,7 +108,7 @@ def test_a_plan_calibrates_loads_and_verifies(
     assert np.std(made_arcsec - expected_arcsec) < 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_plan_runs_on_the_compiled_instrument(
     ports: None, engine: RunEngine, tmp_path: Path
 ) -> None:

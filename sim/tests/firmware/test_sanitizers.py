@@ -1,4 +1,8 @@
-"""Run the other tests of the firmware once more, with AddressSanitizer."""
+"""Run the other tests of the firmware once more, with AddressSanitizer.
+
+``test_fuzz_corpus.py`` runs the console and the checks of captures and records with it in each
+``make test``.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ MODULES = (
 )
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_with_address_sanitizer() -> None:
     preload = subprocess.run(
         ["gcc", "-print-file-name=libasan.so"],

@@ -1,4 +1,4 @@
-"""Sizes of the one instrument that the tests build."""
+"""Sizes of the instruments that the tests build, and the generics of the one with extensions."""
 
 from __future__ import annotations
 
@@ -7,3 +7,5 @@ from arctrue.studies.revolution import RevolutionSettings
 LANES = 4
 SAMPLES = 1200
 DEPTH = RevolutionSettings(samples=SAMPLES).capture_depth
+EXTENSIONS = {"LOCAL_TABLE": "true", "MODULATORS": "true", "REAL_ORDERS": "true"}
+"""Generics of the one core for the tests of each extension: building it takes most of a minute."""

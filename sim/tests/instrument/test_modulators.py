@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sim.tests.instrument.sizes import DEPTH, LANES
+from sim.tests.instrument.sizes import DEPTH, EXTENSIONS, LANES
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import Conditions, Extension
@@ -60,7 +60,7 @@ class Script:
 
 @pytest.fixture(scope="module")
 def modulated() -> Iterator[Instrument]:
-    with Instrument(LANES, DEPTH, generics={"MODULATORS": "true"}) as instrument:
+    with Instrument(LANES, DEPTH, generics=EXTENSIONS) as instrument:
         yield instrument
 
 

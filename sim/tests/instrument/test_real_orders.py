@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sim.tests.instrument.sizes import DEPTH, LANES
+from sim.tests.instrument.sizes import DEPTH, EXTENSIONS, LANES
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument
@@ -58,7 +58,7 @@ class ThereAndBack:
 
 @pytest.fixture(scope="module")
 def built() -> Iterator[Instrument]:
-    with Instrument(LANES, DEPTH, generics={"REAL_ORDERS": "true"}) as instrument:
+    with Instrument(LANES, DEPTH, generics=EXTENSIONS) as instrument:
         yield instrument
 
 

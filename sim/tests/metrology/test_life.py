@@ -159,8 +159,12 @@ def test_fewer_than_seven_sets_show_no_change() -> None:
     assert find_changes([a_series(values)], 1.0, np.random.default_rng(1)) == []
 
 
+@pytest.mark.large
 def test_lives_have_their_alarm_in_time() -> None:
-    """A small sample of ``python -m scripts.judge_life``: the requirement is 95 % and 1 a year."""
+    """A small sample of ``python -m scripts.judge_life``: the requirement is 95 % and 1 a year.
+
+    ``test_life_sets.py`` has single lives with their alarm.
+    """
     rows = summary([run_lives(task) for task in tasks(20, 1000)])
     whole = rows[-1]
     assert whole["passing"] >= 10

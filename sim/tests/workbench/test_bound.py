@@ -146,11 +146,11 @@ def _residuals(made: MeasurementSet) -> Residuals:
 @pytest.mark.parametrize(
     ("effect", "channel"),
     [
-        ("head_angle_error", "capture"),
+        pytest.param("head_angle_error", "capture", marks=pytest.mark.large),
         ("timing_skew", "capture"),
-        ("thermal_head_drift", "capture"),
+        pytest.param("thermal_head_drift", "capture", marks=pytest.mark.large),
         ("reference_drift", "reference"),
-        ("hysteresis", "reference"),
+        pytest.param("hysteresis", "reference", marks=pytest.mark.large),
     ],
 )
 def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:

@@ -46,7 +46,7 @@ def _mount(seed: int, rows: int = 3000, step_s: float = 0.65) -> tuple[np.ndarra
     return time_s, with_lines(time_s, MOUNT) + noise
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     """Four lines are far above the scatter of neighbours; the log has four periods of the worm."""
     time_s, error = _mount(seed)

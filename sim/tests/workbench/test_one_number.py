@@ -53,8 +53,9 @@ SETS = {
     "no reference": {"error": _warm, "reference": False},
 }
 """Twelve sets of 6,400 rows or fewer."""
-LONGEST = ("square wave",)
-"""Its order is named as that of ``order 30``, with lines at its multiples as rivals."""
+LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
+"""Sets of ``make test-large``. The others have a linear effect of the capture, one of the
+reference, one whose place is searched, and none."""
 
 
 def _made(name: str) -> MeasurementSet:
@@ -69,7 +70,7 @@ def _run(*words: str) -> str:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.large] * (name in LONGEST)) for name in SETS]
+    "name", [pytest.param(name, marks=[pytest.mark.large] * (name in LARGE)) for name in SETS]
 )
 def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None:
     folder, model = tmp_path / "set", tmp_path / "m.toml"

@@ -50,6 +50,7 @@ def test_source_and_licence_are_with_the_data(name: str) -> None:
     assert (DATA / name / "LICENSE").stat().st_size > 1000
 
 
+@pytest.mark.large
 def test_motor_reversal_error(motor: Observations) -> None:
     """Up and down differ by 1,200″: the means of the two directions show it without a fit."""
     lines = [_line(order) for order in (126, 108, 72, 42)]
@@ -125,7 +126,9 @@ def test_one_head_cannot_know_a_line_of_the_disc(motor: Observations, axis: Obse
         assert EFFECTS["high_order_graduation"]().missing(observations)
 
 
-@pytest.mark.parametrize("start", ["graduation_harmonics", "reference_drift"])
+@pytest.mark.parametrize(
+    "start", [pytest.param("graduation_harmonics", marks=pytest.mark.large), "reference_drift"]
+)
 def test_the_worm_is_named(axis: Observations, start: str) -> None:
     settings = {"degree": 2} if start == "reference_drift" else {}
     found = diagnose(axis, [Term(EFFECTS[start](**settings), {})], EFFECTS)

@@ -49,6 +49,7 @@ def _lag(made: SimulatedSet) -> Parameter:
     return fitted_sensor_lag(model, observations, built_in())
 
 
+@pytest.mark.large
 def test_the_lag_is_found_within_its_uncertainty(lagging: SimulatedSet) -> None:
     lag = _lag(lagging)
     assert lag.value == pytest.approx(LAG_S, abs=2.0 * lag.sigma)

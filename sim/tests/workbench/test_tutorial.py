@@ -49,8 +49,9 @@ def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_tutorial() -> None:
+    """``test_commands.py`` tests the same loop and the adopted effect on other sets."""
     assert _follow(DOCS / "tutorial.md") >= 12
     hidden = json.loads(Path("monday.truth.json").read_text(encoding="utf-8"))
     assert hidden["hidden"] == "thermal_eccentricity"
@@ -60,13 +61,15 @@ def test_first_own_table() -> None:
     assert _follow(DOCS / "first-own-table.md") >= 4
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_own_effect() -> None:
+    """``test_effects.py``, ``test_commands.py``, ``test_effect_check.py`` test these commands."""
     assert _follow(DOCS / "own-effect.md") >= 6
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_real_data() -> None:
+    """``test_real_data.py`` tests what the page finds in these sets, without the commands."""
     assert _follow(DOCS / "real-data.md") >= 12
 
 

@@ -339,7 +339,10 @@ def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_nothing_is_twice(
     assert merged[0] == merged[1]
 
 
-def test_a_scheduler_that_does_not_answer_is_an_error_for_people(tmp_path: Path) -> None:
+def test_a_scheduler_that_does_not_answer_is_an_error_for_people(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("distributed")
+    monkeypatch.setattr("arctrue.studies.campaign.dask_cluster.CONNECT_S", 0.5)
     with pytest.raises(CampaignError, match="no Dask scheduler answers at"):
         campaign(tmp_path).run(scheduler="tcp://127.0.0.1:9")

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from unittest.mock import patch
 
-from sim.tests.instrument.sizes import LANES, SAMPLES
+from sim.tests.instrument.sizes import EXTENSIONS, LANES, SAMPLES
 
-from arctrue.studies.hidden_effect.cases import CASES
+from arctrue.gateware.capability import Capability
+from arctrue.studies.hidden_effect import experiment
+from arctrue.studies.hidden_effect.cases import CASES, Case
 from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 
+GENERICS_OF = experiment._generics_of
 LINES = 1024
 INTERPOLATION = 256
 
@@ -22,6 +26,16 @@ def small_settings() -> HiddenSettings:
     return dataclasses.replace(settings, revolution=scale)
 
 
+def _generics_of_the_tests(case: Case) -> dict[str, str]:
+    """Return those of the core with every extension where the case needs one."""
+    return EXTENSIONS if GENERICS_OF(case) else {}
+
+
 def run_small(name: str, folder: Path) -> HiddenResult:
-    """Run the case of that name."""
-    return run_hidden(CASES[name], small_settings(), folder)
+    """Run the case of that name; its own generics must be those that its coefficients need."""
+    with patch.object(experiment, "_generics_of", _generics_of_the_tests):
+        result = run_hidden(CASES[name], small_settings(), folder)
+    extension = result.export.coefficients.extension
+    own = Capability(**{generic.lower(): True for generic in GENERICS_OF(CASES[name])})
+    assert own.lacking(Capability() if extension is None else extension.needs) == []
+    return result

@@ -61,10 +61,11 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "modulator", "size_arcsec"),
     [
-        (
+        pytest.param(
             "centrifugal_lobes",
             "speed_squared",
             2.0 * COARSER * (BETWEEN * SPEED_RAD_S) ** 2,
+            marks=pytest.mark.large,
         ),
         (
             "loose_centre",

@@ -24,9 +24,10 @@ MOST_LEFT_COUNTS = 1.0
     [
         ("belt", [1.0]),
         # Bessel functions of the wobble: J₁, J₀, J₁, to second order.
-        (
+        pytest.param(
             "drive_gear_error",
             [MESH_WOBBLE_RAD / 2.0, 1.0 - MESH_WOBBLE_RAD**2 / 4.0, MESH_WOBBLE_RAD / 2.0],
+            marks=pytest.mark.large,
         ),
     ],
 )

@@ -92,7 +92,7 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
     assert np.all(alone < FOLLOWED_ARCSEC)
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: HiddenResult) -> None:
     """60 s are five turns. With an unstated lag the captured turn contradicts the model."""
     ways = ["by the firmware"]

@@ -90,7 +90,7 @@ def test_command(tmp_path: Path) -> None:
     assert "the paper (24 faces)" in done.output
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_four_heads(tmp_path: Path) -> None:
     """With ``arctrue revolution --heads 4`` the firmware calibrates the mean from the first turn.
 

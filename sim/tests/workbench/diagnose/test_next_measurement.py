@@ -64,7 +64,9 @@ def asked(
         # angle.
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
         ("timing_skew", "lean", 0.8, 3, "head_angle_error", "speed"),
-        ("bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed"),
+        pytest.param(
+            "bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed", marks=pytest.mark.large
+        ),
         # At 24 faces, 90 teeth look like order 6; stations between the faces separate them. The
         # seed was selected: it draws 90 teeth and a small wobble of the pitch.
         ("drive_gear_error", "full", 0.15, 58, "radial_error_motion", "polygon_turned"),

@@ -61,7 +61,7 @@ def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> Non
     assert one_pattern(orders) is None
 
 
-@pytest.mark.parametrize("size_arcsec", [1.0, 5.0])
+@pytest.mark.parametrize("size_arcsec", [1.0, pytest.param(5.0, marks=pytest.mark.large)])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
     """Runs at 30, −30, 90 and 30°/s: three equal offsets, and 1.73 times that in the fast run."""
 
@@ -86,7 +86,7 @@ def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
     return replace(measured, reference=replace(measured.reference, error_arcsec=bent))
 
 
-@pytest.mark.parametrize("size_arcsec", [0.5, -1.0])
+@pytest.mark.parametrize("size_arcsec", [pytest.param(0.5, marks=pytest.mark.large), -1.0])
 def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
     """The cubic part looks like errors of faces, an axis motion or a gain, but is none of these."""
     found = diagnosis_of(_bent(size_arcsec, 5))

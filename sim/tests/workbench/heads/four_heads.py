@@ -45,7 +45,7 @@ class FourHeads:
     settling: tuple[int, float, float] | None = None
     """Head, arcseconds and seconds of a bracket that bends at each start and settles."""
     turns: float = 2.0
-    samples: int = 1200
+    samples: int = 800
     """Number of samples of a run."""
 
     def measured(self, seed: int) -> MeasurementSet:

@@ -36,7 +36,9 @@ def explained(folder: Path) -> Path:
     return model
 
 
-@pytest.mark.parametrize("command", ["compare", "diagnose", "report"])
+@pytest.mark.parametrize(
+    "command", ["compare", "diagnose", pytest.param("report", marks=pytest.mark.large)]
+)
 def test_the_command_reads_four_heads(command: str, folder: Path, tmp_path: Path) -> None:
     answer = arctrue(command, str(folder), "--out", str(tmp_path)) if command != "diagnose" else (
         arctrue(command, str(folder))

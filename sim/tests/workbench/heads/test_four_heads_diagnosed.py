@@ -49,7 +49,7 @@ def test_a_ball_pass_is_named_with_what_head_1_sees() -> None:
     assert abs(values["order"].value - 4.37) < 1e-3
 
 
-@pytest.mark.parametrize("heads", [3, 4])
+@pytest.mark.parametrize("heads", [pytest.param(3, marks=pytest.mark.large), 4])
 def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
     world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:heads])
     _, values = _named(world, "radial_error_motion")
@@ -86,7 +86,7 @@ def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
     _close(values[f"drift_head{head}"], 0.5)
 
 
-@pytest.mark.parametrize("head", [1, 3])
+@pytest.mark.parametrize("head", [1, pytest.param(3, marks=pytest.mark.large)])
 def test_lost_counts_are_named_with_their_head(head: int) -> None:
     _, values = _named(FourHeads(slip=(1, head, 40)), "count_slip")
     assert (values["run"].value, values["head"].value) == (1.0, float(head))
@@ -95,7 +95,7 @@ def test_lost_counts_are_named_with_their_head(head: int) -> None:
     _close(values["counts"], expected)
 
 
-@pytest.mark.parametrize("head", [1, 4])
+@pytest.mark.parametrize("head", [pytest.param(1, marks=pytest.mark.large), 4])
 def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
     found = diagnosis_of(FourHeads(settling=(head, 1.5, 8.0)).measured(7))
     assert found.decision.verdict == "unknown"
@@ -119,7 +119,7 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
 @pytest.mark.parametrize(
     ("order", "size_arcsec"),
     [
-        (97, 0.6),
+        pytest.param(97, 0.6, marks=pytest.mark.large),
         (120, 2.0),
         pytest.param(120, 0.6, marks=pytest.mark.large),
         pytest.param(200, 2.0, marks=pytest.mark.large),
@@ -133,7 +133,7 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
     A line with a size and a phase for each head describes that too, so that it gains more.
     """
     found, values = _named(
-        FourHeads(disc=(*DISC, (order, size_arcsec, 0.5))), "high_order_graduation"
+        FourHeads(disc=(*DISC, (order, size_arcsec, 0.5)), samples=1200), "high_order_graduation"
     )
     assert values["order"].value == order
     _close(values["amplitude"], size_arcsec)
@@ -141,7 +141,7 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
     assert line.gain > found.decision.first.gain  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize("order", [97.0, 97.02])
+@pytest.mark.parametrize("order", [97.0, pytest.param(97.02, marks=pytest.mark.large)])
 def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
     """The axis moves by 0.2 µm along x: each head sees its own share, and the disc has no order."""
     world = FourHeads(motion=lambda angle: 0.2e-6 * np.cos(order * angle) + 0j)

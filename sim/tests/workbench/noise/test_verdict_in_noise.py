@@ -48,13 +48,13 @@ def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet
     return replace(made, reference=replace(made.reference, error_arcsec=error + wander))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
     """A model of white noise of the same size gave a slip, drift or vibration in every set."""
     assert diagnosis_of(_with_slow_capture(measurement_set(seed=seed), seed)).verdict == "adequate"
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_a_wandering_reference_gets_no_name(seed: int) -> None:
     made = _with_wandering_reference(measurement_set(seed=seed, cycles=10), seed)
     assert diagnosis_of(made).verdict == "adequate"
