@@ -50,6 +50,14 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_wrapped_position.py",
     ),
     Mutation(
+        "a_moved_head_waits_for_better_lanes",
+        "the new offset of a head that moved is not used, because its lanes are no better",
+        "firmware/application/calibrate.c",
+        "other_heads || application->report.moved_head != 0;",
+        "other_heads;",
+        f"{_TESTS}/test_moved_head.py::test_the_zero_of_the_mean_stays",
+    ),
+    Mutation(
         "saved_real_orders_on_any_core",
         "a saved lane of a real order is given to a core without them",
         "firmware/application/calibrate.c",

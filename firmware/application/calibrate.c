@@ -258,7 +258,9 @@ static enum refusal calibrate_make_candidate(struct application *application,
     /* Active lanes of other heads do not predict the error that is left now. */
     application->report.prediction =
         gate_predict(estimate, other_heads ? NULL : active, &application->candidate);
-    reason = other_heads ? NOT_REFUSED : gate_judge(&application->report.prediction);
+    /* The gate compares lanes; a new offset of a head that has moved is no lane. */
+    bool is_needed = other_heads || application->report.moved_head != 0;
+    reason = is_needed ? NOT_REFUSED : gate_judge(&application->report.prediction);
     calibrate_add_loaded(application);
     if (reason != NOT_REFUSED && active != NULL &&
         calibrate_has_dropped(active, loaded, estimate->orders)) {

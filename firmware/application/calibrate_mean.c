@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "assertion.h"
+#include "moved_head.h"
 #include "units.h"
 
 /* +-0.1 mm on the paper's radius of 53.975 mm, rectangular. */
@@ -54,6 +55,24 @@ static bool mean_goes_on(const struct application *application, const struct hea
     return same && heads_leak(&found->geometry, mean->weight) <= LEAK_LIMIT;
 }
 
+/* Shifts the offset of a head that has moved along the scale by its motion, so that the zero of the mean stays. */
+static void mean_follow_moved_head(struct application *application, const struct heads_found *found,
+                                   struct mean_set *mean) {
+    double one = OFFSET_ONE * application->capture.counts_per_rev;
+    double offset_rad[HEADS_MOST];
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        offset_rad[head] = mean->offset[head] * 2.0 * PI / one;
+    }
+    struct moved_head moved = moved_head_find(&found->geometry, offset_rad);
+    if (moved.head != 0) {
+        uint32_t *offset = &mean->offset[moved.head - 1];
+        double word = fmod(rint(*offset + moved.moved_rad / (2.0 * PI) * one) + one, one);
+        *offset = (uint32_t)word;
+        application->report.moved_head = moved.head;
+        application->report.moved_arcsec = moved.moved_rad * ARCSEC_PER_RAD;
+    }
+}
+
 enum refusal calibrate_mean_estimate(struct application *application, const struct turn *turn,
                                      struct mean_set *mean) {
     const struct parameters *parameters = &application->parameters;
@@ -73,7 +92,11 @@ enum refusal calibrate_mean_estimate(struct application *application, const stru
     if (reason == NOT_REFUSED) {
         reason = heads_estimate(workspace, capture, turn, &settings, found, &application->measured);
     }
-    if (reason == NOT_REFUSED && !mean_goes_on(application, found, mean)) {
+    bool goes_on = reason == NOT_REFUSED && mean_goes_on(application, found, mean);
+    if (reason == NOT_REFUSED && mean->heads != 0) {
+        mean_follow_moved_head(application, found, mean);
+    }
+    if (reason == NOT_REFUSED && !goes_on) {
         bool first = mean->heads == 0;
         mean->heads = found->geometry.heads;
         mean->used = (1U << mean->heads) - 1U;

@@ -110,6 +110,9 @@ struct turn_report {
     /* With a corrected mean: largest distance of a head's place from the place that the mean expects; below 0: not
        seen. */
     double mean_off_arcsec;
+    /* Head that has moved since the previous turn, from 1 on, and its motion along the scale; 0: none. */
+    uint32_t moved_head;
+    double moved_arcsec;
     /* Reason why the turn did not calibrate the mean, if the device should. */
     enum refusal mean_reason;
     uint32_t alarms;

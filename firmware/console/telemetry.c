@@ -260,6 +260,10 @@ static void mean_part(const struct text_sink *sink, const struct application *ap
     if (off >= 0.0) {
         fixed(sink, "mean_off_arcsec", off);
     }
+    if (application->report.moved_head != 0) {
+        number(sink, "moved_head", application->report.moved_head);
+        fixed(sink, "moved_arcsec", application->report.moved_arcsec);
+    }
 }
 
 /* Prints what the failover does, which also refused turns need: a head that failed may refuse them all. */

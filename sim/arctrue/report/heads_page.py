@@ -206,6 +206,8 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "the offsets of all heads. Four heads give three differences, which the",
             "motion of any one head together with some motion of the axis explains. The motion of "
             "the axis is below 5 µm for the true head only (`arctrue.calibration.moved_head`).",
+            "The firmware that calibrates its own mean does this in every turn: it shifts the "
+            "offset of that head, and telemetry has `moved_head` and `moved_arcsec`.",
             "",
             "| Moved by 100″ | Found | By | The mean's zero was off by | after |",
             "|---|---|---:|---:|---:|",
