@@ -64,7 +64,9 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
         return None
     step = int(np.gcd.reduce(np.diff(np.sort(orders))))
     places = (int(orders.max()) - int(orders.min())) // step + 1
-    if int(orders.min()) <= step or np.unique(orders).size < LEAST_FILLED * places:
+    count = np.unique(orders).size
+    by_chance = float(step) ** (1 - count) > CHANCE and count < LEAST_FILLED * places
+    if int(orders.min()) <= step or by_chance:
         return None
     size = np.log([line.amplitude_arcsec for line in lines])
     slope, size_at_one = np.polyfit(np.log(orders), size, 1)
@@ -80,14 +82,18 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
 
 LEAST_HARMONICS = 4
 """Least number of lines of a shape, one more than SEVERAL: their step is free."""
+CHANCE = 0.01
+"""Largest probability step^(1 − n) that n whole orders are alike modulo a step by chance."""
 LEAST_FILLED = 2.0 / 3.0
-"""Least share of the orders between the lowest and the highest line at which a line is. Four random
-whole orders within a step of 2 and a span of twenty fill it with a probability of 0.02."""
+"""Least share of the orders between the lowest and the highest line at which a line is, where they
+are few. Four random whole orders within a step of 2 and a span of twenty fill it with a probability
+of 0.02."""
 OF_A_WHOLE_ORDER = 0.25
 """Largest distance of a line from a whole order, in 1/span."""
-STEEPEST, FLATTEST = -3.0, -0.5
+STEEPEST, FLATTEST = -3.0, -0.25
 """Exponents between which the amplitudes fall: −1 for a jump, −2 for a bend, each with a margin for
-the noise of small lines."""
+the noise of small lines. Of lines near the limit of the search those are found which the noise
+makes larger, so that they fall less."""
 MOST_SCATTER = 0.35
 """Largest standard deviation of the logarithms of the amplitudes around the power of n. A line at
 the limit of the search has a signal of five standard uncertainties, 0.2 in the logarithm."""

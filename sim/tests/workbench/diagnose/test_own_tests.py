@@ -154,6 +154,9 @@ def _causes(lines: dict[float, float], turns: float = 4.0) -> list[RegularCause]
     [
         ({order: 1.0 / order for order in (21.0, 27.0, 33.0, 39.0, 45.0)}, True),
         ({order: 1.0 / order**2 for order in (21.0, 23.02, 24.99, 29.0, 31.0)}, True),
+        # Ten odd orders of 17, with sizes at the limit of the search.
+        ({float(n): n**-0.5 for n in (21, 23, 25, 27, 29, 31, 33, 39, 41, 53)}, True),
+        ({float(n): n**-0.5 for n in (21, 23, 26, 27, 29, 31, 33, 39, 41, 53)}, False),
         # Stator slots and their multiples: the base order is a line itself.
         ({72.0: 400.0, 144.0: 90.0, 216.0: 40.0, 288.0: 20.0}, False),
         # Poles, teeth and slots of a motor: multiples of 4 far apart.
