@@ -46,6 +46,19 @@ def _mount(seed: int, rows: int = 3000, step_s: float = 0.65) -> tuple[np.ndarra
     return time_s, with_lines(time_s, MOUNT) + noise
 
 
+@pytest.mark.parametrize("size_arcsec", [3.0, 40.0, 400.0])
+def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
+    """σ_f = √6·σ/(π·T·A·√N) for a sine in white noise (Rife and Boorstyn, IEEE Trans. Inf. Theory
+    20 (1974) 591): a line of 400 σ is known to 10⁻⁵ of 1/T."""
+    random = np.random.default_rng(11)
+    rows, step_s, rate = 1500, 0.4, 0.0731
+    time_s = np.arange(rows) * step_s
+    error = size_arcsec * np.cos(2.0 * np.pi * rate * time_s + 1.0) + random.normal(size=rows)
+    found = search_lines(_record(time_s, error)).lines
+    sigma = np.sqrt(6.0) / (np.pi * rows * step_s * size_arcsec * np.sqrt(rows))
+    assert found[0].rate == pytest.approx(rate, abs=4.0 * sigma)
+
+
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     """Four lines are far above the scatter of neighbours; the log has four periods of the worm."""

@@ -84,3 +84,25 @@ def test_stations_at_unequal_distances_stand_still() -> None:
     stars."""
     stars = np.sort(np.random.default_rng(5).uniform(0.0, 360.0, 60))
     assert reference_speed(_reference([(stars, np.arange(60) * 60.0)])) is None
+
+
+def test_fast_passes_of_a_log_are_on_the_move() -> None:
+    """A clock of 50 Hz samples 19°/s every 0.4° and 56°/s every 1.1°; both are one log."""
+
+    def sampled(deg_s: float) -> tuple[np.ndarray, np.ndarray]:
+        since = np.arange(400) * 0.02
+        return deg_s * since, since
+
+    speeds = [19.0, -19.0, 56.0, -56.0]
+    speed = reference_speed(_reference([sampled(one) for one in speeds]))
+    assert speed is not None
+    np.testing.assert_allclose(np.degrees(speed), np.repeat(speeds, 400), rtol=1e-9)
+
+
+def test_stations_next_to_a_log_of_other_times_stand_still() -> None:
+    """Stops of 4 s are not sampled by the clock of 0.5 s that logs the pass on the move."""
+    log = np.arange(100) * 0.5
+    speed = reference_speed(_reference([_stops(FACES), (log, log), _stops(FACES[::-1])]))
+    assert speed is not None
+    assert np.all(speed[:24] == 0.0)
+    assert np.all(speed[-24:] == 0.0)

@@ -65,6 +65,6 @@ def compare(solution: Solution, seed: int) -> ModelComparison:
         name: ExcessOf(item.rows, item.rms_arcsec, item.excess_arcsec)
         for name, item in channels.items()
     }
-    whitened = (residuals.capture_whitened, residuals.reference_whitened)
+    tests = (residuals.capture_whiteness, residuals.reference_whiteness)
     findings = ranked_findings(residuals, maps, excess)
-    return ModelComparison(channels, maps, findings, noise_data(solution.noise, whitened))
+    return ModelComparison(channels, maps, findings, noise_data(solution.noise, tests))

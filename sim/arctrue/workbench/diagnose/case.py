@@ -32,7 +32,6 @@ from arctrue.workbench.inference.forward.search import NOT_WHITE
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.significance import SIGNIFICANCE
-from arctrue.workbench.noise.whiteness import LAGS, autocorrelations, whiteness
 
 NEAR_TIE = 6.0
 """ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
@@ -175,9 +174,8 @@ class Case:
         found or refused.
         """
         residuals = self.survey.residuals
-        found, values = self.survey.findings.oscillation, residuals.capture_whitened
-        if found is None and values is not None:
-            tests = whiteness(values)
+        found, tests = self.survey.findings.oscillation, residuals.capture_whiteness
+        if found is None and residuals.capture_whitened is not None:
             white = tests is None or tests.autocorrelation_p >= NOT_WHITE
             if not white or self.best is not None or self.refused is not None:
                 found = oscillation_in_capture(residuals.solution)
@@ -193,15 +191,13 @@ class Case:
         """
         residuals, findings = self.survey.residuals, self.survey.findings
         found = []
-        for channel, values, least in (
-            ("capture", residuals.capture_whitened, NOT_WHITE),
-            ("reference", residuals.reference_whitened, FAMILY_WISE / 3.0),
+        for channel, tests, least in (
+            ("capture", residuals.capture_whiteness, NOT_WHITE),
+            ("reference", residuals.reference_whiteness, FAMILY_WISE / 3.0),
         ):
-            tests = None if values is None else whiteness(values)
-            if values is None or tests is None or (channel == "reference" and findings.bands):
+            if tests is None or (channel == "reference" and findings.bands):
                 continue
-            square = float(np.sum(autocorrelations(values, min(LAGS, values.size // 4)) ** 2))
-            if tests.autocorrelation_p < least and square > LEAST_COLOUR:
+            if tests.autocorrelation_p < least and tests.colour > LEAST_COLOUR:
                 found.append(channel)
         return found
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from arctrue.workbench.inference.left import CHANNELS, Left
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.noise.whiteness import whiteness
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
@@ -54,9 +53,8 @@ def ways_unlike(
     if len(untestable) > MOST_UNTESTED * (len(untestable) + tested):
         found.append("it cannot test more than a third of the effects")
     residuals = Residuals(left.solution)
-    values = residuals.capture_whitened, residuals.reference_whitened
-    for channel, whitened in zip(CHANNELS, values, strict=True):
-        tests = None if whitened is None else whiteness(whitened)
+    both = residuals.capture_whiteness, residuals.reference_whiteness
+    for channel, tests in zip(CHANNELS, both, strict=True):
         if tests is not None and tests.autocorrelation_p < NOT_WHITE_P:
             found.append(f"the noise of its {channel} is of another kind")
         noise = left.noise_arcsec.get(channel, 0.0)
@@ -88,9 +86,8 @@ def distance(
     reference = observations.reference
     residuals = Residuals(left.solution)
     ratios, least = [0.0], 1.0
-    values = residuals.capture_whitened, residuals.reference_whitened
-    for channel, whitened in zip(CHANNELS, values, strict=True):
-        tests = None if whitened is None else whiteness(whitened)
+    both = residuals.capture_whiteness, residuals.reference_whiteness
+    for channel, tests in zip(CHANNELS, both, strict=True):
         if tests is not None:
             least = min(least, tests.autocorrelation_p)
         noise = left.noise_arcsec.get(channel, 0.0)

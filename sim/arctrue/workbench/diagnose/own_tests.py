@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic
+from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import corrected_p_value
@@ -46,6 +47,57 @@ def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
         f"orders {listed} are there together, all multiples of {common}: a pattern that repeats "
         "each turn with corners (many harmonics), and no order by itself"
     )
+
+
+def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
+    """Return in words why the lines of a log are one shape that repeats; None where they may be
+    separate lines.
+
+    The harmonics of a jump fall as 1/n, those of a bend as 1/n². If its base order is one of the
+    model's, the lines are whole orders above the model that follow each other in even steps, and
+    none of them is the base order itself. Stator slots or a gear show their base order.
+    """
+    lines = [line for cause in causes if not cause.in_time for line in cause.lines]
+    orders = np.array([round(line.rate) for line in lines], dtype=np.int64)
+    spans = np.array([line.periods / line.rate for line in lines])
+    away = np.array([abs(line.rate - round(line.rate)) for line in lines]) * spans
+    if np.unique(orders).size < LEAST_HARMONICS or np.any(away > OF_A_WHOLE_ORDER):
+        return None
+    step = int(np.gcd.reduce(np.diff(np.sort(orders))))
+    places = (int(orders.max()) - int(orders.min())) // step + 1
+    count = np.unique(orders).size
+    by_chance = float(step) ** (1 - count) > CHANCE and count < LEAST_FILLED * places
+    if int(orders.min()) <= step or by_chance:
+        return None
+    size = np.log([line.amplitude_arcsec for line in lines])
+    slope, size_at_one = np.polyfit(np.log(orders), size, 1)
+    scatter = float(np.std(size - size_at_one - slope * np.log(orders)))
+    if not STEEPEST < slope < FLATTEST or scatter > MOST_SCATTER:
+        return None
+    listed = ", ".join(f"{order}" for order in sorted(orders.tolist()))
+    return (
+        f"orders {listed} are there together and become smaller evenly: a shape that repeats each "
+        "turn with corners (many harmonics), and no line by itself"
+    )
+
+
+LEAST_HARMONICS = 4
+"""Least number of lines of a shape, one more than SEVERAL: their step is free."""
+CHANCE = 0.01
+"""Largest probability step^(1 − n) that n whole orders are alike modulo a step by chance."""
+LEAST_FILLED = 2.0 / 3.0
+"""Least share of the orders between the lowest and the highest line at which a line is, where they
+are few. Four random whole orders within a step of 2 and a span of twenty fill it with a probability
+of 0.02."""
+OF_A_WHOLE_ORDER = 0.25
+"""Largest distance of a line from a whole order, in 1/span."""
+STEEPEST, FLATTEST = -3.0, -0.25
+"""Exponents between which the amplitudes fall: −1 for a jump, −2 for a bend, each with a margin for
+the noise of small lines. Of lines near the limit of the search those are found which the noise
+makes larger, so that they fall less."""
+MOST_SCATTER = 0.35
+"""Largest standard deviation of the logarithms of the amplitudes around the power of n. A line at
+the limit of the search has a signal of five standard uncertainties, 0.2 in the logarithm."""
 
 
 class BentScale(Effect):

@@ -75,7 +75,7 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
     if solution is None:
         return {}
     residuals = Residuals(solution)
-    return noise_data(solution.noise, (residuals.capture_whitened, residuals.reference_whitened))
+    return noise_data(solution.noise, (residuals.capture_whiteness, residuals.reference_whiteness))
 
 
 def _findings_data(result: Diagnosis) -> dict[str, Any]:

@@ -34,7 +34,11 @@ from arctrue.workbench.diagnose.next_measurement import (
     Question,
 )
 from arctrue.workbench.diagnose.of_the_runs import LEAST_OFFSETS, runs_differ_with
-from arctrue.workbench.diagnose.own_tests import follows_the_reading, one_pattern
+from arctrue.workbench.diagnose.own_tests import (
+    follows_the_reading,
+    one_pattern,
+    shape_with_corners,
+)
 from arctrue.workbench.diagnose.posterior import (
     CLASS_SHARE,
     LEAST_OF_A_NAME,
@@ -440,6 +444,8 @@ def fails_its_own_test(case: Case) -> Decision | None:
     best = case.best
     assert best is not None
     why = one_pattern(*_disc_one_after_the_other(case))
+    if why is None and best.effect.search_kind == "line":
+        why = shape_with_corners(case.survey.findings.causes)
     if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
         why = "it follows the reading of the reference, so that the reference's scale is nonlinear"
     further = case.further

@@ -312,12 +312,10 @@ class Effect(ABC):
         """Return the orders of ε(ψ) whose cos, sin coefficients are this effect's first columns."""
         return ()
 
-    def electrical_order(self, observations: Observations) -> float:
-        """Return the highest order of the angle in columns at the phase of a reading; 0: none.
-
-        Such columns contain the noise of the reading, multiplied by this order.
-        """
-        return 0.0
+    def electrical_orders(self, observations: Observations) -> Sequence[float]:
+        """Return the periods a turn of each column if the columns are waves of the electrical phase
+        of a head; else none."""
+        return ()
 
     def lanes(
         self,

@@ -405,10 +405,11 @@ class ProductOfParts(Effect):
             wave = self._wave(rows.angle_rad)
         return factor[:, np.newaxis] * wave
 
-    def electrical_order(self, observations: Observations) -> float:
+    def electrical_orders(self, observations: Observations) -> list[float]:
         if self.electrical_head is None:
-            return 0.0
-        return max(self.orders, default=0.0) * (observations.grating_lines or 0)
+            return []
+        lines = observations.grating_lines or 0
+        return [order * lines for order in self.orders for _ in ("cos", "sin")]
 
     def parameters(
         self,

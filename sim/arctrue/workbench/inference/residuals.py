@@ -15,6 +15,7 @@ from arctrue.workbench.inference.design_matrix import Term, term_columns, whiten
 from arctrue.workbench.inference.solution import Solution, context_of
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.noise.whiteness import Whiteness, whiteness
 from arctrue.workbench.numeric.least_squares import Layout, Matrix, WhitenedRows
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, log_determinant, solve_symmetric
 from arctrue.workbench.observations import Observations
@@ -28,7 +29,7 @@ A direction with a smaller share belongs to the model, not to the block. Columns
 measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a
 constant of each face only by that noise times its order. Without this limit, the noise of the rows
 themselves would appear as a wave of 4,900″. A wave of the signal period has the noise of the
-reading times the lines of the disc (:meth:`Effect.electrical_order`).
+reading times the lines of the disc (:meth:`Effect.electrical_orders`).
 """
 TIMES_THE_NOISE = 4.0
 """Factor on squares: the part that the model leaves of such a wave must be twice its phase noise.
@@ -85,6 +86,25 @@ def own_directions(
     return found, inside @ (turned[:, kept].T @ (into.T @ moment))
 
 
+def above_the_phase_noise(
+    projected: Matrix, moment: Matrix, noise: Matrix
+) -> tuple[Matrix, Matrix]:
+    """Return both in the directions that have more squares of their own than noise of the phase.
+
+    ``noise``: squares that the noise of the readings gives each column (columns,). Where few signal
+    phases were met, the model explains most of a wave, and what it leaves may be small: the share
+    alone does not show that it is only the noise of the phase.
+    """
+    scale = np.sqrt(np.maximum(noise, 1e-300))
+    values, vectors = np.linalg.eigh(projected / np.outer(scale, scale))
+    kept = values > 1.0
+    if kept.all():
+        return projected, moment
+    inside = vectors[:, kept]
+    found = (inside * values[kept]) @ inside.T * np.outer(scale, scale)
+    return found, scale * (inside @ (inside.T @ (moment / scale)))
+
+
 class Residuals:
     """Residuals of a solution with everything that a scan or a score test needs."""
 
@@ -112,6 +132,25 @@ class Residuals:
     def reference_whitened(self) -> NDArray[np.float64] | None:
         """Whitened residuals of the reference: their noise has variance one and no correlation."""
         return self._whitened(self.reference_arcsec, self.solution.noise.reference)
+
+    @cached_property
+    def capture_whiteness(self) -> Whiteness | None:
+        """Tests whether the whitened residuals of the capture are white; None for too few rows."""
+        return self._whiteness(self.capture_whitened, self._designs[0])
+
+    @cached_property
+    def reference_whiteness(self) -> Whiteness | None:
+        """Tests whether the whitened residuals of the reference are white; None for too few
+        rows."""
+        return self._whiteness(self.reference_whitened, self._designs[1])
+
+    def _whiteness(self, values: Matrix | None, design: WhitenedRows | None) -> Whiteness | None:
+        if values is None:
+            return None
+        if design is None or self.solution.held:
+            # Coefficients that were not fitted to these rows take none of their noise.
+            return whiteness(values)
+        return whiteness(values, design.every_column)
 
     @staticmethod
     def _whitened(
@@ -284,15 +323,17 @@ class Residuals:
         parts = [slice(end - width, end) for end, width in zip(ends, widths, strict=True)]
         moment, cross = np.zeros(ends[-1]), np.zeros((self._layout.size, ends[-1]))
         information = [np.zeros((width, width)) for width in widths]
+        squares = np.zeros(len(asked))
         for is_it, residual, design, places in (
             (True, self.capture_whitened, self._designs[0], self._layout.capture()),
             (False, self.reference_whitened, self._designs[1], self._layout.reference()),
         ):
             if residual is None or design is None:
                 continue
-            found, numbers = self._whitened_side_by_side(asked, capture=is_it)
+            found, numbers, of_waves = self._whitened_side_by_side(asked, capture=is_it)
             if found is None:
                 continue
+            squares[numbers] += of_waves
             there = np.concatenate([np.arange(ends[-1])[parts[number]] for number in numbers])
             moment[there] += found.T @ residual
             cross[np.ix_(places, there)] += design.moment(found)
@@ -301,18 +342,33 @@ class Residuals:
                 block = found[:, start : start + widths[number]]
                 information[number] += block.T @ block
                 start += widths[number]
-        for (key, effect, _), part, own in zip(asked, parts, information, strict=True):
-            least = self._least_own_share(effect)
-            self._scores[key] = (effect, self._test(own, moment[part], cross[:, part], least))
+        for (key, effect, _), part, own, square in zip(
+            asked, parts, information, squares, strict=True
+        ):
+            least = self._least_own_share(effect), self._phase_noise_squares(effect, own, square)
+            self._scores[key] = (effect, self._test(own, moment[part], cross[:, part], *least))
 
     def _least_own_share(self, effect: Effect) -> float:
         """Return the share of a block's weighted squares below which it is only noise of the
         measured angles."""
-        order = effect.electrical_order(self.observations)
+        order = max(effect.electrical_orders(self.observations), default=0.0)
         if order == 0.0:
             return LEAST_OWN_SHARE
         in_phase = TIMES_THE_NOISE * (order * self._reading_noise_arcsec * RAD_PER_ARCSEC) ** 2
         return float(np.clip(in_phase, LEAST_OWN_SHARE, MOST_OWN_SHARE))
+
+    def _phase_noise_squares(self, effect: Effect, information: Matrix, square: float) -> Matrix:
+        """Return the weighted squares that the noise of the readings gives each wave of their
+        phase, shape (columns,); none for another effect.
+
+        The derivative of the wave is its electrical order, in a radian of the reading. Whitened
+        noise has a square of one a row, so that the noise within such a wave has that derivative
+        squared a row, whatever its size and colour are. ``square``: sum of the squares of one wave
+        over the rows. MOST_OWN_SHARE of a wave over all phases is enough.
+        """
+        orders = np.asarray(effect.electrical_orders(self.observations), dtype=np.float64)
+        noise = TIMES_THE_NOISE * (orders * RAD_PER_ARCSEC) ** 2 * square
+        return np.minimum(noise, MOST_OWN_SHARE * float(np.max(np.diag(information), initial=0.0)))
 
     @cached_property
     def _reading_noise_arcsec(self) -> float:
@@ -333,12 +389,14 @@ class Residuals:
 
     def _whitened_side_by_side(
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
-    ) -> tuple[Matrix | None, list[int]]:
-        """Return whitened columns of one channel, and the numbers of the effects that have some."""
+    ) -> tuple[Matrix | None, list[int], list[float]]:
+        """Return whitened columns of one channel, the numbers of the effects that have some, and
+        for each of these the sum of the squares of a wave (cosine and sine) before whitening."""
         noise = self.solution.noise.capture if capture else self.solution.noise.reference
         assert noise is not None
         blocks: list[Matrix] = []
         numbers: list[int] = []
+        squares: list[float] = []
         for number, (_, effect, place) in enumerate(asked):
             columns = term_columns(
                 Term(effect, place), self.observations, self.solution.context, capture=capture
@@ -346,18 +404,23 @@ class Residuals:
             if columns is not None:
                 blocks.append(columns)
                 numbers.append(number)
+                squares.append(2.0 * float(np.mean(np.sum(columns**2, axis=0))))
         if not blocks:
-            return None, numbers
+            return None, numbers, squares
         if len(blocks) == 1:
-            return noise.whiten(blocks[0]), numbers
+            return noise.whiten(blocks[0]), numbers, squares
         found = np.ascontiguousarray(np.hstack(blocks), dtype=np.float64)
         noise.whiten_in_place(found)
-        return found, numbers
+        return found, numbers, squares
 
-    def _test(self, information: Matrix, moment: Matrix, cross: Matrix, least: float) -> Score:
+    def _test(
+        self, information: Matrix, moment: Matrix, cross: Matrix, least: float, noise: Matrix
+    ) -> Score:
         projected = information - cross.T @ self._inverse @ cross
         moment = moment - cross.T @ (self._inverse @ self._left_moment)
         projected, moment = own_directions(information, projected, moment, least)
+        if noise.size:
+            projected, moment = above_the_phase_noise(projected, moment, noise)
         # A column that the model explains to within rounding is left out.
         alive = np.diag(projected) > 1e-9 * np.maximum(np.diag(information), 1e-300)
         kept = np.where(alive[:, None] & alive[None, :], projected, 0.0)

@@ -18,8 +18,11 @@ LAGS = 20
 """Number of lags (chosen): the test shows correlation over up to 20 rows; more lags would reduce
 the weight of the first ones in χ²."""
 LEAST_ROWS = 8
-"""Least number of rows. Two lags and the mean leave five free rows: with fewer the statistic has no
-χ² distribution."""
+"""Least number of free rows. Two lags and the mean leave five free rows: with fewer the statistic
+has no χ² distribution."""
+MOST_EXACT_ROWS = 4_000
+"""Largest number of rows for the exact covariances of the autocorrelations, for cost alone. With
+more rows those of white noise replace them: a model of 41 columns changes them by a hundredth."""
 
 
 @dataclass(frozen=True)
@@ -33,20 +36,89 @@ class Whiteness:
     the variance."""
     normality_p: float
     """Jarque and Bera, Economics Letters 6 (1980) 255: skewness and kurtosis."""
+    colour: float
+    """Sum of the squares of the autocorrelations, without those that the model itself causes."""
+
+    def data(self) -> dict[str, float]:
+        """Return the p values as JSON."""
+        found = asdict(self)
+        del found["colour"]
+        return found
 
 
-def whiteness(whitened: Float) -> Whiteness | None:
-    """Test whitened residuals, shape (rows,); return None for too few."""
+def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
+    """Test whitened residuals, shape (rows,); return None for too few.
+
+    ``model``: the whitened columns (rows, k) that were fitted to the rows. A fit takes the noise of
+    its own frequencies out of the residuals, which are then correlated although the noise is white:
+    on one turn of 120 rows, twenty orders take a third of the spectrum. With M = I − QQᵀ for the
+    orthonormal columns Q, A_k the mean of the shifts by ±k rows, and m = tr M free rows, the
+    autocorrelations r_k of white noise have the exact moments
+
+    E r_k = tr(MA_k)/m,  cov(r_j, r_k) = (2 tr(MA_jMA_k) − 2 tr(MA_j) tr(MA_k)/m)/(m(m + 2)).
+    """
     rows = whitened.size
     values = whitened - whitened.mean() if rows else whitened
     square = float(values @ values)
-    if rows < LEAST_ROWS or square <= 0.0:
+    own = _orthonormal(rows, model)
+    free = rows - own.shape[1]
+    if free < LEAST_ROWS - 1 or rows < LEAST_ROWS or square <= 0.0:
         return None
-    lags = min(LAGS, rows // 4)
-    correlation = autocorrelations(whitened, lags)
-    weights = 1.0 / (rows - np.arange(1, lags + 1))
-    statistic = rows * (rows + 2.0) * float(weights @ correlation**2)
-    return Whiteness(float(chdtrc(lags, statistic)), _von_neumann_p(values), _normal_p(values))
+    lags = min(LAGS, max(free // 4, 2))
+    mean, covariance = _moments(own, lags)
+    away = autocorrelations(whitened, lags) - mean
+    # The lags are correlated: their sum is a χ² with the same mean and variance (Satterthwaite).
+    sigma = np.sqrt(np.diag(covariance))
+    statistic = float(np.sum((away / sigma) ** 2))
+    spread = float(np.sum((covariance / np.outer(sigma, sigma)) ** 2)) / lags
+    return Whiteness(
+        float(chdtrc(lags / spread, statistic / spread)),
+        _von_neumann_p(values, own),
+        _normal_p(values),
+        float(away @ away),
+    )
+
+
+def _orthonormal(rows: int, model: Float | None) -> Float:
+    """Return orthonormal columns that span a constant and the model, shape (rows, k)."""
+    ones = np.full((rows, 1), 1.0 / np.sqrt(max(rows, 1)))
+    if model is None or model.shape[1] == 0 or rows == 0:
+        return ones
+    left = model - ones @ (ones.T @ model)
+    norms = np.linalg.norm(left, axis=0)
+    left = left[:, norms > 0.0] / norms[norms > 0.0]
+    if left.shape[1] == 0:
+        return ones
+    vectors, values, _ = np.linalg.svd(left, full_matrices=False)
+    return np.hstack([ones, vectors[:, values > SAME_COLUMNS * max(float(values[0]), 1.0)]])
+
+
+SAME_COLUMNS = 1e-6
+"""Share of the largest singular value below which a direction is none of the model's own."""
+
+
+def _moments(own: Float, lags: int) -> tuple[Float, Float]:
+    """Return mean (lags,) and covariance (lags, lags) of the autocorrelations of white noise."""
+    rows, free = own.shape[0], own.shape[0] - own.shape[1]
+    shifted = np.arange(1, lags + 1)
+    exact = rows <= MOST_EXACT_ROWS
+    traces = np.empty(lags)
+    moved: list[Float] = []
+    for lag in range(1, lags + 1):
+        traces[lag - 1] = -float(np.sum(own[lag:] * own[:-lag]))
+        if exact:
+            both = np.zeros_like(own)
+            both[lag:] += 0.5 * own[:-lag]
+            both[:-lag] += 0.5 * own[lag:]
+            moved.append(both)
+    products = np.diag(0.5 * (rows - shifted))
+    if exact:
+        inside = np.array([own.T @ both for both in moved])
+        flat = np.array(moved).reshape(lags, -1)
+        products = products - 2.0 * flat @ flat.T
+        products += inside.reshape(lags, -1) @ inside.reshape(lags, -1).T
+    covariance = 2.0 * (products - np.outer(traces, traces) / free) / (free * (free + 2.0))
+    return traces / free, covariance
 
 
 def autocorrelations(whitened: Float, lags: int) -> Float:
@@ -57,13 +129,22 @@ def autocorrelations(whitened: Float, lags: int) -> Float:
     return np.asarray(np.array(products) / float(values @ values))
 
 
-def _von_neumann_p(values: Float) -> float:
-    """Return the two-sided p of the ratio, of mean 2 and variance 4(n − 2)/(n² − 1)."""
+def _von_neumann_p(values: Float, own: Float) -> float:
+    """Return the two-sided p of the ratio of successive differences to the variance.
+
+    With N = DᵀD for the differences D, mean and variance of the ratio are tr(MN)/m and (2 tr(MNMN)
+    − 2 tr(MN)²/m)/(m(m + 2)), as for an autocorrelation.
+    """
     rows = values.size
-    ratio = float(np.sum(np.diff(values) ** 2)) / float(values @ values) * rows / (rows - 1.0)
-    mean = 2.0 * rows / (rows - 1.0)
-    sigma = 2.0 * rows / (rows - 1.0) * float(np.sqrt((rows - 2.0) / (rows**2 - 1.0)))
-    return 2.0 * float(ndtr(-abs(ratio - mean) / sigma))
+    free = rows - own.shape[1]
+    ratio = float(np.sum(np.diff(values) ** 2)) / float(values @ values)
+    steps = np.diff(own, axis=0)
+    inside = steps.T @ steps
+    twice = np.diff(steps, axis=0, prepend=0.0, append=0.0)
+    trace = 2.0 * (rows - 1.0) - float(np.trace(inside))
+    square = 6.0 * rows - 8.0 - 2.0 * float(np.sum(twice**2)) + float(np.sum(inside**2))
+    variance = 2.0 * (square - trace**2 / free) / (free * (free + 2.0))
+    return 2.0 * float(ndtr(-abs(ratio - trace / free) / np.sqrt(variance)))
 
 
 def _normal_p(values: Float) -> float:
@@ -76,20 +157,16 @@ def _normal_p(values: Float) -> float:
     return float(chdtrc(2, statistic))
 
 
-def noise_data(noise: Noise, whitened: tuple[Float | None, Float | None]) -> dict[str, Any]:
+def noise_data(noise: Noise, tests: tuple[Whiteness | None, Whiteness | None]) -> dict[str, Any]:
     """Return white and coloured parts of both channels, arcseconds, and their tests, as JSON."""
     found: dict[str, Any] = {}
-    for channel, law, of_rows, values in (
-        ("capture", noise.capture_law, noise.capture, whitened[0]),
-        ("reference", noise.reference_law, noise.reference, whitened[1]),
+    for channel, law, of_rows, tested in (
+        ("capture", noise.capture_law, noise.capture, tests[0]),
+        ("reference", noise.reference_law, noise.reference, tests[1]),
     ):
-        if law is None or of_rows is None or values is None or of_rows.weightless:
+        if law is None or of_rows is None or of_rows.weightless:
             continue
-        tests = whiteness(values)
-        found[channel] = {
-            **_parts(law),
-            "tests": None if tests is None else asdict(tests),
-        }
+        found[channel] = {**_parts(law), "tests": None if tested is None else tested.data()}
     if noise.capture is not None:
         found["index_arcsec"] = float(np.sqrt(noise.index_variance))
     return found

@@ -57,6 +57,13 @@ class WhitenedRows:
         found[places, places] = np.bincount(self.offset, self.ones**2, self.offsets)
         return found
 
+    @property
+    def every_column(self) -> Matrix:
+        """Return the columns and the constant of each offset, shape (rows, k + offsets)."""
+        constants = np.zeros((self.ones.size, self.offsets))
+        constants[np.arange(self.ones.size), self.offset] = self.ones
+        return np.hstack([self.columns, constants])
+
     def model(self, coefficients: Matrix) -> Matrix:
         """Return the whitened prediction of coefficients (k + offsets,) or (k + offsets, m)."""
         shared = self.columns.shape[1]

@@ -20,6 +20,7 @@ from arctrue.workbench.observations.run_speed import run_speeds
 from arctrue.workbench.observations.stored import RunFacts, StoredCapture, electrical_rad
 from arctrue.workbench.observations.true_angle import true_angle
 from arctrue.workbench.observations.used_rows import used_capture_rows, used_reference_rows
+from arctrue.workbench.observations.wrapped_targets import unwrapped
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -60,7 +61,7 @@ def observations_of(
         masked += used.masked
         outlying_share["capture"] = used.outlying_share
     if reference is not None:
-        there = used_reference_rows(reference, mask_outliers=mask_outliers)
+        there = used_reference_rows(unwrapped(reference), mask_outliers=mask_outliers)
         reference, used_reference = there.rows, there.numbers
         masked += there.masked
         outlying_share["reference"] = there.outlying_share

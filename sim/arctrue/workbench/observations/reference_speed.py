@@ -38,11 +38,13 @@ def reference_speed(columns: Reference) -> Float | None:
     """Return the signed speed of every row, rad/s, 0 where the table stood; None if it never moved.
 
     A pass lies between two changes of run, cycle or direction, or of the sense in which the targets
-    follow each other. Three kinds of passes are in motion. First, passes over stations close
+    follow each other. Four kinds of passes are in motion. First, passes over stations close
     together. Second, passes that a clock sampled while the speed changed (a ramp): their times are
     even and their ways uneven. Third, passes over stations far apart (a polygon's faces), if their
     times are those of steady speeds and at least two of the speeds differ: a table that stops takes
-    about as long at each station in every pass.
+    about as long at each station in every pass. Fourth, passes over stations far apart at a steady
+    speed, if a clock sampled them in the same steps as a pass of the first two kinds: they are
+    parts of one log at a higher speed.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
@@ -56,6 +58,15 @@ def reference_speed(columns: Reference) -> Float | None:
             or _sampled_by_a_clock(target[rows], time_s[rows])
         )
         for rows in passes
+    ]
+    sampled_s = [
+        float(np.median(np.diff(time_s[rows])))
+        for rows, is_near in zip(passes, near, strict=True)
+        if is_near
+    ]
+    near = [
+        is_near or bool(speed and _in_the_steps_of(time_s[rows], sampled_s))
+        for rows, speed, is_near in zip(passes, speeds, near, strict=True)
     ]
     far = np.array(
         [abs(speed) for speed, is_near in zip(speeds, near, strict=True) if speed and not is_near]
@@ -102,6 +113,12 @@ def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
     smooth = float(np.median(np.abs(np.diff(way)))) < SMOOTH * usual_deg
     low, high = np.quantile(way, [0.1, 0.9])
     return smooth and float(high) > SPEED_RATIO * float(low)
+
+
+def _in_the_steps_of(time_s: Float, sampled_s: list[float]) -> bool:
+    """Tell whether the median step of the times is that of one of the passes on the move."""
+    step_s = float(np.median(np.diff(time_s)))
+    return any(abs(step_s / one - 1.0) < EVEN for one in sampled_s if one > 0.0)
 
 
 def _mean_speed(target_deg: Float, time_s: Float) -> float:

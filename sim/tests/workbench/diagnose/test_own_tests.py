@@ -8,8 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from arctrue.measurement import MeasurementSet
-from arctrue.workbench.diagnose.own_tests import one_pattern
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.studies.benchmark.diagnosis import diagnosed
+from arctrue.workbench.diagnose.own_tests import one_pattern, shape_with_corners
+from arctrue.workbench.diagnose.regular import RegularCause
+from arctrue.workbench.effects.catalogue.periodic_error import PeriodicError
+from arctrue.workbench.inference.forward.search import Line
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import measurement_set, paper_error
 
@@ -92,3 +96,77 @@ def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> N
     found = diagnosis_of(_bent(size_arcsec, 5))
     assert found.effect_class == []
     assert found.verdict == "unknown"
+
+
+def _log_that_divides_the_turn(extra: np.ndarray, turn: np.ndarray, noise: float) -> MeasurementSet:
+    """Make a log at 12°/s and 30 Hz of two turns up and two down, which meets 900 angles a turn."""
+    random = np.random.default_rng(4)
+    angle = 2.0 * np.pi * turn
+    error = 20.0 * np.cos(angle + 0.4) + 3.0 * np.cos(2.0 * angle) + 0.5 * np.cos(7.0 * angle)
+    error += extra + random.normal(0.0, noise, angle.size)
+    up = np.diff(turn, prepend=turn[0] - 1.0) > 0.0
+    up[-1] = up[-2]
+    reference = Reference(
+        360.0 * turn,
+        error,
+        run=np.where(up, 0, 1),
+        time_s=np.arange(turn.size) / 30.0,
+        direction=np.where(up, 1, -1),
+    )
+    return MeasurementSet(Table(), None, reference, title="log")
+
+
+UP_AND_DOWN = np.concatenate([np.arange(1800), np.arange(1799, -1, -1)]) / 900.0
+
+
+def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
+    """Its samples meet the same angles on each turn, but it is a log and no set of stations."""
+    line = 3.0 * np.cos(31.4 * 2.0 * np.pi * UP_AND_DOWN)
+    _, found = diagnosed(_log_that_divides_the_turn(line, UP_AND_DOWN, 1.0))
+    assert [round(cause.lines[0].rate, 1) for cause in found.findings.causes] == [31.4]
+    assert found.named is not None
+    assert found.named.name == "periodic_error"
+
+
+def test_a_square_wave_over_the_turn_is_no_line() -> None:
+    """It jumps at six places of the turn; orders 3, 9 and 15 are the model's, 21, 27 … are left."""
+    wave = 12.0 * np.sign(np.sin(3.0 * 2.0 * np.pi * UP_AND_DOWN + 0.5))
+    _, found = diagnosed(_log_that_divides_the_turn(wave, UP_AND_DOWN, 1.0))
+    assert found.verdict == "unknown"
+    assert "corners" in (found.decision.unlike or "")
+
+
+def _causes(lines: dict[float, float], turns: float = 4.0) -> list[RegularCause]:
+    """Make regular causes of these orders and amplitudes."""
+    return [
+        RegularCause(
+            PeriodicError(),
+            {},
+            (Line(order, size, 0.0, size, 0.9, 50.0, 50.0, turns * order, 100.0),),
+            False,
+            None,
+        )
+        for order, size in lines.items()
+    ]
+
+
+@pytest.mark.parametrize(
+    ("lines", "is_one"),
+    [
+        ({order: 1.0 / order for order in (21.0, 27.0, 33.0, 39.0, 45.0)}, True),
+        ({order: 1.0 / order**2 for order in (21.0, 23.02, 24.99, 29.0, 31.0)}, True),
+        # Ten odd orders of 17, with sizes at the limit of the search.
+        ({float(n): n**-0.5 for n in (21, 23, 25, 27, 29, 31, 33, 39, 41, 53)}, True),
+        ({float(n): n**-0.5 for n in (21, 23, 26, 27, 29, 31, 33, 39, 41, 53)}, False),
+        # Stator slots and their multiples: the base order is a line itself.
+        ({72.0: 400.0, 144.0: 90.0, 216.0: 40.0, 288.0: 20.0}, False),
+        # Poles, teeth and slots of a motor: multiples of 4 far apart.
+        ({100.0: 340.0, 56.0: 61.0, 300.0: 35.0, 48.0: 29.0}, False),
+        ({21.0: 1.0, 27.0: 0.3, 33.0: 1.1, 39.0: 0.2}, False),
+        ({21.4: 1.0, 27.0: 0.8, 33.0: 0.6, 39.0: 0.5}, False),
+        ({21.0: 1.0, 27.0: 0.8, 33.0: 0.6}, False),
+    ],
+)
+def test_lines_of_one_shape(lines: dict[float, float], is_one: bool) -> None:
+    """Four whole orders in even steps whose sizes fall evenly are one shape with corners."""
+    assert (shape_with_corners(_causes(lines)) is not None) == is_one

@@ -18,6 +18,36 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
         assert 9 < rare < 51, name
 
 
+@pytest.mark.parametrize(("rows", "turns"), [(60, 1), (120, 1), (400, 1), (1600, 1), (300, 2)])
+def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
+    """Orders 1 to 20 of an even log take the noise of their frequencies, up to all below 20/60."""
+    random = np.random.default_rng(8)
+    angle = 2.0 * np.pi * turns * np.arange(rows) / rows
+    phase = np.outer(angle, np.arange(1, 21))
+    model = np.hstack([np.cos(phase), np.sin(phase)])
+    own = np.linalg.qr(np.hstack([np.ones((rows, 1)), model]))[0]
+    draws = random.normal(size=(300, rows))
+    tests = [whiteness(values, model) for values in draws - draws @ own @ own.T]
+    for name in ("autocorrelation_p", "successive_differences_p"):
+        p_values = np.array([getattr(item, name) for item in tests])
+        # 30 are expected with a standard deviation of 5.2: four of these.
+        assert 9 < np.count_nonzero(p_values < 0.1) < 51, name
+        # 1 is expected at the level of a third of 0.01: 8 or more have p < 1e-4 (Poisson).
+        assert np.count_nonzero(p_values < 0.01 / 3.0) < 8, name
+
+
+def test_colour_above_the_orders_of_a_model_is_seen() -> None:
+    random = np.random.default_rng(9)
+    phase = np.outer(2.0 * np.pi * np.arange(400) / 400.0, np.arange(1, 21))
+    model = np.hstack([np.cos(phase), np.sin(phase)])
+    white = random.normal(size=401)
+    values = white[1:] + 0.6 * white[:-1]
+    own = np.linalg.qr(np.hstack([np.ones((400, 1)), model]))[0]
+    found = whiteness(values - own @ (own.T @ values), model)
+    assert found is not None
+    assert found.autocorrelation_p < 1e-4
+
+
 def test_correlated_and_heavy_tailed_rows_are_seen() -> None:
     random = np.random.default_rng(4)
     white = random.normal(size=2001)

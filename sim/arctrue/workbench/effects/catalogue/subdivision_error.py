@@ -88,8 +88,10 @@ class SubdivisionError(Effect):
         head1 = harmonic_columns(rows.electrical1_rad, self.integers("multiples"))
         return np.hstack([head1, *[np.zeros_like(head1)] * (rows.heads - 1)])
 
-    def electrical_order(self, observations: Observations) -> float:
-        return float(max(self.integers("multiples")) * (observations.grating_lines or 0))
+    def electrical_orders(self, observations: Observations) -> list[float]:
+        lines = observations.grating_lines or 0
+        of_head = [float(k * lines) for k in self.integers("multiples") for _ in ("cos", "sin")]
+        return of_head * observations.heads
 
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
         """Return the sum of all amplitudes.

@@ -140,13 +140,24 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
 
 
 def _is_dense(rows: ReferenceRows) -> bool:
-    """Tell whether the rows are a log, not stations that are visited again and again."""
+    """Tell whether the rows are a log, not stations that are visited again and again.
+
+    A log on the move may meet the same angles on every turn, where the samples divide the turn
+    evenly: its turns follow each other, and count as different places.
+    """
     if rows.run.size < LEAST_ROWS or rows.faces is not None:
         return False
-    station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) / SAME_STATION_RAD).astype(np.int64)
-    side = np.zeros(station.size) if rows.direction is None else rows.direction
+    side = np.zeros(rows.run.size) if rows.direction is None else rows.direction
+    moving = rows.speed_rad_s is not None and np.count_nonzero(rows.speed_rad_s) > rows.run.size / 2
+    places = [np.mod(rows.target_rad, 2.0 * np.pi), *([rows.target_rad] if moving else [])]
+    return any(_places_of_their_own(place, side) > FROM_ONE_SIDE for place in places)
+
+
+def _places_of_their_own(place_rad: Float, side: Float) -> float:
+    """Return the number of different places and sides, as a share of the rows."""
+    station = np.round(place_rad / SAME_STATION_RAD).astype(np.int64)
     own = np.unique(np.stack([station, side.astype(np.int64)]), axis=1).shape[1]
-    return bool(own > FROM_ONE_SIDE * station.size)
+    return float(own / station.size)
 
 
 def _left(solution: Solution, rows: ReferenceRows) -> tuple[Float, Float]:
