@@ -105,8 +105,15 @@ def test_places_and_skew_are_measured_and_written(
         expect(page.locator("#connection")).to_contain_text("All heads are as planned")
         page.get_by_role("button", name="Capture a turn forward").click()
         expect(page.locator("#forward")).to_contain_text("4000 samples at")
-        page.get_by_role("button", name="Capture a turn backward").click()
-        expect(page.locator("#backward tbody tr")).to_have_count(4)
+        button = page.get_by_role("button", name="Capture a turn backward")
+        rows = page.locator("#backward tbody tr")
+        for _ in range(3):
+            button.click()
+            expect(rows.first.or_(page.locator("#problem:not(:empty)"))).to_be_visible()
+            # On a busy machine the console's answer may come too late: the step is repeated.
+            if rows.count():
+                break
+        expect(rows).to_have_count(4)
         expect(page.locator("#backward")).to_contain_text("Noise of the parity: 0.1")
         page.get_by_role("button", name="Write places and delays").click()
         expect(page.locator("#write")).to_contain_text("Written;")
