@@ -238,7 +238,7 @@ def _case_of(
     matters = 0.0 if count is None else matters_counts * count
 
     def with_first(before: Survey, first: Candidate) -> Survey:
-        report_step(f"once more beside {first.name}")
+        report_step(f"once more with {first.name} in the model")
         left = before.findings.without(first.regular)
         if first.regular is None and not left.empty:
             left = findings_of(first.at_maximum, effects)

@@ -295,7 +295,7 @@ def _judged(
     """Return the candidate with its evidence, and with held-out rows if it is significant and
     matters."""
     residuals = tried.residuals
-    report_step(f"the noise beside {item.name}")
+    report_step(f"the noise with {item.name} in the model")
     found = evidence(residuals, null, item.effect, item.nonlinear)
     if found.score.gain > MUCH_MORE * residuals.score(item.effect, item.nonlinear).gain:
         item, found = _in_less_noise(item, found, residuals, null)

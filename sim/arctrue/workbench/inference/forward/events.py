@@ -149,8 +149,8 @@ def _tails_make_it(
     """Tell whether the tails of the noise could give a step of this size somewhere in the record.
     In a random walk, each innovation is a step, and the gains of steps at all other instants have
     their tails from the innovations. Student's t is fitted to the square roots of twice these
-    gains, and each of FREEDOMS is weighted with its likelihood. ``beside`` is the noise with the
-    step in the model."""
+    gains, and each of FREEDOMS is weighted with its likelihood. ``with_step`` is the noise with
+    the step in the model."""
     column = record.rows(others).factor(with_step.noise).whiten(step_column(record, row))
     if float(np.max(column**2)) < FEW * float(np.sum(column**2)):
         return False
