@@ -29,16 +29,26 @@ from sim.tests.device.epics_process import PREFIX, free_ports, pvs
 from arctrue.device.connection import Watch, ask
 
 client = pytest.importorskip("caproto.sync.client", reason="softioc has x86-64 wheels only")
-from caproto import CaprotoTimeoutError  # noqa: E402
+import caproto  # noqa: E402
 
 
 @pytest.fixture
 def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Set ports of EPICS that nothing else on this machine uses."""
+    """Set ports of EPICS, and give the client sockets, that nothing else on this machine uses."""
     found = free_ports()
     for name, value in found.items():
         monkeypatch.setenv(name, value)
+    monkeypatch.setattr(caproto, "bcast_socket", udp_socket)
     return found
+
+
+def udp_socket() -> socket.socket:
+    """Return a UDP socket at a port of its own.
+
+    caproto's own allows reuse (SO_REUSEADDR): Linux may then choose the port of another such
+    socket, for example the server's, and the answer goes to that one.
+    """
+    return socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
 
 def read(name: str, kind: str = "time") -> Any:
@@ -311,5 +321,5 @@ def test_every_socket_is_of_this_machine_alone(
 
 
 def test_a_missing_pv_is_no_pv(ports: dict[str, str]) -> None:
-    with pytest.raises(CaprotoTimeoutError):
+    with pytest.raises(caproto.CaprotoTimeoutError):
         client.read(f"{PREFIX}Nothing", timeout=0.2, repeater=False)
