@@ -216,6 +216,7 @@ def simulated(memories: list[Memory], rows: np.ndarray, folder: Path) -> list[st
     return [line for line in done.stdout.splitlines() if line[:1] in ("0", "1")]
 
 
+@pytest.mark.large
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_rams_of_look_up_tables_do_what_the_primitives_do(tmp_path: Path) -> None:
     """RAM32M, RAM64X1D, RAM128X1D and RAM256X1S have random contents and random levels at every

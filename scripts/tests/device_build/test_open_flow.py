@@ -309,6 +309,7 @@ def test_the_makefile_hands_its_variables_on() -> None:
     }
 
 
+@pytest.mark.large
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
 def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
     """The netlist has PS7 and one BUFG with the primitives' ports, pads, and no latch."""

@@ -83,6 +83,7 @@ def test_a_table_in_verilog_has_two_s_complement() -> None:
     assert "2'd3" not in text
 
 
+@pytest.mark.large
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_the_netlist_of_the_table_gives_the_cosine(tmp_path: Path) -> None:
     """GHDL's netlist runs over 2**20 phases; the head of table_rotation derives the bound."""

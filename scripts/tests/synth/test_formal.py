@@ -27,11 +27,14 @@ MISSING = tools_missing(find_ghdl, find_sby)
 needs_tools = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 QUICK = [proof for proof in PROOFS if proof.quick]
 LONGEST = (
+    "axi3_to_axi_lite",
     "coefficient_memory",
     "coefficient_memory_folded",
     "head_failover",
     "quadrature_decoder",
     "quadrature_output",
+    "sampler",
+    "turn_counter",
     "turn_difference",
 )
 OUTPUT = next(proof for proof in PROOFS if proof.name == "quadrature_output")
@@ -51,6 +54,7 @@ def test_proof(proof: Proof, tmp_path: Path) -> None:
     assert faults == []
 
 
+@pytest.mark.large
 @needs_tools
 def test_a_fault_that_changes_nothing_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -63,6 +67,7 @@ def test_a_fault_that_changes_nothing_is_reported(
     assert fault == "axi3_to_axi_lite: the proof does not notice that nothing"
 
 
+@pytest.mark.large
 @needs_tools
 def test_a_cover_statement_out_of_reach_is_reported(tmp_path: Path) -> None:
     (fault,) = prove(replace(OUTPUT, cover_depth=4), tmp_path)

@@ -189,7 +189,7 @@ def test_places_are_found_where_the_axis_is_at_rest() -> None:
     found = fit(part, 4, u_place_arcsec=np.inf)
     apart = (found.places_rad - np.radians(PLACES_DEG)) / ARCSEC - off
     assert np.max(np.abs(apart[1:] / found.u_places_arcsec[1:])) < PULL
-    # The issue's 3 to 4″ for 12,000 samples are 4 to 6″ for 6,000.
+    # 3 to 4″ for 12,000 samples are 4 to 6″ for 6,000.
     assert np.all((found.u_places_arcsec[1:] > 3.0) & (found.u_places_arcsec[1:] < 8.0))
 
 
@@ -224,7 +224,7 @@ def test_the_gain_of_an_order_is_its_uncertainty_over_that_of_a_line(motion: Mot
     np.testing.assert_allclose((u / line)[seen], gain[seen], rtol=0.2)
 
 
-def test_the_issues_gains_of_four_heads_with_motion_unknown_at_every_order() -> None:
+def test_gains_of_four_heads_with_motion_unknown_at_every_order() -> None:
     orders = np.arange(2, 129)
     gain = order_gain(np.radians(PLACES_DEG), orders, "every")
     assert (round(gain.max(), 1), orders[gain.argmax()]) == (11.2, 55)

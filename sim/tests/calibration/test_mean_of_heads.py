@@ -37,7 +37,7 @@ from arctrue.table import (
 )
 from arctrue.table.causes.radial_motion import RadialMotion
 
-ISSUE_PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
+STATED_PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 SPARE_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
 """Places of four heads of which any one may fail."""
 COUNTS = 1 << 24
@@ -65,15 +65,15 @@ def test_equal_heads_have_equal_weights() -> None:
 
 
 def test_four_heads_take_the_weights_of_least_noise() -> None:
-    places = np.radians(ISSUE_PLACES_DEG)
+    places = np.radians(STATED_PLACES_DEG)
     weights, parity = mean_weights(places), parity_weights(places)
-    assert np.linalg.norm(weights) == pytest.approx(0.5494, abs=5e-5)  # the issue's 0.55
+    assert np.linalg.norm(weights) == pytest.approx(0.5494, abs=5e-5)
     # All other weights differ by a multiple of the parity: the least norm is orthogonal to it.
     assert weights @ parity == pytest.approx(0.0, abs=1e-12)
 
 
 def test_unequal_radii_keep_a_translation_out() -> None:
-    places = np.radians(ISSUE_PLACES_DEG)
+    places = np.radians(STATED_PLACES_DEG)
     ratios = 1.0 / (1.0 + np.array([1.0, -0.5, 0.2, -1.0]) * 1e-4 / DISC_RADIUS_M)
     for conditions in (mean_weights(places, ratios), parity_weights(places, ratios)):
         assert abs(np.sum(conditions * ratios * np.exp(1j * places))) < 1e-14
@@ -87,13 +87,13 @@ def test_two_heads_off_the_diameter_are_refused() -> None:
 
 
 def test_a_weight_outside_its_format_is_refused() -> None:
-    without = weights_without_each(np.radians(ISSUE_PLACES_DEG), noise_limit=9.0)
+    without = weights_without_each(np.radians(STATED_PLACES_DEG), noise_limit=9.0)
     assert isinstance(without[2], WeightsRefusedError)
     assert "-2.45" in str(without[2])
     spare = weights_without_each(np.radians(SPARE_PLACES_DEG))
     noises = [np.linalg.norm(one) for one in spare if not isinstance(one, WeightsRefusedError)]
     assert len(noises) == 4
-    assert max(noises) == pytest.approx(0.821, abs=5e-4)  # the issue's 0.82
+    assert max(noises) == pytest.approx(0.821, abs=5e-4)
 
 
 def test_a_mean_that_is_noisier_than_one_head_is_refused() -> None:
@@ -106,7 +106,7 @@ def test_three_heads_have_no_parity() -> None:
         parity_weights(np.radians([0.0, 120.0, 240.0]))
 
 
-@pytest.mark.parametrize("places_deg", [ISSUE_PLACES_DEG, SPARE_PLACES_DEG, (0.0, 119.0, 242.0)])
+@pytest.mark.parametrize("places_deg", [STATED_PLACES_DEG, SPARE_PLACES_DEG, (0.0, 119.0, 242.0)])
 def test_words_have_the_sum_one_and_let_little_through(places_deg: tuple[float, ...]) -> None:
     places = np.radians(places_deg)
     weights = mean_weights(places)
@@ -226,7 +226,7 @@ def test_the_sets_come_back_from_a_coefficient_file(tmp_path: Path) -> None:
     assert refused == ()
     write_coefficient_file(tmp_path / "mean.toml", every)
     assert read_coefficient_file(tmp_path / "mean.toml", EVERYTHING) == every
-    _, refused = mean_banks(_known_disc(ISSUE_PLACES_DEG, EQUAL), COUNTS)
+    _, refused = mean_banks(_known_disc(STATED_PLACES_DEG, EQUAL), COUNTS)
     assert ["-2.45" in str(one) for one in refused] == [True]
 
 
@@ -234,13 +234,13 @@ def test_the_sets_come_back_from_a_coefficient_file(tmp_path: Path) -> None:
     "shift", [RadialMotion(0, 2e-6 + 0j), DiscEccentricity(2e-6, 0.0)], ids=["axis", "disc"]
 )
 def test_a_moved_carrier_shows_only_through_the_slope_of_the_lanes(shift: Cause) -> None:
-    # The issue's row: the centre moves by 2 µm, nothing is calibrated again, 0.002″.
-    disc = _known_disc(ISSUE_PLACES_DEG, EQUAL)
+    # Goal of docs/heads.md: the centre moves by 2 µm, nothing is calibrated again, 0.002″.
+    disc = _known_disc(STATED_PLACES_DEG, EQUAL)
     bank = mean_bank(disc, COUNTS, lanes=12)
     angle = np.linspace(0.0, 6.28, 600)
     shown = []
     for causes in (DISC, (*DISC, shift)):
-        table = _table(causes, ISSUE_PLACES_DEG, EQUAL)
+        table = _table(causes, STATED_PLACES_DEG, EQUAL)
         state = TableState.at_rest(angle)
         exact = np.array([table.reading_rad(h, state) for h in range(4)]) / table.count_rad
         counts = np.rint(exact).astype(np.int64)
@@ -256,7 +256,7 @@ def test_a_moved_carrier_shows_only_through_the_slope_of_the_lanes(shift: Cause)
 
 
 def test_the_order_factor_is_what_the_mean_sees_of_a_pure_order() -> None:
-    places = np.radians(ISSUE_PLACES_DEG)
+    places = np.radians(STATED_PLACES_DEG)
     weights = mean_weights(places)
     angle = np.linspace(0.0, 6.0, 50)
     for order in (1, 2, 55):

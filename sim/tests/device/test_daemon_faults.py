@@ -89,7 +89,7 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
 
 
 def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path) -> None:
-    """The issue's rate for six seconds: every line is recorded and reaches a watcher."""
+    """For six seconds at the highest rate every line is recorded and reaches a watcher."""
     count, rate = 1000, 10_000 / 60.0
     padded = [line_of(number, pad="") for number in range(count)]
     lines = [line_of(n, pad="x" * (600 - len(line))) for n, line in enumerate(padded)]

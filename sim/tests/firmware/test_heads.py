@@ -406,7 +406,7 @@ def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficie
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_goal_at_the_papers_conditions(seed: int) -> None:
-    """Issue 27's goal: calibrate on one turn of 12,000 samples with 0.2″, judge on another.
+    """Calibrate on one turn of 12,000 samples with 0.2″, judge on another.
 
     Means of half a degree must be within ± 0.07″ and 0.022″ RMS, with the words that the firmware
     would write and the gateware's mean bit for bit. Readings have 83 independent values in a bin,

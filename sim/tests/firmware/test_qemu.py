@@ -48,6 +48,7 @@ def rows_of(answer: str) -> list[list[str]]:
     return [line.split() for line in answer.splitlines()[1:-1]]
 
 
+@pytest.mark.large
 def test_the_other_board_is_built_too() -> None:
     assert build("arty_z7_20").exists()
 

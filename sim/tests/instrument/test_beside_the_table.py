@@ -29,6 +29,8 @@ from arctrue.instrument import (
 )
 from arctrue.table import Motion, decode_quadrature
 
+pytestmark = pytest.mark.large
+
 HEAD2_SHIFT = 3
 OUTPUT_SHIFT = 6
 OUTPUT_Z = 4 << OUTPUT_SHIFT

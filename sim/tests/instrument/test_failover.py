@@ -60,6 +60,7 @@ def back_in(device: HeadsDevice) -> None:
     assert device.instrument.read("heads_status.set") == 0
 
 
+@pytest.mark.large
 @pytest.mark.slow
 def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
     """Head 3's pins stay low for a turn: three heads continue, and the output contains no ball

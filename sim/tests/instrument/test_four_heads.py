@@ -198,11 +198,12 @@ def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
     device.firmware.send("set release_sources 0")
 
 
+@pytest.mark.large
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "micrometres"),
     [
-        pytest.param("bearing_ball_pass", 0.25, marks=pytest.mark.large),
+        ("bearing_ball_pass", 0.25),
         ("thermal_eccentricity", 2.0),
     ],
 )

@@ -88,6 +88,7 @@ def test_without_a_device_a_step_says_so(tmp_path: Path) -> None:
         assert str(tmp_path / "none") in taken(client, "connection", PLAN)
 
 
+@pytest.mark.large
 @needs_browser
 def test_places_and_skew_are_measured_and_written(
     device: TableDevice, page: Page, tmp_path: Path

@@ -44,6 +44,8 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
         yield made
 
 
+@pytest.mark.large
+@pytest.mark.large
 def send_turn(replay: Replay, number: int, *, swaps: int, heat_k: float, drift: float) -> None:
     harmonics = [[1, 150.0 + drift, 0.4, U, 1], [2, 6.0, -2.0, U, 1], [5, 1.5, 1.0, U, 0]]
     replay.turn(

@@ -94,6 +94,7 @@ def turning(
     made.end()
 
 
+@pytest.mark.large
 def circle_arcsec(x: list[float], y: list[float]) -> float:
     """Return the radius of the circle three times a turn, from a closed path in equal steps."""
     path = np.array(x[:-1]) + 1j * np.array(y[:-1])

@@ -145,6 +145,7 @@ def test_files_that_are_dropped_in_are_named_as_text(
     expect(page.locator("#dropin")).to_contain_text("data-evil")
 
 
+@pytest.mark.large
 def test_addresses_that_are_not_there_are_shown_as_text(server: str, page: Page) -> None:
     # The browser prints a missing page on its console, which fails a test. A plain request does
     # not.
@@ -168,6 +169,7 @@ def test_the_report_shows_markup_as_text(folder: Path, page: Page, tmp_path: Pat
         harmless(page)
 
 
+@pytest.mark.large
 def test_a_printed_report_shows_markup_as_text(page: Page, tmp_path: Path) -> None:
     figure = Figure()
     figure.subplots().set_title(EVIL)

@@ -340,6 +340,7 @@ def test_every_command_explains_itself(installed: Installed) -> None:
     )
 
 
+@pytest.mark.large
 def test_workbench_and_calibration_work(installed: Installed) -> None:
     arctrue, folder = installed.arctrue, installed.folder
     cause = ("--effect", "hysteresis", "--size", "2")

@@ -117,6 +117,7 @@ def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: 
     assert np.sqrt(np.mean(away**2)) < 2.0
 
 
+@pytest.mark.large
 def test_verdict_and_values_of_a_part_are_those_of_the_whole(warm: MeasurementSet) -> None:
     found = []
     for limit in (10**9, LIMIT):

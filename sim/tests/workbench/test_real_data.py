@@ -110,6 +110,7 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
     assert all(order % 21 == 0 or order % 36 == 0 for order in orders)
 
 
+@pytest.mark.large
 def test_motor_lack_of_fit_is_reported_without_repeats(motor: Observations) -> None:
     """No station repeats; order 126 is nevertheless a lack of fit and is named."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]

@@ -343,7 +343,7 @@ class Case:
 
 
 LOOK_ALIKE = 0.5
-"""Canonical correlation above which two effects compete for the same error (issue 26): ΔBIC and the
+"""Canonical correlation above which two effects compete for the same error: ΔBIC and the
 classes then decide between them, not the size."""
 ONCE = frozenset({"time", "settling"})
 """Parts of effects that change in one direction with time."""

@@ -1,4 +1,4 @@
-"""Tests of places of three and four heads against the issue's figures and against a search here."""
+"""Tests of the places of three and four heads against stated figures and another search."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from arctrue.studies.head_angle.places import (
 
 ROOT = Path(__file__).resolve().parents[4]
 FOUND = json.loads((ROOT / "docs" / "data" / "alpha.json").read_text(encoding="utf-8"))
-ISSUE_DEG = (0.0, 64.3, 177.0, 257.9)
+PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
 
 
-def test_the_issues_places_have_the_issues_figures() -> None:
-    one = judged_places(ISSUE_DEG, 64)
+def test_stated_places_have_the_stated_figures() -> None:
+    one = judged_places(PLACES_DEG, 64)
     assert round(one.worst_gain, 1) == 2.7
     assert round(max(one.noise_without), 2) == 0.82
     assert round(judged_places((0.0, 33.0, 162.5, 300.5), 64).worst_gain, 1) == 11.2
@@ -66,7 +66,7 @@ def test_places_on_the_page_outlive_any_one_head() -> None:
             if choice["heads"] == 4:
                 assert max(again.noise_without) <= NOISE_LIMIT + 1e-3
     four = next(c for c in FOUND["places"] if c["heads"] == 4 and c["most_order"] == 64)
-    assert four["best"][0]["worst_gain"] <= judged_places(ISSUE_DEG, 64).worst_gain
+    assert four["best"][0]["worst_gain"] <= judged_places(PLACES_DEG, 64).worst_gain
 
 
 @pytest.mark.parametrize(

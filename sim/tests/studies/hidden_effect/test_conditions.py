@@ -39,6 +39,7 @@ def latency_bound_arcsec() -> float:
     return float(2.0 * COUNT_ARCSEC + rate * LAG_CLOCKS / scale.clock_hz)
 
 
+@pytest.mark.large
 def modulators(result: HiddenResult) -> list[str]:
     extension = result.export.coefficients.extension
     assert extension is not None
@@ -58,15 +59,11 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
     assert left["unit_left_out"] >= 0.25 * LATENCY_ARCSEC > latency_bound_arcsec()
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     ("name", "modulator", "size_arcsec"),
     [
-        pytest.param(
-            "centrifugal_lobes",
-            "speed_squared",
-            2.0 * COARSER * (BETWEEN * SPEED_RAD_S) ** 2,
-            marks=pytest.mark.large,
-        ),
+        ("centrifugal_lobes", "speed_squared", 2.0 * COARSER * (BETWEEN * SPEED_RAD_S) ** 2),
         (
             "loose_centre",
             "direction",

@@ -16,18 +16,18 @@ COUNTS = LINES * INTERPOLATION
 SIZE_COUNTS = (1 << 24) / COUNTS * COUNTS / 1_296_000
 """1″ at the paper's scale, enlarged with the counts: 12.9 counts at every scale."""
 MOST_LEFT_COUNTS = 1.0
-"""The requirement of the issue."""
+"""Largest amplitude that may remain, in counts."""
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     ("name", "shares"),
     [
         ("belt", [1.0]),
         # Bessel functions of the wobble: J₁, J₀, J₁, to second order.
-        pytest.param(
+        (
             "drive_gear_error",
             [MESH_WOBBLE_RAD / 2.0, 1.0 - MESH_WOBBLE_RAD**2 / 4.0, MESH_WOBBLE_RAD / 2.0],
-            marks=pytest.mark.large,
         ),
     ],
 )

@@ -15,6 +15,9 @@ REVERSAL_ARCSEC = 2 * 64.0
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 
 
+@pytest.mark.large
+@pytest.mark.large
+@pytest.mark.large
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
     return run_small("hysteresis", tmp_path_factory.mktemp("hysteresis"))

@@ -19,7 +19,7 @@ COARSER = 64
 HEATED_K = FRESH_C - 20.0
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 FOLLOWED_ARCSEC = 6.0
-"""Order 1 of the corrected output while the table warms; a count is 4.9″ (issue 13)."""
+"""Order 1 of the corrected output while the table warms; a count is 4.9″."""
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +56,7 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
     assert np.abs(worked_out - at_once.error_counts(readings)).max() < 0.1
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("made", ["centre", "lobes"])
 def test_the_model_tells_a_capture_at_a_temperature_never_measured(
     made: str, request: pytest.FixtureRequest

@@ -59,6 +59,7 @@ def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: flo
     return float(np.sqrt(behind + noise + left_out))
 
 
+@pytest.mark.large
 def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     found: dict[str, Any], scenario: Scenario
 ) -> None:
