@@ -137,9 +137,13 @@ def _sums(
         normal += products[:-1, :-1]
         right += products[:-1, -1]
         square += float(products[-1, -1])
-    for offset in range(width)[_offsets(measurement)]:
-        # If the index repeats exactly, the offset is zero.
-        normal[offset, offset] += 1.0 / max(index_variance_arcsec2, 1e-12)
+    offsets = range(width)[_offsets(measurement)]
+    stated = measurement.table.index_repeatability_counts is not None
+    # The offset of a single run does not show how well the index repeats.
+    if stated or len(offsets) > 1:
+        for offset in offsets:
+            # If the index repeats exactly, the offset is zero.
+            normal[offset, offset] += 1.0 / max(index_variance_arcsec2, 1e-12)
     return normal, right, square
 
 

@@ -24,8 +24,11 @@ SMALLEST, LARGEST = 1e-7, 30.0
 """Limits of a coloured part's variance, in variances of the rows."""
 STATED_READINGS = 8.0
 """Number of readings whose scatter has the weight of a stated uncertainty."""
-ENOUGH = 0.01
-"""Gain of log likelihood below which a round is the last."""
+WALKS = (0.01, 0.1, 1.0, 10.0)
+"""Variances of the slowest part from which the search may start, in variances of the rows."""
+ENOUGH = 0.0001
+"""Gain of log likelihood below which a step of the search is the last: steps along a flat direction
+gain little, and many of them gain much."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum that no rows can have."""
 
@@ -113,6 +116,7 @@ def fit_spectrum(
         # Noise that contains an effect is a bad start value once the effect is in the model.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
+    begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)
     found = minimize(
         cost_with_gradient,
         begin,
@@ -135,6 +139,20 @@ def _from_scatter(
     first = min(max(first, 0.05 * variance, white.floor), variance)
     rest = max(variance - first, 0.0) / max(constants.size, 1) + PRIOR_CENTRE * variance
     return np.asarray(np.log(np.concatenate([[first], np.full(constants.size, rest)])))
+
+
+def _with_a_walk(begin: Float, variance: float, low: Float, high: Float) -> list[Float]:
+    """Return starts whose slowest part has a larger variance; none without coloured parts.
+
+    The likelihood hardly rises with the logarithm of a small variance, so that a search that starts
+    there ends there, even where a random walk is far more likely.
+    """
+    found = []
+    for share in WALKS if begin.size > 1 else ():
+        raised = begin.copy()
+        raised[-1] = np.log(share * variance)
+        found.append(np.clip(raised, low, high))
+    return found
 
 
 def _covariance(cost: Cost, best: Float) -> Float:

@@ -78,6 +78,27 @@ def test_noncentrality_is_that_of_generalised_least_squares(index_variance: floa
     assert found.noncentrality == pytest.approx(projected @ inverse @ projected, rel=1e-4)
 
 
+def test_a_constant_of_a_single_run_is_not_seen() -> None:
+    """An unknown offset of the index may have any size; several runs show how large it usually
+    is."""
+    rows = 240
+    turn = np.linspace(0.0, 2.0, rows)
+    counts = np.round(turn * COUNTS).astype(np.int64)
+    seen = []
+    for runs in (1, 4):
+        run = np.repeat(np.arange(runs), rows // runs)
+        capture = Capture(run, np.arange(rows) * 0.1, counts, counts)
+        measurement = MeasurementSet(Table(COUNTS, 16384, 107.95, 33.0), capture, None, "")
+        process = noise(rows)
+        white = Noise(
+            process.white_rad * RAD_PER_ARCSEC, process.sigma_rad * RAD_PER_ARCSEC, process.decay
+        )
+        constant = {"capture": np.full(rows, 50.0)}
+        drawn = {"capture": TrueNoise(white, np.zeros(rows, dtype=bool))}
+        seen.append(look("timing_skew", measurement, constant, drawn, 0.01).sees)
+    assert seen == [False, True]
+
+
 def test_what_is_needed_gives_the_power() -> None:
     recipe = REGISTRY["bearing_ball_pass"]
     rank, places = recipe.coefficients, recipe.places

@@ -36,6 +36,26 @@ def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
         assert np.count_nonzero(p_values < 0.01 / 3.0) < 8, name
 
 
+@pytest.mark.parametrize("rows", [120, 300])
+def test_wild_rows_are_no_colour(rows: int) -> None:
+    """A fit spreads a wild row over its neighbours; the moments of normal noise do not hold for
+    such rows."""
+    random = np.random.default_rng(10)
+    phase = np.outer(2.0 * np.pi * np.arange(rows) / rows, np.arange(1, 21))
+    model = np.hstack([np.cos(phase), np.sin(phase)])
+    own = np.linalg.qr(np.hstack([np.ones((rows, 1)), model]))[0]
+    rare = 0
+    for _ in range(300):
+        values = random.normal(size=rows)
+        values[random.choice(rows, 2, replace=False)] += random.choice([-1.0, 1.0], 2) * 30.0
+        found = whiteness(values - own @ (own.T @ values), model)
+        assert found is not None
+        assert found.normality_p < 1e-6
+        rare += found.autocorrelation_p < 0.1
+    # 30 are expected with a standard deviation of 5.2: four of these.
+    assert 9 < rare < 51
+
+
 def test_colour_above_the_orders_of_a_model_is_seen() -> None:
     random = np.random.default_rng(9)
     phase = np.outer(2.0 * np.pi * np.arange(400) / 400.0, np.arange(1, 21))
