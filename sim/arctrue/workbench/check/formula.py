@@ -18,8 +18,8 @@ ROUNDING = 1e-6
 with a margin."""
 
 Forward = Callable[[dict[str, float]], Float]
-"""Function of the coefficients by name that gives the formula's values, arcseconds, shape (rows,).
-"""
+"""Function of the coefficients by name that gives the formula's values, arcseconds, shape
+(rows,)."""
 
 
 def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> list[str]:

@@ -30,8 +30,8 @@ def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:
 
 
 def aliases(item: Candidate, observations: Observations) -> list[float]:
-    """Return orders that the rows cannot distinguish from the order of an effect, the lowest first.
-    """
+    """Return orders that the rows cannot distinguish from the order of an effect, the lowest
+    first."""
     if not in_capture(item, observations):
         return _of_stations(item, observations)
     return _of_samples(item)

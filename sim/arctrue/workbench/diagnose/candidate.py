@@ -41,8 +41,8 @@ class Candidate:
     """RMS by which the effect changes the prediction where it acts, by channel."""
     p_corrected: float
     rows: int
-    """Number of rows of the channels that the effect changes; only these rows determine its size.
-    """
+    """Number of rows of the channels that the effect changes; only these rows determine its
+    size."""
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
     """Number of places by which p is corrected, if the places have unequal shares of the

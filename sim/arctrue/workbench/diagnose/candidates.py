@@ -53,8 +53,8 @@ def tried_effects(
 def regular_candidates(
     residuals: Residuals, causes: Sequence[RegularCause], tests: int
 ) -> list[Candidate]:
-    """Return one candidate for each effect that a forward search named: that of its largest cause.
-    """
+    """Return one candidate for each effect that a forward search named: that of its largest
+    cause."""
     found: dict[str, Candidate] = {}
     for cause in causes:
         form, place = cause.effect.at_place(residuals, cause.nonlinear)

@@ -395,8 +395,8 @@ def _contains(best: Candidate, product: Candidate) -> bool:
 
 
 def _large_enough(real: list[Candidate]) -> Candidate | None:
-    """Return the first of ``real``, or a larger effect that contains it and adds more than chance.
-    """
+    """Return the first of ``real``, or a larger effect that contains it and adds more than
+    chance."""
     if not real:
         return None
     best, rest = real[0], list(real[1:])

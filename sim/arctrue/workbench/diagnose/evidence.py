@@ -61,8 +61,8 @@ probability or less."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew, free on both sides."""
 FAR_BEHIND = 60.0
-"""A candidate whose ΔBIC is this far behind that of a real one needs no noise estimate of its own.
-"""
+"""A candidate whose ΔBIC is this far behind that of a real one needs no noise estimate of its
+own."""
 SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
 columns."""
@@ -275,8 +275,8 @@ def _best_with(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
 
 
 def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Give each candidate without evidence of its own the gain with the noise of the real effect.
-    """
+    """Give each candidate without evidence of its own the gain with the noise of the real
+    effect."""
     assert real.evidence is not None
     base = real.evidence.base
     _score_with([item for item in items if item.evidence is None], real)
@@ -378,8 +378,8 @@ def _in_less_noise(
 def _judged_product(
     item: Candidate, real: Candidate | None, tried: Survey, null: float, report_step: ReportStep
 ) -> Candidate:
-    """Return a product of parts, with its evidence if the product may be stated as a description.
-    """
+    """Return a product of parts, with its evidence if the product may be stated as a
+    description."""
     ahead = real is None or _bic_with(item, real) > -FAR_BEHIND
     if item.p_corrected >= NEAR_P or not ahead:
         return item

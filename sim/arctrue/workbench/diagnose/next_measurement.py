@@ -52,8 +52,8 @@ OF_PARTS = {
 }
 """Kind and words of the measurement that tests a condition."""
 ANOTHER_SPEED = 1.5
-"""Ratio above which two speeds differ: such a set already shows which errors grow with the speed.
-"""
+"""Ratio above which two speeds differ: such a set already shows which errors grow with the
+speed."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
@@ -153,8 +153,8 @@ def _called(item: Candidate) -> str:
 
 
 def measurement_for_variety(best: Candidate) -> NextMeasurement:
-    """Return the first plan whose rows supply everything that the set lacks for this effect's name.
-    """
+    """Return the first plan whose rows supply everything that the set lacks for this effect's
+    name."""
     observations = best.solution.observations
     lacking = "; ".join(best.effect.variety(observations))
     for plan in PLANS:
@@ -165,8 +165,8 @@ def measurement_for_variety(best: Candidate) -> NextMeasurement:
 
 
 def has_already(part: str, observations: Observations) -> bool:
-    """Tell whether the set already contains the measurement that :data:`OF_PARTS` lists for a part.
-    """
+    """Tell whether the set already contains the measurement that :data:`OF_PARTS` lists for a
+    part."""
     channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
     if part == "direction":
         return any(

@@ -36,8 +36,8 @@ Where ``unknown`` alone has it, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
 """Probability of a class of one effect: the answer must be more probable than ``unknown``."""
 A_LITTLE = 1e-3
-"""Margin of a probability, or of its logarithm, that keeps the answer ahead in spite of rounding.
-"""
+"""Margin of a probability, or of its logarithm, that keeps the answer ahead in spite of
+rounding."""
 LEVEL = 0.01
 """Largest relative lead of the first of a class over a rival that counts as equally probable: the
 rules made the two equal except for A_LITTLE."""

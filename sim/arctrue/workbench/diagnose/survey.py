@@ -21,8 +21,8 @@ FAR_TOO_SMALL = 0.5
 """Share of the smallest size that matters. An effect below it is not tested further: a new estimate
 of the noise changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
-"""Largest ratio of standard deviation to mean, over the rows, of a change that counts as constant.
-"""
+"""Largest ratio of standard deviation to mean, over the rows, of a change that counts as
+constant."""
 RUNS_ARE_THE_SAMPLE = 0.5
 """Smallest share of the index in the variance of an effect's size at which the runs count as the
 sample."""
