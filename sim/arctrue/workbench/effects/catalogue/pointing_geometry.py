@@ -18,7 +18,7 @@ LEAST_SPAN_DEG = 20.0
 """Smallest span of elevations: over less, tan E and sec E differ from straight lines by less than 2
 %."""
 LEAST_AZIMUTH_SPAN_DEG = 90.0
-"""Least span of azimuths: over a smaller one cos A and sin A differ little from a constant and a
+"""Smallest span of azimuths: over less, cos A and sin A differ little from a constant and a
 line."""
 LEAST_ROWS = 8
 """Least number of rows: twice the number of coefficients."""
