@@ -162,7 +162,7 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
         )
 
     def differences(self, other: ModelTable) -> list[str]:
-        """List the differences of two tables; separations within the mounting tolerance count as equal.
+        """List the differences of two tables, except separations within the mounting tolerance.
 
         Parameters
         ----------
