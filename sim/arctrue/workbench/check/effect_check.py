@@ -22,8 +22,8 @@ Rows = CaptureRows | ReferenceRows
 Outcome = Literal["right", "wrong", "open"]
 
 EXPLAINED = 1e-6
-"""Largest part of a column outside the span of other columns, as a share of its length, that counts
-as rounding."""
+"""A column counts as contained in other columns if the part outside their span is at most this
+share of its length."""
 LOOK_ALIKE = 0.95
 """Canonical correlation above which the diagnosis does not distinguish two effects."""
 SAME = 1e-9
@@ -32,7 +32,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Check:
-    """One question, its outcome, and what was found in words."""
+    """One check: its question, its outcome, and the finding in words."""
 
     question: str
     outcome: Outcome

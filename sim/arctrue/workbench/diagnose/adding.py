@@ -14,7 +14,8 @@ from arctrue.workbench.inference.solution import Solution
 
 @dataclass(frozen=True, eq=False)
 class Adding:
-    """Adds one effect to the model of ``base``, which is a fit of its terms; keeps each result."""
+    """Adds one effect at a time to the model of ``base``, which is a fit of its terms; keeps each
+    result."""
 
     base: Solution
     effects: Mapping[str, type[Effect]]

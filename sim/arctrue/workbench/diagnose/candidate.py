@@ -138,8 +138,8 @@ def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
     """Return the number of rows in channels that the effect changes: other rows do not determine
     its size.
 
-    A polygon's faces are known from the 480 reference rows, however long the capture is. If the
-    effect changes no channel, all rows count.
+    The errors of a polygon's faces are known from the 480 reference rows, however long the capture
+    is. If the effect changes no channel, all rows count.
     """
     channels = (
         ("capture", base.observations.capture, base.capture_sigma_arcsec),

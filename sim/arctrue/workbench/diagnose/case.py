@@ -37,17 +37,17 @@ NEAR_TIE = 6.0
 """ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Relative difference up to which two gains belong to the same columns; a search determines its
-last digits only approximately."""
+"""Relative difference up to which two gains count as those of the same columns; a search determines
+the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
 """p below which a lack of fit is sure."""
 REFUSED_P = LACK_OF_FIT
-"""p below which an effect that is refused as a name shows a lack of fit; it is the p of a sure lack
-of fit."""
+"""p below which an effect that fits, but is refused as a name, counts as a lack of fit; it equals
+the p of a sure lack of fit."""
 LEAST_COLOUR = 0.02
-"""Smallest sum of the squares of 20 autocorrelations that counts as not white. In many rows a
-smaller sum is significant too, a difference from the noise model of a fiftieth of the variance, but
-it changes no σ by more than 1 %."""
+"""Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows a
+smaller sum, from a difference to the noise model of a fiftieth of the variance, is significant too,
+but it changes no σ by more than 1 %."""
 AGAIN = 3
 """Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3
@@ -67,7 +67,8 @@ class Case:
     """Function that applies the rules of the verdict to a case."""
     depth: int = 1
     adding: Adding | None = None
-    """Adds effects to the model as a command adds them; None: to the model of the survey."""
+    """Object that adds effects to the model as a command adds them; None: they are added to the
+    model of the survey."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -248,7 +249,7 @@ class Case:
         return None if any(_same(item, product) for item in members) else product
 
     def with_it(self, item: Candidate | None) -> Case | None:
-        """Return the case with this effect too in the model; None if the rules do not need it."""
+        """Return the case whose model also has this effect; None if the rules do not need it."""
         if item is None or self.depth >= DEEPEST:
             return None
         if self.best is item:
@@ -290,7 +291,7 @@ class Case:
         """Return an event of the same kind and about the same size at another instant, if there is
         one.
 
-        Slow noise may predict a held-out row after a step from the row's neighbours, so that
+        In slow noise, the neighbours of a held-out row predict it even after a step, so that
         held-out rows do not show the step. The step counts nevertheless if it is as significant as
         a sure lack of fit.
         """

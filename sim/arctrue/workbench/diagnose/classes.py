@@ -87,8 +87,8 @@ def lead(item: Candidate, other: Candidate) -> float:
     """Return twice the log of the ratio of the evidence of the first to that of the other.
 
     Both have the same noise, and each is a family of coefficients of one size
-    (:func:`family_gain`): a BIC would charge the 23 faces of a polygon as if each had a size of its
-    own.
+    (:func:`family_gain`): a BIC would penalise the 23 faces of a polygon as if each had a size of
+    its own.
     """
     known = item.evidence or other.evidence
     if known is None:
@@ -103,8 +103,9 @@ def lead(item: Candidate, other: Candidate) -> float:
 def family_gain(score: Score) -> float:
     """Return twice the log of the largest evidence with coefficients b ~ N(0, s²·1), s free.
 
-    Along the eigenvectors of the information, with eigenvalues λ and gains z², it is Σ s²λ·z²/(1 +
-    s²λ) − log(1 + s²λ) (random effects; Harville, J. Am. Stat. Assoc. 72 (1977) 320).
+    Let λ be the eigenvalues of the information and z² the gains along its eigenvectors. Then the
+    result is the largest Σ s²λ·z²/(1 + s²λ) − log(1 + s²λ) (random effects; Harville, J. Am. Stat.
+    Assoc. 72 (1977) 320).
     """
     values, vectors = np.linalg.eigh(score.information)
     determined = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)

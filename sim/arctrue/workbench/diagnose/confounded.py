@@ -22,8 +22,8 @@ from arctrue.workbench.inference.design_matrix import Term
 
 ALIKE = 0.98
 """Smallest canonical correlation, with the model projected out, at which columns count as equal.
-With one effect in the model, 4 % of the other's gain would remain, so that a near tie of 6 needs a
-gain above 150."""
+With one effect in the model, 4 % of the other's gain remains at this correlation; this exceeds a
+near tie of 6 only for a gain above 150."""
 FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "reference")
 
 

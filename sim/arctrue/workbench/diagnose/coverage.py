@@ -99,7 +99,8 @@ def coverage(
 def blind_orders(residuals: Residuals) -> list[int]:
     """Return the orders with |e^{jnα} − 1| near 0, up to half the samples per turn.
 
-    Orders up to half the stations of a reference, which reads single angles, are left out.
+    Orders up to half the stations of a reference are left out, because the reference reads single
+    angles and shows them.
     """
     rows = residuals.observations.capture
     if rows is None:

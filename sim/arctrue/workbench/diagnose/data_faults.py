@@ -27,13 +27,13 @@ Boolean = NDArray[np.bool_]
 STEP_TOLERANCE = 0.1
 """Relative deviation from the steps around it up to which a step is plausible."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""Largest distance of a number of turns from a whole number at which the run counts as meant to be
-whole turns."""
+"""A run counts as meant to be whole turns if its number of turns is within this distance of a whole
+number."""
 LEAST_GAP_STEPS = 3.0
 """Number of usual steps above which a step means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
-"""Smallest deviation of an implausible step, in standard deviations of the noise of a step; in
-dense rows with steps of few counts this is more than the 10 %."""
+"""Smallest deviation of an implausible step, in standard deviations of the noise of a step. In
+dense rows with steps of few counts it exceeds STEP_TOLERANCE."""
 MOST_SLIPS = 8
 """Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
 TEMPERATURES_C = (-60.0, 200.0)

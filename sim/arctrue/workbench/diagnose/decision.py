@@ -29,7 +29,7 @@ class Decision:
     """True where ``described`` is the error of the first effect with another condition as its
     factor, and the rows cannot distinguish the two conditions."""
     unconfirmed: str | None = None
-    """Why an effect that fits, and has no rival, is not named."""
+    """Reason why an effect that fits, and has no rival, is not named."""
     look_alikes: Mapping[str, list[str]] = field(default_factory=dict)
     resembles: Candidate | None = None
     """The effect of the catalogue that an unknown one looks like."""
@@ -45,7 +45,7 @@ class Decision:
     faults: tuple[str, ...] = ()
     """Faults of the data themselves, a sentence each."""
     cannot_tell: str | None = None
-    """Why the set cannot tell whether something is missing."""
+    """Reason why the set cannot tell whether something is missing."""
     question: Question | None = None
     """Effects that the next measurement has to distinguish, if planned measurements are to be
     calculated for them."""
@@ -56,7 +56,7 @@ class Decision:
 
     @property
     def rests_on(self) -> str:
-        """Ground of an ``unknown``: one of RESTS_ON; empty for another verdict."""
+        """Ground of the verdict ``unknown``, one of RESTS_ON; empty for other verdicts."""
         if self.verdict != "unknown":
             return ""
         found = (self.resembles, self.described, self.seen, True)

@@ -108,7 +108,7 @@ class Diagnosis:
 
     @property
     def next_measurement_kind(self) -> str | None:
-        """The short name of the next measurement, for programs: one of ``arctrue simulate
+        """The short name of the next measurement, for programs: a choice of ``arctrue simulate
         --further``."""
         return None if self.measurement is None else self.measurement.kind
 
@@ -257,7 +257,7 @@ def _case_of(
 
 
 def _deepest(found: Decision, base: Solution) -> Solution:
-    """Return the solution with most of the stated effects, in whose residual no effect was found.
+    """Return the solution of the decision that has the most stated effects in its model.
 
     An effect at one place of the disc is not included: a defect of a few rows may be a wrong row.
     Only a defect that every turn shows is certainly an effect.

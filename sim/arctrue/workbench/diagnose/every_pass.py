@@ -13,10 +13,10 @@ from arctrue.workbench.diagnose.candidate import ACTING_SHARE, Candidate
 from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
-"""Smallest share of the expected gain that the other turns, runs or speeds must give; the gain is
-expected from the effect's size in the strongest."""
+"""Smallest ratio of gain to expected gain in the other turns, runs or speeds. The expected gain is
+that of an effect as large as in the strongest turn, run or speed."""
 SAME_SPEED = 1.2
-"""Largest ratio of speeds that count as one."""
+"""Largest ratio of two speeds that count as the same speed."""
 WOULD_SHOW = 16.0
 """Smallest χ² of the strongest turn or run, and smallest χ² expected in the others. Below it, the
 strongest may be noise, or noise may hide the effect in the others."""
@@ -65,8 +65,8 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
 def _acts_on_capture(item: Candidate) -> bool:
     """Tell whether the effect has columns in the capture.
 
-    An effect with columns in the reference only also changes the capture's prediction, through the
-    orders of the graduation. These orders change in every run, as far as noise allows.
+    An effect that has columns in the reference alone also changes the capture's prediction, through
+    the orders of the graduation. These orders change in every run, as far as noise allows.
     """
     columns = item.solution.observations.capture
     assert columns is not None

@@ -1,8 +1,9 @@
-"""Evidence of effects that may be named: likelihoods with free noise on both sides, and held-out
-rows.
+"""Evidence of effects that may be named: likelihood ratios, and held-out rows.
 
-This is the second stage of a diagnosis: :func:`survey` tests everything (:mod:`candidates`),
-estimates the noise anew for what may be named, and gives one frozen record to the rules.
+For the likelihood ratios the noise is estimated anew both without and with the effect ("free on
+both sides"). This is the second stage of a diagnosis: :func:`survey` tests everything
+(:mod:`candidates`), estimates the noise anew for what may be named, and gives one frozen record to
+the rules.
 """
 
 from __future__ import annotations
@@ -56,8 +57,8 @@ its own noise estimate, even where the noise of the model without the effect has
 the effect."""
 OF_ITS_SIZE = 0.2
 """Largest first p of an effect that slow noise may have absorbed. Such noise is about as large as
-the effect, so that the effect is at least one standard uncertainty; chance reaches that with this
-probability or less."""
+the effect, so that the effect is at least one standard uncertainty; by chance, it is as large with
+this probability or less."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew, free on both sides."""
 FAR_BEHIND = 60.0
@@ -83,11 +84,11 @@ def survey(
 ) -> Survey:
     """Test every effect and every product of parts with the model of ``residuals``.
 
-    Without ``negligible``, effects that are far too small to matter are not weighed, because no
-    verdict depends on them. An effect with a search is tested again even if the model has it,
-    because it may also exist at another place. ``looks``: number of such surveys that the diagnosis
-    makes. ``findings``: results of a forward search with this model; they replace the search for an
-    effect of the same name.
+    Without ``negligible``, effects that are far too small to matter get no noise estimate of their
+    own, because no verdict depends on them. An effect with a search is tested again even if the
+    model has it, because it may also exist at another place. ``looks``: number of such surveys that
+    the diagnosis makes. ``findings``: results of a forward search with this model; they replace the
+    search for an effect of the same name.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present, residuals.observations)
@@ -120,8 +121,9 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     """Return the survey with evidence, the noise free on both sides, for every candidate that may
     be named.
 
-    These candidates are those of the catalogue, best first, until no later one can come before a
-    real one, and the first product of parts if it can come before a real one.
+    The candidates of the catalogue are taken in the order of their ΔBIC, until none of the others
+    can be ahead of the best one that is significant and confirmed (the real one). The first product
+    of parts is added if it can be ahead of the real one.
     """
     null = restricted_likelihood(tried.residuals)
     waiting = _near_to_a_name(tried)
@@ -330,10 +332,10 @@ def _judged(
 def _largest_sure(
     item: Candidate, tried: Survey, null: float, report_step: ReportStep
 ) -> Candidate:
-    """Return the judged candidate; of regular causes of one name, the largest that is significant.
+    """Return the candidate with its evidence.
 
-    Slow noise may explain a slow line but does not hide a fast one. If none is significant, the
-    largest is returned.
+    If several regular causes have its name, return the largest that is significant: slow noise may
+    explain a slow line but does not hide a fast one. If none is significant, return the largest.
     """
     judged = _judged(item, tried, null, tried.absent, report_step)
     if item.regular is None or judged.p_corrected < SIGNIFICANCE:

@@ -28,8 +28,8 @@ the means by angle also show."""
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:
-    """Return p of the F test: the probability that the means of groups differ this much by the
-    scatter within the groups."""
+    """Return p of the F test: the probability that the scatter within the groups causes such
+    differences of their means."""
     _, group = np.unique(group, return_inverse=True)
     counts = np.bincount(group)
     kept = counts >= LEAST_ROWS_A_GROUP

@@ -28,8 +28,8 @@ SPLITS_CHI_SQUARE = 50.0
 """χ² that the wrong effect must leave: 7 standard deviations, so that a diagnosis with all its
 corrections finds it."""
 MOST_ROWS = 300_000
-"""Largest number of rows of a set with which plans are tried; above it, the measurement that the
-effect itself declares is stated."""
+"""If a set has more rows than this, no plan is tried, and the measurement that the effect itself
+declares is stated."""
 OF_PARTS = {
     "temperature": (
         "warm",
@@ -73,8 +73,8 @@ class NextMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Effects that the next measurement has to distinguish, or an effect for whose name the set
-    lacks something."""
+    """Effects that the next measurement has to distinguish, or one effect whose name needs data
+    that the set lacks."""
 
     best: Candidate
     rivals: Sequence[Candidate]
@@ -229,8 +229,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
 
 
 def _split(first: Candidate, second: Candidate, there: Observations) -> float:
-    """Return the χ² that the wrong effect leaves, the smaller of the two cases of which effect is
-    wrong."""
+    """Return the smaller of two values of χ²: what one effect leaves if the other is the truth, and
+    the reverse."""
     return min(_left_over(first, second, there), _left_over(second, first, there))
 
 

@@ -1,5 +1,5 @@
-"""Tests effects that only the differences between runs show against the index repeatability that
-was known before."""
+"""Tests of effects that only the differences between runs show, by the index repeatability that was
+known before."""
 
 from __future__ import annotations
 

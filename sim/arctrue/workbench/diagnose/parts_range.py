@@ -18,7 +18,8 @@ LEAST_WAVE = 0.75
 curve or a bump."""
 HALF_REPEATS_TURNS = 2.0
 """Turns after which a half order repeats. Whole orders are complete on one turn (Fourier), so that
-a half order on one turn is only a step at its seam; its repeat after two turns distinguishes it."""
+a half order on one turn is only a step at its seam; only its repetition after two turns shows a
+half order."""
 MOSTLY_ITS_OWN = 0.5
 """Share of a part that the model cannot reproduce. The model can cancel a part only if this share
 is smaller."""

@@ -77,7 +77,8 @@ def level_share(order: float | None) -> float:
 def condition_shares(found: Sequence[Condition]) -> list[float]:
     """Return the share of the false-alarm probability for each condition; the shares add up to 1.
 
-    Each kind of condition gets the same share; all time constants of a settling divide one share.
+    Each kind of condition gets the same share; the time constants of a settling divide one share
+    among them.
     """
     kinds = [
         ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")

@@ -1,7 +1,8 @@
 """Plans possible next measurements as the rows that they would give.
 
-The rows carry conditions only (angle, time, temperature, direction, ...) and no measured values;
-from them, an effect's own columns give what it would show there.
+The rows have conditions only (angle, time, temperature, direction, ...) and no measured values. The
+columns of an effect, calculated from these conditions, are what the effect would show in the
+measurement.
 """
 
 from __future__ import annotations

@@ -34,7 +34,8 @@ CLASS_SHARE = 0.95
 """Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %).
 Where ``unknown`` alone has it, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""Probability of a class of one effect: the answer must be more probable than ``unknown``."""
+"""Largest share of the probability that ``unknown`` may have against a class of one effect: the
+effect must be more probable than ``unknown``."""
 A_LITTLE = 1e-3
 """Margin of a probability, or of its logarithm, that keeps the answer ahead in spite of
 rounding."""
@@ -190,8 +191,8 @@ def _as_uncertain_as_the_first(
 ) -> dict[str, float]:
     """Return the log evidence of candidates whose own noise was not estimated.
 
-    Their gain uses the noise estimated with the first in the model, which is known with the degrees
-    of freedom of the first and not exactly.
+    Their gain uses the noise that was estimated with the first in the model. This noise is not
+    exactly known: it has the degrees of freedom of the first.
     """
     first = next((item for item in candidates if item.name in effect_class[:1]), None)
     if first is None:

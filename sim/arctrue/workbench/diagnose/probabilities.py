@@ -47,8 +47,8 @@ class Weighed:
 def log_evidence(item: Weighed) -> float:
     """Return the log of the Bayes factor against the model without the effect.
 
-    With coefficients b ~ N(0, n·(XᵀC⁻¹X)⁻¹) and n rows it is −(q/2)·log(1 + n) + (gain/2)·n/(1 +
-    n), minus the log of the number of places, which share the prior.
+    With coefficients b ~ N(0, n·(XᵀC⁻¹X)⁻¹) and n rows the result is −(q/2)·log(1 + n) +
+    (gain/2)·n/(1 + n), minus the log of the number of places, which share the prior.
     """
     if item.rank == 0:
         return 0.0

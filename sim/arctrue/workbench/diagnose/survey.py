@@ -102,8 +102,10 @@ class Survey:
         return max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec
 
     def may_matter(self, item: Candidate) -> bool:
-        """Tell whether the candidate's size is not far below the smallest that matters; the noise
-        that is used changes the size."""
+        """Tell whether the candidate's size is not far below the smallest that matters.
+
+        A size changes with the estimate of the noise.
+        """
         size = max(item.size_arcsec.values(), default=0.0)
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 

@@ -225,9 +225,9 @@ class Effect(ABC):
     equation: ClassVar[str]
     source: ClassVar[str]
     capture_sees: ClassVar[str]
-    """Words on how the effect appears in the difference of the two heads."""
+    """Description of the effect's appearance in the difference of the two heads."""
     reference_sees: ClassVar[str]
-    """Words on how the effect appears in a reference run."""
+    """Description of the effect's appearance in a reference run."""
     separated_by: ClassVar[str]
     next_measurement: ClassVar[str]
     """The measurement that would show this effect best, or distinguish it from similar effects."""
@@ -371,7 +371,8 @@ class Effect(ABC):
 
     @property
     def unconditional_orders(self) -> bool:
-        """Tell whether it is a product of parts with orders of the angle and no condition."""
+        """Tell whether the effect is a product of parts with orders of the angle and no
+        condition."""
         return False
 
     def describe(self, parameters: Mapping[str, Parameter]) -> str:

@@ -70,7 +70,7 @@ class ScalarOfEachHead(ScalarEffect):
         ]
 
     def columns(self, values: Float, rows: CaptureRows) -> Columns:
-        """Return the columns for ``values``, (rows,), the contribution of a head to its own
+        """Return the columns of all heads. ``values``, (rows,): contribution of one head to its own
         reading."""
         heads = self.integers("heads")
         if not heads:

@@ -41,7 +41,7 @@ NOISE_DRAWS = 32
 """Number of quantiles that represent the unknown variance of the noise; with 64, λ changes by less
 than 1 %."""
 LARGE = 1e6
-"""Noncentrality at which χ² scatters by 0.2 %."""
+"""Noncentrality above which the scatter of χ², 0.2 %, is neglected."""
 FOLDS_SHARE = 4.0 / 3.0
 """Factor on the variance of a coefficient that is fitted to three of four folds."""
 
@@ -162,8 +162,8 @@ def smallest_detectable(
         return None
     information = np.diag(score.information)
     there = information > 0.0
-    # A column without information of its own is one that the other columns of its block, or the
-    # model, explain completely.
+    # ``there`` excludes columns that the other columns of the block, or the model, explain
+    # completely.
     units = np.where(there, 1.0 / np.sqrt(np.maximum(information, 1e-300)), 0.0)
     moved, typical = {}, int(np.flatnonzero(there)[0])
     for channel, columns in _columns(effect, nonlinear, residuals.solution):
@@ -191,8 +191,8 @@ def _gain_of(
     tests: float,
     refused: Refused | None,
 ) -> tuple[float, float]:
-    """Return the noncentrality that a form with noncentrality 1 must be scaled to, and the degrees
-    of freedom."""
+    """Return the noncentrality to which a form with noncentrality 1 must be scaled to be found, and
+    the degrees of freedom."""
     weights, offsets = residuals.projected(effect, nonlinear, form)
     freedom, index_share = freedom_of_a_size(residuals, weights, offsets)
     gain = needed_gain(form.rank, tests, freedom)

@@ -60,7 +60,7 @@ WALK_SPANS = 10.0
 """Factor on the longest time constant, which is the length of the record. With it, the noise is a
 random walk within the record."""
 LITTLE = 1e-2
-"""Share of a variance that keeps its time constant; the rest is moved to the longest time
+"""Share of a variance that keeps its time constant; the remainder is moved to the longest time
 constant."""
 
 

@@ -35,8 +35,8 @@ TIMES_THE_NOISE = 4.0
 """Smallest ratio of squares: the part of a signal-period wave that the model leaves must be twice
 its phase noise."""
 MOST_OWN_SHARE = 0.5
-"""Largest value of this limit, whatever the noise is: a block of which the model leaves more is
-always tested."""
+"""Largest value of the limit on the share, whatever the noise is: a block of which the model leaves
+more is always tested."""
 
 
 @dataclass(frozen=True)
@@ -247,8 +247,8 @@ class Residuals:
     def with_residuals(
         self, capture: NDArray[np.float64] | None, reference: NDArray[np.float64] | None
     ) -> Residuals:
-        """Return the same model with other residuals (draws of the noise), out of which the model
-        is fitted."""
+        """Return the same model with other residuals, such as draws of the noise, after a fit of
+        the model to them."""
         other = Residuals(self.solution)
         for name in ("_designs", "_normal", "_inverse", "_reading_noise_arcsec"):
             # The model's own matrices, and the noise of the set, do not depend on the residuals.

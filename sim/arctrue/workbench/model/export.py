@@ -76,7 +76,7 @@ class _Lanes:
     """Effects that lanes correct, as harmonics of the reading."""
 
     entries: list[tuple[int, ModelEffect, Effect]]
-    """For each effect: place in the model, entry, effect."""
+    """Place in the model, entry, and effect of each effect that lanes correct."""
     observations: Observations
     temperature_c: float | None
 

@@ -27,8 +27,8 @@ UNITS = {
     "1", "arcsec", "arcsec/K", "arcsec/h", "arcsec/cycle", "counts", "deg", "Hz", "s", "us", "um",
     "um/K", "%",
 }  # fmt: skip
-"""Units that a stored parameter may have; :func:`known_unit` also accepts quotients of arcseconds
-or micrometres."""
+"""Units that a stored parameter may have; :func:`known_unit` also accepts other quotients arcsec/…,
+um/… and 1/…."""
 
 
 def known_unit(unit: str) -> bool:

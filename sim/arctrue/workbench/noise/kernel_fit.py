@@ -32,7 +32,7 @@ OSCILLATOR_SPANS = 0.25
 longer decay time would be a line."""
 SMOOTH_MUST_GAIN = 2.0
 """Gain in log likelihood that smooth noise needs over two exponentials. Both have the same number
-of parameters, and the simpler noise is left only at odds of 7 to 1."""
+of parameters, and the simpler noise is given up only at odds of 7 to 1."""
 ENOUGH = 0.01
 """Gain in log likelihood below which a step is the last of the search."""
 STEPS = 60

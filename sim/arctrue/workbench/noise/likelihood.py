@@ -251,8 +251,8 @@ def _shares(block: int, step: float, constants: Float) -> tuple[Float, Float]:
     for index, constant in enumerate(constants):
         decay = step / constant
         if block * decay > SLOW_BLOCKS:
-            # All power of the part is at frequencies below those of the blocks' means, which are
-            # white.
+            # Means over such long blocks are white, with the spectral density of the part at
+            # frequency 0.
             rho = float(np.exp(-decay))
             white[index], between[index] = (1.0 + rho) / (1.0 - rho) / block, 0.0
             continue

@@ -18,8 +18,8 @@ Float = NDArray[np.float64]
 LARGEST_GAP_STEPS = 8.0
 """Distance of two rows, in steps of the run, above which there is a gap between them."""
 _SAME_PHASE = 0.02
-"""Largest difference of two rows at one phase, as a share of a signal period. A subdivision error
-differs between them by at most 2π·0.02 of its amplitude."""
+"""Largest phase difference of two rows that count as at one phase, as a share of a signal period. A
+subdivision error differs between them by at most 2π·0.02 of its amplitude."""
 _MOST_ROWS_APART = 25
 """Largest distance, in rows, between the place one turn later and the row with the same phase."""
 _LEAST_PAIRS = 50

@@ -29,8 +29,8 @@ the statistics."""
 STRETCH_TURNS = 2
 """Number of turns in one stretch: the second turn repeats the first."""
 LEAST_ROWS_A_TURN = 12_000
-"""Smallest number of rows of a turn after thinning, which keeps every second, third, … row; it is
-the paper's rate."""
+"""Smallest number of rows of a turn after thinning, which keeps every second, third, … row; it
+equals the number in the paper."""
 SEED = 20_120_215
 """Seed of the places within equal shares of a run, fixed so that a set always gives the same
 part."""

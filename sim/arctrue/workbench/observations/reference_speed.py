@@ -20,8 +20,8 @@ LEAST_ROWS = 8
 """Smallest number of rows for a median of six second differences: with fewer rows one odd row
 decides it."""
 EVEN = 0.05
-"""Largest relative deviation of the times between marks from proportion to their distances at a
-steady speed."""
+"""Relative tolerance of a steady speed, at which the times between marks are proportional to their
+distances."""
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle that is commanded, or read from a finer encoder, and written with four
 decimals."""
@@ -105,7 +105,7 @@ def passes_of(columns: Reference) -> list[slice]:
 def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
     """Tell whether a clock sampled the pass, which then has no stops.
 
-    The times of such a pass are even, and its distances change smoothly, by more than a fifth.
+    The times of such a pass are even, and its distances change smoothly and by more than a fifth.
     """
     way, taken = np.abs(np.diff(target_deg)), np.diff(time_s)
     usual_s, usual_deg = float(np.median(taken)), float(np.median(way))

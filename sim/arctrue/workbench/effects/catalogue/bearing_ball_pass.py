@@ -30,7 +30,7 @@ TOLD_APART_SIGMA = 5.5
 """Smallest distance of the order from whole and half orders, in σ: a χ² of 30, as the search
 requires."""
 LEAST_TURNS = 1.98
-"""Least number of turns: two, minus the step that would follow the last sample."""
+"""Smallest number of turns: a run of two turns lacks the step after its last sample."""
 
 
 class BearingBallPass(Effect):

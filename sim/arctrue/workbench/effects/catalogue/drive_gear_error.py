@@ -153,7 +153,8 @@ class DriveGearError(Effect):
         trials = comb(len(lines), len(kept))
         usual = [self._shown(form, lines, reference) for form in USUAL]
         if set(kept) in usual:
-            # A usual form of a gear was not chosen among all sets of lines.
+            # A usual form of a gear counts as one of few trials, because it was not chosen among
+            # all sets of lines.
             trials = min(trials, len(USUAL))
         return self._of(kept), float(trials)
 

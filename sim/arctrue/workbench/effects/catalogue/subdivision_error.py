@@ -24,8 +24,8 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 WORTH_P = 0.01
-"""Largest probability of chance at which a multiple of the phase is kept; the gain is that of two
-columns per head."""
+"""A multiple of the phase is kept if chance gives its gain, that of two columns per head, with at
+most this probability."""
 
 
 class SubdivisionError(Effect):

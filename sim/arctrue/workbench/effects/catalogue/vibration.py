@@ -18,7 +18,7 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class Vibration(Effect):
-    """Adds cosine and sine of 2πft to R₂ − R₁, with a phase for every run; also to ε, if head 1
+    """Adds cosine and sine of 2πft to R₂ − R₁, with a free phase in every run; also to ε, if head 1
     shakes."""
 
     name = "vibration"

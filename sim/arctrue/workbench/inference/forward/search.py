@@ -61,10 +61,11 @@ PREDICTED_SHARE = 0.5
 NOT_WHITE = 1e-4
 """p of Ljung and Box below which an oscillator is added to the noise before a line is named."""
 BELOW, NEXT_TO_THE_MODEL = 3, 3.0
-"""Fewest ordinates below a line that the model leaves, and the multiple of the needed gain that a
-line with fewer ordinates must reach. Directly above the orders of a model the remainder of slow
-noise looks like a line, with at most 2 times the needed gain. None of 576 logs of noise shows a
-line (``python -m scripts.calibrate_line_search --orders --logs 4``)."""
+"""Limits for a line directly above the orders of a model. If the model leaves fewer than BELOW
+ordinates of the spectrum below the line, the line must gain NEXT_TO_THE_MODEL times the needed
+gain. The remainder of slow noise looks like such a line, with at most 2 times the needed gain. None
+of 576 logs of noise shows a line (``python -m scripts.calibrate_line_search --orders --logs 4``).
+"""
 COLUMNS_TOGETHER = 400
 """Largest number of columns of one matrix product; it limits memory only."""
 
