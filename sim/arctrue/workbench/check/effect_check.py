@@ -123,7 +123,7 @@ class _Subject:
         return self.effect.reference_columns(rows, place, self.context)
 
     def _each(self) -> list[tuple[str, int, Float]]:
-        """Return channel, number of the place and columns, for each channel that has columns."""
+        """Return channel, number of the place, and columns for each block of columns."""
         return [
             (name, number, columns)
             for name, blocks in self.columns.items()

@@ -93,7 +93,7 @@ def holds_out(channels: Iterable[Improvement]) -> bool:
 
 @dataclass(frozen=True)
 class Folds:
-    """For each row of a channel, the number of the fit that leaves it out; shape (rows,)."""
+    """Number of the fit that leaves out each row, by channel; shape (rows,)."""
 
     capture: Integer | None
     reference: Integer | None

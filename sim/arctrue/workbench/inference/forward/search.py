@@ -268,11 +268,9 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
 
 
 def _shares_shown(rows: Rows) -> Float:
-    """Return the share of each periodogram ordinate that the columns of the rows leave, shape (rows
+    """Return the share of each periodogram ordinate that the columns of the rows leave.
 
-    2,).
-
-    The columns need not be orthonormal.
+    Shape (rows // 2,). The columns need not be orthonormal.
     """
     columns = orthonormal([rows.values[:, 1:]])
     taken = np.sum(np.abs(np.fft.rfft(columns, axis=0)[1:]) ** 2, axis=1) / columns.shape[0]
