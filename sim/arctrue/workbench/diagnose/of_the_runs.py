@@ -1,5 +1,7 @@
-"""Tests of effects that only the differences between runs show, by the index repeatability that was
-known before."""
+"""Tests effects that appear only in the differences between runs.
+
+The tests compare the offsets of the runs with the index repeatability that was known before.
+"""
 
 from __future__ import annotations
 

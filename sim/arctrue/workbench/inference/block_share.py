@@ -22,7 +22,7 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 BLOCKS = 6
-"""Number of long blocks: a majority needs at least 4, and with more than 8 a block is short."""
+"""Number of long blocks: a majority needs at least 4, and with more than 8 a block is too short."""
 KNOWN_ELSEWHERE = 0.75
 """Share of a direction's information in one block above which the other blocks cannot predict the
 direction: the variance of their prediction would be 3 times that of the block."""
