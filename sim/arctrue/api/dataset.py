@@ -54,7 +54,7 @@ SECTION_OF = {
 }
 """Section of ``measurement.toml`` for each keyword."""
 TEXTS = ("title", "date")
-"""Keywords above all sections of ``measurement.toml``."""
+"""Keywords that stand before the first section of ``measurement.toml``."""
 
 
 class Metadata(TypedDict, total=False):
@@ -482,7 +482,8 @@ def label_of(measurement: MeasurementSet) -> str:
 
 
 def sha256_of(measurement: MeasurementSet) -> str:
-    """Return the digest of :func:`set_digest` for a set in memory, see :attr:`Dataset.sha256`.
+    """Return the hash of a set in memory as :func:`set_digest` computes it, see
+    :attr:`Dataset.sha256`.
 
     Raises OSError if no temporary folder can be written.
     """
@@ -523,7 +524,7 @@ def _fingerprint(measurement: MeasurementSet) -> bytes:
 
 
 def keys_of(metadata: Mapping[str, Any]) -> Keys:
-    """Return the description that the keywords make.
+    """Build the description of the table from the keywords.
 
     Raises TypeError, MeasurementError.
     """
@@ -611,7 +612,7 @@ def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> 
 
 
 def _one_clock(found: Mapping[str, Found]) -> None:
-    """Convert dates to seconds since the earliest one of all tables."""
+    """Convert dates to seconds since the earliest date in any of the tables."""
     dated = [part for part in found.values() if part.time_ns is not None and part.time_ns.size]
     if not dated:
         return

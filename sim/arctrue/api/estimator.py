@@ -124,6 +124,6 @@ class FitEstimator:
         return self.result_.predict(angle, conditions)
 
     def __repr__(self) -> str:
-        """Return the call with the parameters that are given."""
+        """Return the constructor call as text, with the parameters that differ from None."""
         given = {name: value for name, value in self.get_params().items() if value is not None}
         return f"FitEstimator({', '.join(f'{name}={value!r}' for name, value in given.items())})"

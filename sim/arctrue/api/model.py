@@ -29,7 +29,7 @@ class Model:
     ----------
     content : arctrue.workbench.model.Model, optional
         Effects, fitted values and history; by default the paper's model, which is
-        ``graduation_harmonics`` of the orders 1 to 20.
+        ``graduation_harmonics`` with the orders 1 to 20.
     folders : tuple of Path, optional
         Folders of the user's own effects.
     """
@@ -182,7 +182,8 @@ class Model:
         return self.grown(content, data)
 
     def grown(self, content: _Model, measurement: SetOrFolder) -> Model:
-        """Return this model with other content, each newer history step with its provenance.
+        """Return this model with other content, and record the provenance of each new step of the
+        history.
 
         Parameters
         ----------

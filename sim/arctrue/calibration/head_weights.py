@@ -110,7 +110,8 @@ def weights_without_each(
     *,
     noise_limit: float = NOISE_LIMIT,
 ) -> tuple[Float | WeightsRefusedError, ...]:
-    """Return the weights without each head in turn, (H,), that head's weight being 0.
+    """Return one entry for each head: the weights (H,) of the mean without it, 0 for that head
+    itself.
 
     Where no weights can be used, the entry is the refusal.
     """
