@@ -140,7 +140,7 @@ def _data(found: Explanation) -> dict[str, Any]:
         ],
         "dropped": list(found.dropped),
         "not_separated": not_separated,
-        # The former name, for one release.
+        # The former name is kept for one release.
         "not_told_apart": not_separated,
         "left_arcsec": dict(found.left.rms_arcsec),
         "heldout_arcsec": dict(found.left.heldout_rms_arcsec),

@@ -116,12 +116,14 @@ def ask(
 
 
 def daemon_of(port: str) -> Announcement | None:
-    """Return the daemon that owns ``port``, or the one at address HOST:PORT; None without one."""
+    """Return the daemon that owns ``port``, or the daemon at address HOST:PORT; None if there is
+    none."""
     return announced(port) or daemon_at(port)
 
 
 def daemon_at(address: str) -> Announcement | None:
-    """Return the daemon at HOST:PORT, of this machine or of another one; None for another form.
+    """Return the daemon at HOST:PORT, of this machine or of another one; None if ``address`` has
+    another form.
 
     The token of another machine's daemon comes from the environment.
     """
@@ -151,7 +153,7 @@ def console_through(daemon: Announcement) -> Console:
 
 
 def through(port: str, daemon: Announcement) -> str:
-    """Return the sentence that says to the user that a daemon's device is used."""
+    """Return the sentence that tells the user that the device is used through its daemon."""
     process = f"process {daemon.process}, " if daemon.process else ""
     return f"{port}: through its daemon ({process}{daemon.address})"
 

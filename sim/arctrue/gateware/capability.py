@@ -34,4 +34,4 @@ class Capability:
 
 
 EVERYTHING: Final = Capability(HEADS_MOST, True, True, True, True, True)
-"""The capability for a reader that only displays a file and loads it nowhere."""
+"""Capability that every file fits, for a reader that only displays the file."""
