@@ -40,7 +40,7 @@ async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start
     of_mark = {int(clock): place for place, clock in enumerate(marks)}
     for clock in range(CLOCKS):
         dut.other_position.value = int(position[clock] + 2**31) % 2**32 - 2**31
-        # The counts of a mark are those of 2 clocks before its strobe.
+        # The counts of a mark are the counts 2 clocks before its strobe.
         dut.index_strobe.value = int(clock - 1 in of_mark)
         place = of_mark.get(clock - 4, -1)
         dut.trusted.value = int(place >= 0 and trusted[place])

@@ -17,13 +17,14 @@ from tb.local_table.local_table_bench import random_table
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
 COPY_CLOCKS = LATENCY + 2 * POINTS + 1
-"""Longest wait of an access, from the head of the entity."""
+"""Longest wait of an access in clocks, as the header of the entity states."""
 STEADY = 3
-"""Clocks from a new counts_per_rev to windows of that turn."""
+"""Number of clocks from a new counts_per_rev to the windows of the new turn."""
 
 
 class Unit:
-    """The entity with a new angle in every clock; it logs angles, the bank of each, and values."""
+    """Drives the entity with a new angle in every clock; logs each angle, its table, and each
+    value."""
 
     def __init__(self, dut: Any, seed: int) -> None:
         self.dut = dut

@@ -28,8 +28,8 @@ WIDEST = WEIGHT_LIMIT - 1
 
 
 def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
-    """Yield equal weights, the carrier alone, the largest of either sign, a missing head,
-    random."""
+    """Yield sets with equal weights, the carrier alone, the largest weights of either sign, and
+    random weights without one head."""
     equal = [WEIGHT_ONE // HEADS] * HEADS
     equal[0] += WEIGHT_ONE - sum(equal)
     yield MeanSet(tuple(equal), (0,) * HEADS)
