@@ -42,7 +42,7 @@ class FitEstimator:
         Parameters
         ----------
         deep : bool, optional
-            Has no meaning here: no parameter is an estimator.
+            Not used, because no parameter is an estimator.
 
         Returns
         -------
@@ -67,7 +67,7 @@ class FitEstimator:
         Raises
         ------
         ValueError
-            A name is not that of a parameter; nothing is changed then.
+            A name is not the name of a parameter; nothing is changed then.
         """
         for name in params:
             if name not in PARAMETERS:

@@ -229,8 +229,8 @@ class FitResult:
     ) -> Any:
         """Predict the error of head 1: its reading minus the true angle.
 
-        Errors of the reference are left out, because they are no errors of the table, and so is the
-        constant, because it depends on the place of the zero.
+        The prediction excludes errors of the reference, because they are no errors of the table,
+        and the constant, because it depends on the place of the zero.
 
         Parameters
         ----------

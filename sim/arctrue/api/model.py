@@ -92,8 +92,8 @@ class Model:
         *effects : str
             Names of effects (``arctrue effects``).
         **settings : dict
-            The settings of an effect, by its name: ``graduation_harmonics={"orders": [1, 2]}``.
-            If the model has the effect, they replace its settings.
+            The settings of an effect, by its name: ``graduation_harmonics={"orders": [1, 2]}``. If
+            the model has the effect, these settings replace the present ones.
 
         Returns
         -------
@@ -270,7 +270,8 @@ class Model:
 
 
 ModelLike = Model | Path | str | Iterable[str] | None
-"""A model, the name of its file, or names of effects to add to the paper's model; None: that model.
+"""A model, the name of its file, or names of effects to add to the paper's model; None means the
+paper's model.
 """
 
 

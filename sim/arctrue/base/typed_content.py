@@ -271,7 +271,8 @@ def _fields(declared: inspect.Type) -> dict[str, inspect.Type]:
 
 
 _LISTS = (inspect.ListType, inspect.VarTupleType, inspect.TupleType, inspect.StructType)
-"""Possible declarations of a list, also of a structure whose values have no keys."""
+"""Declarations that a list in the file may have; a structure may also be written as a list of its
+values."""
 
 
 def _item(declared: inspect.Type, index: int) -> inspect.Type:

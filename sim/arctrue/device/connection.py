@@ -22,7 +22,7 @@ _BLOCK = 65_536
 
 
 class DaemonTransport:
-    """The device's bytes through its daemon."""
+    """Transfers the device's bytes through its daemon."""
 
     def __init__(self, connection: socket.socket, timeout_s: float, begun: bytes = b"") -> None:
         """Take an open connection; ``begun``: bytes that were already read."""
@@ -64,7 +64,8 @@ class DaemonTransport:
 
 
 class Watch:
-    """The events of a daemon, one after the other; any number of programs may watch."""
+    """Reads the events of a daemon one after the other; any number of programs may do so at
+    once."""
 
     def __init__(self, daemon: Announcement, latest: int = 0) -> None:
         """Connect; the ``latest`` recorded turns come first. Raises ConsoleError."""

@@ -41,7 +41,7 @@ _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
 
 class Daemon:
-    """One device. ``report`` gets a sentence for the log whenever something happens."""
+    """The daemon of one device. ``report`` gets a sentence for the log at each event."""
 
     def __init__(self, settings: DaemonSettings, report: Callable[[str], None]) -> None:
         """Open the record. Raises OSError or sqlite3.Error."""
