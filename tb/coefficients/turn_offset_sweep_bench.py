@@ -129,7 +129,8 @@ async def tremble_keeps_the_neighbours(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_during_a_tremble_is_complete(dut: Any) -> None:
-    """After a write the turns on both sides of a trembling wrap are new when `swept` rises."""
+    """After a write, the offsets of the turns on both sides of a trembling wrap are new when
+    `swept` rises."""
     memory = await start(dut)
     rng = random.Random(8)
     for seed in range(6):

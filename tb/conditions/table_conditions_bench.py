@@ -18,7 +18,7 @@ KNOWN = 1 << 31
 
 
 class Window:
-    """The table's reading, clock by clock, and the registers."""
+    """Drives the table's reading clock by clock, and accesses the registers."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

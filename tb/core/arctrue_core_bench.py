@@ -135,8 +135,7 @@ async def clear_coefficients(machine: Machine) -> None:
 
 
 def check_samples(machine: Machine, start_time: int, samples: NDArray[np.int32]) -> None:
-    """Check that each sample has both readings of one clock, ``SAMPLE_PERIOD`` clocks after the
-    last."""
+    """Check that each sample has both readings of one clock, ``SAMPLE_PERIOD`` clocks apart."""
     reading = np.array(machine.reading)
     first = start_time - machine.first_time
     for delay in range(12):  # latency from pins to position
@@ -492,7 +491,7 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
     rises = np.flatnonzero(np.diff(machine.z) == 1)
     at_z = np.array(machine.output)[rises + 1]
-    # One turn from Z to Z, except the four counts that the output did not receive either.
+    # Two Z are a turn apart, except for the four counts that the output did not receive either.
     assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
     assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4 * (1 - heal)
     assert np.abs(np.diff(machine.corrected)).max() <= 2

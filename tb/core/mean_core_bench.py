@@ -288,8 +288,8 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_is_delayed(dut: Any) -> None:
-    """Each sample has the readings of all heads in one clock, but for the last head its reading of
-    ``delay`` clocks before.
+    """Each sample has the readings of all heads in one clock, but the last head's is ``delay``
+    clocks older.
 
     ``tb/top/arctrue_zynq_heads_bench.py`` captures all heads without a delay.
     """

@@ -16,13 +16,14 @@ BETWEEN_MARKS = 12
     (("turn", "tolerance", "start"), [(40, 2, -20), (2**24, 0, 2**31 - 5), (9, 3, -(2**31))])
 )
 async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start) -> None:
-    """Marks are one turn apart up to a few counts, at the same place, and two turns apart."""
+    """Successive marks are one turn apart up to a few counts, at the same place, or two turns
+    apart."""
     random = np.random.default_rng(turn)
     marks = np.arange(20, CLOCKS - 10, BETWEEN_MARKS)
     turns = random.choice([-2, -1, -1, -1, 0, 1, 1, 1, 2], marks.size)
     away = turns * turn + random.integers(-tolerance - 2, tolerance + 3, marks.size)
     at_mark = start + np.cumsum(away)
-    # Between the marks the value is free: it is used only at a mark.
+    # Between the marks the position is random, because it is used only at a mark.
     position = random.integers(-(2**31), 2**31, CLOCKS)
     position[marks - 1] = at_mark
     trusted = random.random(marks.size) < 0.7

@@ -141,5 +141,6 @@ async def whole_loop(dut: HierarchyObject) -> None:
         words_moved=processor.core.words_moved,
         console=operator.lines,
     ).write(files.run)
-    # GHDL looks for cocotb's finish only after a timer: ended at an edge, it would run for ever.
+    # GHDL looks for cocotb's finish only after a timer: if the test ended at an edge, the
+    # simulation would run for ever.
     await Timer(3 * CLOCK_NS, "ns")

@@ -66,7 +66,7 @@ def command(*names: str) -> Access:
 
 
 def set_up() -> Iterator[Access]:
-    """Yield registers at the scale of this test; the re-arm takes 128 clocks."""
+    """Yield the accesses that set up registers for this short turn; the re-arm takes 128 clocks."""
     for path, word in (
         ("counts_per_rev", COUNTS_PER_REV),
         ("sample_period", 9),
@@ -152,7 +152,7 @@ def accesses(draw: random.Random) -> Iterator[Access]:
 
 
 class Master:
-    """One access at a time, with random stalls of every channel."""
+    """Makes one access at a time, with random stalls of every channel."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw

@@ -149,7 +149,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
         points, place = await unit.idle_words(places)
         assert points == [int(table.points[n]) & 0xFFFF_FFFF for n in places]
         assert place == table.place_words(), "the idle bank got the same words"
-    # Only one word changes: all other points of the table are the copy, point by point.
+    # Only one word is written: all other points of the table must come from the copy.
     changed = LocalTable(
         table.counts_per_rev, table.starts, table.width, table.fraction, table.points.copy()
     )

@@ -205,7 +205,7 @@ async def applied_when_every_used_head_has_its_index(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_waits_for_what_moves_a_zero(dut: Any) -> None:
-    """A swap waits in the clock of such an event and for eight clocks after it."""
+    """A swap waits in the clock in which a zero may move and for eight clocks after it."""
     await start(dut)
     for _ in range(20):
         await RisingEdge(dut.clock)

@@ -50,7 +50,8 @@ def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
 
 
 def some_readings(rng: np.random.Generator, counts_per_rev: int) -> NDArray[np.int64]:
-    """Return heads that nearly agree, mainly at the zero, and heads that do not agree."""
+    """Return readings of heads that nearly agree, mainly at the zero, and of heads that do not
+    agree."""
     true = rng.integers(-40, 40, 150)
     near = rng.integers(-300, 300, (150, HEADS)) + true[:, np.newaxis]
     limits = [65_535, 65_536, 65_537, counts_per_rev // 2]

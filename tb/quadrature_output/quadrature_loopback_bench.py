@@ -1,4 +1,4 @@
-"""The output's edges enter the decoder: every count must return, and one zero a turn."""
+"""The output's edges enter the decoder, which must return every count and one zero a turn."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def motion(case: LoopBack, seed: int) -> NDArray[np.int64]:
         counts[edge] = way
         left -= 1
         edge += case.clocks_a_count + (int(random.integers(0, 9)) if random.random() < 0.05 else 0)
-    # Two counts in the same direction remove the hysteresis before the other moves.
+    # The last counts go in one direction, which removes the hysteresis before the final comparison.
     counts[edge - case.clocks_a_count : case.clocks - REST // 2 : case.clocks_a_count] = way
     return case.start + np.cumsum(counts)
 

@@ -244,7 +244,8 @@ async def commands_act_for_one_clock(dut):
 
 @cocotb.test()
 async def snapshot_is_one_clock(dut):
-    """Inputs change in every clock and reads stall: all values have the same clock count."""
+    """Inputs change in every clock and reads stall, but all values of a snapshot come from one
+    clock."""
     generator = random.Random(14)
     bus, _ = await prepared(dut, generator, stall=0.4)
     parts = {port: (width, generator.getrandbits(24)) for port, width in driven_ports().items()}
@@ -426,7 +427,7 @@ async def reset_restores_every_register(dut):
 
 @cocotb.test()
 async def named_access(dut):
-    """The Python access class works with the ports."""
+    """The Python class RegisterMap reads and writes the registers over the bus."""
     bus, _ = await prepared(dut, random.Random(19))
     registers = bus.registers()
     dut.core_configuration.value = 4 | 18 << 8 | 100 << 16

@@ -177,7 +177,8 @@ def _built(toplevel: str, backend: Backend) -> Ghdl:
             sources[-1].write_text(flat, encoding="utf-8")
         _bring_in(library, sources, _version(backend))
         _ghdl(library, "-m", _top(toplevel))
-        # A simulation reads the list of units and the program, which the next build may replace.
+        # The simulation reads copies of the list of units and of the program, because the next
+        # build may replace both.
         for name in (UNITS, _top(toplevel)):
             if (library / name).exists():
                 shutil.copy2(library / name, folder / name)

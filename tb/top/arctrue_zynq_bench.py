@@ -324,8 +324,8 @@ async def leds_show_the_state(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
-    """In a reset while the table turns A and B stand, Z is low, LEDs are off and registers are
-    reset; then the core works again."""
+    """In a reset while the table turns, A and B keep their levels, Z is low, LEDs are off and
+    registers are reset; after it the core works again."""
     device = await started(dut)
     names = device.registers
     for wait_ns in (1, 4, 6, 9):  # before and after both edges of the clock

@@ -1,4 +1,4 @@
-"""The pins of encoder_source_top do not change during the reset; then both heads turn at a constant
+"""The pins of encoder_source_top do not change during the reset; then all heads turn at a constant
 speed."""
 
 from __future__ import annotations

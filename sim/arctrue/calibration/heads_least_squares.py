@@ -1,11 +1,12 @@
 """Fits disc, places, radii, motion of the axis and offsets of two to four heads together.
 
-Every sample has an unknown true angle, so that only combinations of the readings with the sum 0
-contain information. They are weighted by their estimated covariance (generalised least squares): if
-the axis also has motion that does not repeat, the parity of four heads has the largest weight. With
-motion unknown at every order only the parity is used, which contains no translation. Prior
-knowledge enters as observations: the mounted places, equal index marks for all heads, and the
-manufactured radii. The fit is refused if an unknown remains undetermined.
+Every sample has an unknown true angle, so that only combinations of the readings whose weights have
+the sum 0 contain information. The fit weights these combinations by their estimated covariance
+(generalised least squares): if the axis also has motion that does not repeat, the parity of four
+heads has the largest weight. With motion unknown at every order only the parity is used, which
+contains no translation. Prior knowledge enters as observations: the mounted places, equal index
+marks for all heads, and the manufactured radii. The fit is refused if an unknown remains
+undetermined.
 """
 
 from __future__ import annotations
@@ -293,7 +294,8 @@ def _precision(u: float) -> float:
 
 
 def _combinations_of_rotation(heads: int) -> Float:
-    """Return orthonormal combinations of the readings with the sum 0, (heads − 1, heads)."""
+    """Return orthonormal combinations of the readings, each with weights of sum 0, (heads − 1,
+    heads)."""
     return np.asarray(np.linalg.svd(np.ones((1, heads)))[2][1:])
 
 

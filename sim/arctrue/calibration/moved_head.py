@@ -44,7 +44,8 @@ def moved_heads(
     axis_limit_arcsec: float,
     noise_arcsec: float,
 ) -> list[MovedHead]:
-    """Return explanations of the changes of all offsets (heads,), the axis within its limit.
+    """Return the explanations of the changes of all offsets (heads,) that keep the axis within its
+    limit.
 
     ``noise_arcsec``: standard uncertainty of a change, with the index's repeatability; the RMS that
     an explanation does not cover may be four times this. "No head has moved" is an explanation too;

@@ -71,7 +71,7 @@ def announced(port: str) -> Announcement | None:
 
 
 def announced_at(address: str) -> Announcement | None:
-    """Return this machine's daemon at HOST:PORT, or None; empty ``address``: any daemon."""
+    """Return this machine's daemon at HOST:PORT, or None; an empty ``address`` means any daemon."""
     for found in _all():
         if address in ("", found.address) and _answers(found):
             return found

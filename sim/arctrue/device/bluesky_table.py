@@ -87,7 +87,7 @@ class LoadedCoefficients(Device, Movable[Path]):
         ConsoleError
             If no daemon runs, it is read-only, or no turn judges them in time.
         ValueError, OSError
-            If the file cannot be read or needs what the device does not have.
+            If the file cannot be read or needs a part that the device does not have.
         """
         last = await asyncio.to_thread(self._load, Path(value))
         async for number in observe_value(self._turn(), timeout=TURN_S):

@@ -1,8 +1,8 @@
 """Measures how the heads of a device are connected, then their places, radii and skew.
 
-Three steps, each with a movement of the table: two turns in the positive direction by hand, one
-turn at constant speed forward, and one backward at the same speed. The caller asks for the
-movement; each function reads the device while the table moves.
+There are three steps, each with a movement of the table: two turns in the positive direction by
+hand, one turn at constant speed forward, and one backward at the same speed. The caller asks for
+the movement; each function reads the device while the table moves.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def read_connection(
 ) -> Connection:
     """Read the heads during the first movement and judge them.
 
-    Raises ValueError for too little motion, ConsoleError.
+    Raises ValueError for too little motion, and ConsoleError.
     """
     counts = int(device["counts_per_rev"])
     read = read_heads(console, counts, seconds)

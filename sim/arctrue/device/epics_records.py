@@ -79,7 +79,8 @@ def access_text(*, allow_control: bool) -> str:
 
 
 class Records:
-    """The PVs of one device. softioc is imported here: its variables must be set before."""
+    """The PVs of one device. softioc is imported here, because its variables must be set before the
+    import."""
 
     def __init__(self, prefix: str, capture: Callable[[], Awaitable[str]]) -> None:
         """Make the records.

@@ -10,7 +10,8 @@ HEADS_MOST: Final = 4
 
 @dataclass(frozen=True)
 class Capability:
-    """Generics of ``arctrue_core`` as the register ``capability`` states them; default build.
+    """Generics of ``arctrue_core`` as the register ``capability`` states them; the defaults are
+    those of the default build.
 
     The same structure states the requirements of a coefficient file: the smallest build for it.
     """

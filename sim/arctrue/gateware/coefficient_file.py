@@ -183,7 +183,8 @@ class CoefficientFileError(ValueError):
 
 
 def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: str = "") -> None:
-    """Write ``coefficients`` completely or not at all: an existing file stays until then.
+    """Write ``coefficients`` completely or not at all: an existing file stays until the new one is
+    complete.
 
     Raises OSError if the folder cannot be written.
     """

@@ -166,7 +166,7 @@ class Coefficients:
         )
 
     def at(self, celsius: float) -> Coefficients:
-        """Give the bank at a temperature; itself if no lane follows the temperature."""
+        """Give the bank at a temperature; the same bank if no lane follows the temperature."""
         if self.thermal is None:
             return self
         offsets, amplitudes = self.phase_offsets.copy(), self.amplitudes.copy()

@@ -14,8 +14,8 @@ from arctrue.generated.number_formats import CLOCK_HZ, PAIR_FRACTION
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
 TICK_BITS = 8
-"""Binary logarithm of the number of clocks between two changes of the velocity, and number of
-fraction bits of the sum of velocities, of which r takes the whole part in 2⁻ᶠ count."""
+"""Binary logarithm of the number of clocks between two changes of the velocity. The summed velocity
+has as many fraction bits; r moves by its whole part, in 2⁻ᶠ count."""
 VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
