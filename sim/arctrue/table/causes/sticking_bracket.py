@@ -1,4 +1,4 @@
-"""A bracket that sticks, is loaded, and slips."""
+"""A bracket that sticks while friction loads it, and then slips."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class StickingBracket(TurnedHead):
     slips_s: tuple[float, ...]
 
     def turn_rad(self, state: TableState) -> Angles | float:
-        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        """Return the angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         slips = np.asarray(self.slips_s)
         since = np.searchsorted(slips, state.time_s, side="right") - 1
         waited_s = state.time_s - slips[np.maximum(since, 0)]
@@ -51,7 +51,7 @@ class Values(Given, frozen=True):
     slips_s: tuple[Number, ...]
 
     def __post_init__(self) -> None:
-        """Refuse instants that do not rise."""
+        """Refuse fewer than two instants, and instants that do not rise."""
         rising("slips_s", self.slips_s, 2)
 
     def physical(self, lines: int) -> StickingBracket:
