@@ -297,8 +297,8 @@ class Instrument:
         Parameters
         ----------
         true_angle_rad : float, optional
-            True angle that is passed, not wrapped, in either direction, radians; it needs a table
-            or curves.
+            True angle, not wrapped, radians; passing it in either direction ends the run. It needs
+            a table or curves.
         interrupt : bool
             True: a high level of the interrupt line ends the run.
         end_of_stimulus : bool
