@@ -27,11 +27,12 @@ class Stations:
     face: NDArray[np.int64]
     """Number of the polygon's face that the autocollimator sees."""
     turned_rad: NDArray[np.float64] | float = 0.0
-    """Angle between the instrument on the table and the table, as it was mounted."""
+    """Angle of the instrument relative to the table, fixed when it was mounted."""
 
 
 class Cause:
-    """Base of every cause: each method returns one quantity, and by default no effect.
+    """Base of every cause: each method returns one quantity; a method that is not overridden has no
+    effect.
 
     The table adds the results of its causes, each in the frame that the method states. A cause
     describes a displacement, never a reading: the table computes the reading by geometry.
@@ -43,7 +44,7 @@ class Cause:
         Parameters
         ----------
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -58,7 +59,7 @@ class Cause:
         Parameters
         ----------
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -75,7 +76,7 @@ class Cause:
         head : int
             Number of the head, from 0.
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -94,7 +95,7 @@ class Cause:
         disc_angle_rad : ndarray
             Disc angle, not wrapped, radians, shape (n,).
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -115,7 +116,7 @@ class Cause:
         disc_reading_rad : ndarray
             Angle that the lines under the head state, radians, shape (n,).
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------

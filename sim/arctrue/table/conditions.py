@@ -54,7 +54,7 @@ def conditions_of(state: TableState) -> Conditions:
 
 
 def heating_k(state: TableState) -> NDArray[np.float64]:
-    """Return the temperature minus the temperature at adjustment, K, shape ``(n,)``."""
+    """Return the temperature rise above the temperature at adjustment, K, shape ``(n,)``."""
     return conditions_of(state).temperature_c - USUAL_TEMPERATURE_C
 
 

@@ -1,4 +1,4 @@
-"""Declaration of a cause of the simulated table: its values, and how it is drawn."""
+"""Declaration of a cause of the simulated table: its values and its random draws."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ MICROMETRE_M = 1e-6
 STROKE_DEG = 1.0
 """Default travel after a reversal within which the friction of a bearing changes sides."""
 TURNS, NYQUIST_HZ, ROWS = 12, 125.0, 24_000
-"""Turns, half the row rate and rows of the full experiment: they state how many places a search
-tries."""
+"""Turns, half the row rate and rows of the full experiment; causes compute from them how many
+places a search tries."""
 
 Random = np.random.Generator
 Order = Annotated[int, Meta(ge=1)]

@@ -50,7 +50,7 @@ def count_edges(
     head : int
         Number of the head, from 0.
     motion : Motion
-        The motion from its begin to its end.
+        The motion; all edges from its beginning to its end are found.
     random : numpy.random.Generator, optional
         Source of the noise of the readings, which displaces each edge; None: no noise.
 

@@ -87,7 +87,7 @@ class PinEvents:
 
     @classmethod
     def read(cls, file: Path) -> PinEvents:
-        """Read what :meth:`write` or the recorder in VHDL wrote.
+        """Read events that :meth:`write` or the recorder in VHDL wrote.
 
         Parameters
         ----------
@@ -97,7 +97,7 @@ class PinEvents:
         Returns
         -------
         PinEvents
-            Its events.
+            The events of the file.
 
         Raises
         ------
@@ -193,7 +193,7 @@ def decode_quadrature(
     step : ndarray
         Step at each event, −1, 0 or +1, shape (n,).
     illegal : ndarray
-        Events at which A and B changed together, shape (k,).
+        Indices of the events at which A and B changed together, shape (k,).
     """
     phase_of = np.array([0, 1, 3, 2])  # of A + 2·B along 00, 10, 11, 01
     phase = phase_of[np.concatenate([[first_levels], levels]).astype(np.int64) & 3]

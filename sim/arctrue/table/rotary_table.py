@@ -32,7 +32,7 @@ def two_heads(
     Parameters
     ----------
     radius_m : float
-        Distance of both from the axis, metres.
+        Distance of both heads from the axis, metres.
     separation_rad : float
         α, radians.
 
@@ -49,9 +49,10 @@ HEAD_PLACES_DEG: Mapping[int, tuple[float, ...]] = {
     3: (0.0, 33.0, 223.5),
     4: (0.0, 33.0, 162.5, 300.5),
 }
-"""Places of the heads after head 1, by the number of heads; head 2 stands as in the paper. The
-third of three heads stands where the worst gain of orders 1 to 64 is best among the places at which
-the mean has less noise than one head; the four places are those of docs/methods.md."""
+"""Places of the heads after head 1, by the number of heads; head 2 is at its place in the paper.
+The third of three heads is at the place with the best worst-case gain of orders 1 to 64, among the
+places at which the mean of the heads has less noise than one head; the four places are those of
+docs/methods.md."""
 
 
 def heads_at(
@@ -89,7 +90,7 @@ def heads_at(
 
 
 HEADS = (*two_heads(), *heads_at(np.deg2rad(HEAD_PLACES_DEG[4]).tolist())[2:])
-"""The two heads of the paper, and heads 3 and 4 of a table of four."""
+"""The two heads of the paper, and heads 3 and 4 of a table with four heads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +156,7 @@ class RotaryTable:
         head : int
             Number of the head, from 0.
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -212,7 +213,7 @@ class RotaryTable:
         head : int
             Number of the head, from 0.
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -260,14 +261,14 @@ class RotaryTable:
     def counts(
         self, head: int, state: TableState, random: np.random.Generator | None = None
     ) -> NDArray[np.int64]:
-        """Give the counter of a head, which counts from the index.
+        """Give the counts of a head's counter, from the index.
 
         Parameters
         ----------
         head : int
             Number of the head, from 0.
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
         random : numpy.random.Generator, optional
             Source of the noise ``noise_rad``; None: no noise.
 

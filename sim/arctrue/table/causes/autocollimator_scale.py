@@ -15,7 +15,7 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class AutocollimatorScale(Cause):
-    """The scale of the autocollimator is wrong by the share ``gain`` of the reading."""
+    """The scale of the autocollimator is wrong: its error is the share ``gain`` of its reading."""
 
     gain: float
 

@@ -17,7 +17,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class BracketTurn(Cause):
-    """The bracket of one head, mounted with a rotation of ``angle_rad`` about the axis."""
+    """The bracket of one head is mounted with a rotation of ``angle_rad`` about the axis."""
 
     head: int
     at: Head

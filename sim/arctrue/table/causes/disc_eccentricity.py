@@ -31,7 +31,7 @@ class DiscEccentricity(Cause):
         Parameters
         ----------
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------

@@ -17,7 +17,7 @@ from arctrue.table.draws import angle
 
 GEAR_WOBBLE_RAD = 0.3
 GEAR_TEETH = (62, 72, 90, 100, 120, 180, 225)
-"""Numbers of teeth to draw from; with 72 and 120 all 24 stations stand at the same place of a
+"""Numbers of teeth to draw from; with 72 and 120 all 24 stations lie at the same point of a
 tooth."""
 
 
@@ -33,10 +33,10 @@ class GearMesh(Cause):
     """
 
     teeth: float
-    """Teeth that mesh per turn of the table; not whole for a gear that turns faster than the
-    table."""
+    """Number of teeth that mesh per turn of the table; not whole for a gear that turns faster than
+    the table."""
     amplitudes_rad: tuple[float, ...]
-    """Amplitudes of the multiples k = 1, 2, …"""
+    """Amplitude of each multiple k = 1, 2, … of ``teeth``."""
     phases_rad: tuple[float, ...]
     wobble_rad: float = 0.0
     """Amplitude of the pitch variation, as an angle in the mesh."""

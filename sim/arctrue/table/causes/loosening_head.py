@@ -26,10 +26,10 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class LooseningHead(TurnedHead):
-    """The head jumps between two stops at irregular instants, and the play between them grows with
-    time.
+    """The head jumps between two stops at irregular instants, and the play between the stops grows
+    with time.
 
-    The play is ``angle_rad``·(time/last instant); the jumps go to one stop and the other in turn.
+    The play is ``angle_rad``·(time/last instant); successive jumps lead to opposite stops.
     """
 
     angle_rad: float

@@ -34,7 +34,7 @@ class PowerLawNoise(Cause):
     longest_s: float = 300.0
 
     def __post_init__(self) -> None:
-        """Refuse an exponent or time constants for which the noise is not stationary."""
+        """Refuse an exponent for which the noise is not stationary."""
         if not 0 < self.exponent < 2:
             raise ValueError(f"the exponent of the spectrum lies in 0 … 2, found {self.exponent}")
 

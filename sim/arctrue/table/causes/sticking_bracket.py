@@ -26,10 +26,10 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class StickingBracket(TurnedHead):
-    """Between two slips the head creeps along the scale at one rate; a slip takes it back.
+    """Between two slips the head creeps along the scale at one rate; at a slip it jumps back.
 
-    ``slips_s`` are the instants at which it slips, rising; it creeps from −angle to +angle in their
-    mean interval, and therefore farther in a longer interval.
+    The head slips at the instants ``slips_s``, which rise. In the mean interval between them it
+    creeps from −angle to +angle, and therefore farther in a longer interval.
     """
 
     angle_rad: float

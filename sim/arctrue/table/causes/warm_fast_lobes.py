@@ -19,7 +19,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class WarmFastLobes(Cause):
-    """The warm adhesive yields to the centrifugal force, so that the lines shift ∝ heat ×
+    """The warm adhesive yields to the centrifugal force: the lines shift ∝ temperature rise ×
     speed²."""
 
     order: int

@@ -19,8 +19,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class WarmLobes(Cause):
-    """The lines shift by an angle with ``order`` periods a turn, in proportion to heat (2: an oval
-    disc)."""
+    """The lines shift by an angle with ``order`` periods a turn, ∝ temperature rise (order 2: an
+    oval disc)."""
 
     order: int
     rate_rad_per_k: float

@@ -1,4 +1,4 @@
-"""A polygon on the table as geometry: in which direction a ray sees each of its faces."""
+"""A polygon on the table as geometry: the direction in which a ray sees each of its faces."""
 
 from __future__ import annotations
 
