@@ -40,9 +40,9 @@ class Settings:
     Parameters
     ----------
     columns : mapping of str to str, optional
-        Column of each quantity in the files, by quantity.
+        Name of the column, by quantity.
     units : mapping of str to str, optional
-        Unit of each quantity, by quantity.
+        Unit of the column, by quantity.
     sign : {"", "reading-true", "true-reading"}, optional
         Sign of an error column.
     zero : {"", "keep", "shift"}, optional

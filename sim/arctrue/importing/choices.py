@@ -124,9 +124,9 @@ def open_questions(
 ) -> list[Ambiguous]:
     """Find all questions of ``attempt`` that ``given`` leaves open.
 
-    The search answers each question provisionally and collects the questions that follow. The
-    provisional answer is the first one; for the column of the error it is ``no`` if ``no`` is the
-    last answer. If a provisional answer leads to an error, the search ends.
+    The search answers each question provisionally and collects the questions that follow. It gives
+    the first of the possible answers; only to the question for the column of the error it gives
+    ``no``, if that is the last answer. If a provisional answer leads to an error, the search ends.
     """
     found: list[Ambiguous] = []
 

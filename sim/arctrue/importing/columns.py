@@ -204,13 +204,14 @@ def _by_common_names(
 
 
 def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:
-    """Tell whether the column can have this meaning by its values and the other columns."""
+    """Tell whether the values and the other columns of the file permit this meaning of the
+    column."""
     values, kind = recording.columns[column], QUANTITIES[name]
     if kind == "whole":
         whole = values.dtype.kind in "iu"
         return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
     if name == "target":
-        # With two heads no reference is needed, and the commanded angle in the log is not one.
+        # Two heads need no reference, and a commanded angle in the log is no reference for them.
         return not {"head1", "head2"} <= others
     if name == "error" and {"target", "head1"} <= others:
         # Without a unit the column may hold an error code.

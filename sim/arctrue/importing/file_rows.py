@@ -25,8 +25,10 @@ FAHRENHEIT_AT_0 = 32.0
 
 @dataclass(frozen=True)
 class FileRows:
-    """Arrays (rows,) of one file by quantity. ``exact``: readings of heads whose column holds whole
-    counts."""
+    """Arrays (rows,) of one file by quantity.
+
+    ``exact`` contains the readings of those heads whose column has whole counts.
+    """
 
     recording: FileContent
     sources: Mapped

@@ -60,4 +60,4 @@ UNLOCKS: Mapping[str, str] = {
     "head3": "orders that two heads hardly see, a mean that is free of the axis' motion",
     "head4": "the axis' motion and the disc's error separately, and a head that fails",
 }
-"""Effects that can be tested only if the set has the quantity, by quantity."""
+"""Effects, by quantity, that can be tested only if the set has this quantity."""

@@ -31,7 +31,7 @@ QUANTITIES: Mapping[str, Kind] = {
 HEADS = ("head1", "head2", "head3", "head4")
 
 UNITS: Mapping[Kind, Mapping[str, float]] = {
-    "angle": {  # of one turn
+    "angle": {  # units in one turn
         "deg": 360.0,
         "rad": 6.283185307179586,
         "mrad": 6283.185307179586,
@@ -41,9 +41,9 @@ UNITS: Mapping[Kind, Mapping[str, float]] = {
         "arcsec": float(ARCSEC_PER_TURN),
         "hours": 24.0,
         "turns": 1.0,
-        "counts": 0.0,  # counts_per_rev says how many
+        "counts": 0.0,  # counts_per_rev states their number
     },
-    "time": {  # of one second
+    "time": {  # units in one second
         "s": 1.0,
         "ms": 1e3,
         "us": 1e6,

@@ -1,6 +1,6 @@
 """Readers of foreign files: plug-ins of the entry-point group ``arctrue.readers``.
 
-Each reader is a module or object with ``recognises`` and ``read``. Those of this package are
+Each reader is a module or object with ``recognises`` and ``read``. The readers of this package are
 registered in the same way (pyproject.toml) as those of other packages.
 """
 

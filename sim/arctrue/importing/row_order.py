@@ -12,11 +12,12 @@ Float = NDArray[np.float64]
 
 ORDERS = ("sort", "runs")
 ANEW_SHARE = 0.05
-"""Share of the whole time span; runs whose starts lie within this share begin anew at the first
-time."""
+"""Largest distance between the starts of runs that all begin near the first time, as a share of the
+whole time span."""
 LEAST_ROWS_A_RUN = 8
 SHORTER = 0.75
-"""Largest ratio of the travel after sorting to the travel before for rows that are out of order."""
+"""Largest ratio of the travel after sorting to the travel before sorting, for rows that are out of
+order."""
 
 
 def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:

@@ -288,7 +288,7 @@ def build(
     generics : mapping, optional
         Further generics of arctrue_core by name.
     report_step : callable, optional
-        It receives a line for people at each step.
+        Function that receives a line for people at each step.
 
     Returns
     -------

@@ -128,8 +128,8 @@ def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: floa
 
 
 def _now(coroutine: Coroutine[Any, Any, _T]) -> _T:
-    """Return the result of a coroutine that never waits, as those of the register map over this
-    bus."""
+    """Return the result of a coroutine that never waits; those of the register map over this bus
+    never do."""
     try:
         coroutine.send(None)
     except StopIteration as done:
@@ -208,8 +208,8 @@ class Instrument:
         self._recorded_counts_per_rev = 0
         self._firmware: Firmware | None = None
         self.registers = RegisterMap(self._read_async, self._write_async)
-        """Registers by name with asynchronous methods (``await``); this class has the same methods
-        without it."""
+        """Registers by name with asynchronous methods; this class has the same methods without
+        ``await``."""
         self.handle = self.library.instrument_new()
         self._bare_latency_clocks = self._measure_latency()
         self.library.instrument_delete(self.handle)

@@ -56,12 +56,12 @@ class ReadingNoise(Cause):
             own = 2 * number if number >= 0 else -2 * number - 1
             seed = [self.seed, own] if own else self.seed
             values = np.random.default_rng(seed).normal(0.0, 1.0, (HEADS_MOST, _KNOTS))
-            # Mean over the interval of the sum of the squared basis functions: 151/315 + 0.
+            # The sum of the squared basis functions has the mean 151/315 over an interval.
             self._blocks[number] = self.rms_rad / np.sqrt(151 / 315) * values
         return self._blocks[number]
 
     def _numbers(self, head: int, knot: NDArray[np.int64]) -> Float:
-        """Return the normal number at each knot, shape ``(n,)``."""
+        """Return the normal random number at each knot, shape ``(n,)``."""
         if not knot.size:
             return np.zeros(0)
         first, last = int(knot.min()) // _KNOTS, int(knot.max()) // _KNOTS

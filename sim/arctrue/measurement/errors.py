@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Literal
 
 Fault = Literal["missing", "format", "value", "not_a_number", "empty", "time", "order"]
-"""missing: file, key or column; format: not TOML or CSV; value: wrong type or range;
-not_a_number: NaN, infinite or an empty field; empty: no rows; time: runs backwards;
-order: rows of a run are not together."""
+"""Kinds of a fault: missing (file, key or column), format (not TOML or CSV), value (wrong type or
+range), not_a_number (NaN, infinite or an empty field), empty (no rows), time (runs backwards),
+order (rows of a run are not together)."""
 
 
 class MeasurementError(ValueError):

@@ -208,8 +208,8 @@ def _moved(rows: Rows, runs: int, cycles: int, shift_s: float) -> Rows:
 def _rows_with_uncertainty(
     references: Sequence[tuple[str, Reference]],
 ) -> list[tuple[str, Reference]]:
-    """Return the reference runs of the sets; if their stated uncertainties differ, each becomes a
-    column."""
+    """Return the reference runs of the sets; if their uncertainties differ, store them as
+    columns."""
     stated = {rows.standard_uncertainty_arcsec for _, rows in references}
     if len(stated) < 2 or None in stated:
         return list(references)

@@ -64,7 +64,7 @@ def read_measurement_set(
     Raises
     ------
     MeasurementError
-        A file is missing or wrong: file, row and column, what was expected, what was found.
+        If a file is missing or wrong; the error names file, row, column, expected and found value.
     """
     folder = Path(folder)
     description = read_description(folder)

@@ -195,7 +195,7 @@ def decode_quadrature(
     illegal : ndarray
         Indices of the events at which A and B changed together, shape (k,).
     """
-    phase_of = np.array([0, 1, 3, 2])  # of A + 2·B along 00, 10, 11, 01
+    phase_of = np.array([0, 1, 3, 2])  # by A + 2·B; (A, B) goes 00, 10, 11, 01
     phase = phase_of[np.concatenate([[first_levels], levels]).astype(np.int64) & 3]
     step = (np.diff(phase) + 1) % 4 - 1
     return np.where(step == 2, 0, step), np.flatnonzero(step == 2)

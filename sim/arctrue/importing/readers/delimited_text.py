@@ -38,12 +38,10 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the columns under the names of the header; without a header they are ``1``, ``2`` …
 
-    Lines that begin with #, % or
-
-    are comments; the last comment before the rows is the header if it has as many words as the rows
-    have fields. A row of units under the header is added to the names. Lines of words after the
-    last row and repeated headers are left out, with a note. A column with a field that is no number
-    becomes a text column.
+    Lines that begin with #, % or // are comments; the last comment before the rows is the header if
+    it has as many words as the rows have fields. A row of units under the header is added to the
+    names. Lines of words after the last row and repeated headers are left out, with a note. A
+    column with a field that is no number becomes a text column.
 
     Raises MeasurementError naming row and column, AmbiguousError if two interpretations are
     possible.
@@ -100,8 +98,7 @@ class _Rows:
         self._repeated: list[int] = []
 
     def add(self, block: Sequence[Line]) -> None:
-        """Add those of the lines that are rows. Raises MeasurementError for a line with a wrong
-        field."""
+        """Add the lines that are rows. Raises MeasurementError for a line with a wrong field."""
         lines = [line for line in block if not line[1].startswith(COMMENT)]
         if not lines:
             return
@@ -140,8 +137,8 @@ class _Rows:
             yield line, text
 
     def _kept_back(self) -> Iterable[Line]:
-        """Give the lines held back before a row, which must then be rows. Raises MeasurementError
-        for others."""
+        """Give the lines that were held back before a row. Raises MeasurementError if one of them
+        is no row."""
         for line, text in self._back:
             self._refuse_other_width(line, text)
             yield line, text

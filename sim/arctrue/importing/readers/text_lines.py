@@ -18,7 +18,7 @@ _MARKS = (  # UTF-32 comes first, because its mark begins like that of UTF-16
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-_OTHER_FILES = {  # by their first bytes
+_OTHER_FILES = {  # message by the first bytes of the file
     b"PK\x03\x04": "is an archive or a workbook: of a workbook, save the sheet as CSV; unpack an "
     "archive first",
     b"\xd0\xcf\x11\xe0": "is a workbook of an old Excel version: save the sheet as CSV",
