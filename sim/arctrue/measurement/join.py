@@ -39,8 +39,8 @@ def joined(
     sets : sequence of MeasurementSet
         Sets of the same table.
     times : {"", "after", "keep"}, optional
-        ``after`` appends a set whose clock restarts to the one before, ``keep`` keeps the times
-        (s); by default such sets are refused.
+        Treatment of a set whose clock restarts: ``after`` moves its times behind those of the set
+        before it, ``keep`` keeps its times; by default it is refused.
     common_columns : bool, optional
         Leave out columns that not all sets have.
 

@@ -70,8 +70,8 @@ class Analyses:
         return analysis
 
     def ranking(self, session: Session, number: int, temperature_c: float | None) -> Ranking | None:
-        """Return the ranking of a step, with the device's coefficients for this temperature if it
-        differs."""
+        """Return the ranking of a step; for another temperature, compute the device's coefficients
+        again."""
         found = session.ranking(number)
         device = None if found is None else found["device"]
         if found is None or device is None or temperature_c in (None, device["temperature_c"]):

@@ -26,8 +26,8 @@ own scripts run."""
 def guard(app: Flask, hosts: Collection[str], token: str) -> None:
     """Check every request.
 
-    ``hosts``: allowed host names with port; any host is allowed if it is empty. ``token``: token
-    that a request needs; none if it is empty.
+    ``hosts``: allowed host names with port; if empty, any host is allowed. ``token``: token that a
+    request needs; if empty, none is needed.
     """
 
     @app.before_request

@@ -22,8 +22,10 @@ _LOOK_S = 0.2
 
 
 class Jobs:
-    """The processes that rank: one for each step of a session, started when the page of the step is
-    first opened."""
+    """Processes that compute rankings, one for each step of a session.
+
+    A process starts when the page of the step is first opened.
+    """
 
     def __init__(self, effect_folders: Sequence[Path]) -> None:
         """Take the folders from which the processes load effects."""

@@ -218,8 +218,8 @@ def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
-    """Return the samples of the orbit, of many samples every second, third, …, and the mean of the
-    turns."""
+    """Return the samples of the orbit (of many samples only every second, third, …) and the mean of
+    the turns."""
     every = -(-orbit.angle_rad.size // _MOST_SAMPLES)
     samples = {"x": orbit.x_arcsec, "y": orbit.y_arcsec}
     columns: dict[str, Any] = {"u": list(orbit.u_arcsec)}

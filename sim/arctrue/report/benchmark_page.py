@@ -362,8 +362,8 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """Return for each effect the number of sets that put it first, and its largest size in a set
-    that did not."""
+    """List each effect with the number of sets whose answer puts it first, and the largest size
+    that no answer puts first."""
     text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]

@@ -34,8 +34,8 @@ LEAST_SHARE = 0.005
 _SHOWN_SHARE = 0.005
 """Least share that is printed next to the name of a condition; it is printed as 1 %."""
 NAMED_P = 0.01
-"""Largest p value at which an effect is named, as in :mod:`arctrue.workbench.diagnose.diagnosis`.
-"""
+"""Largest p-value at which an effect is named, as in
+:mod:`arctrue.workbench.diagnose.diagnosis`."""
 
 
 def words(name: str) -> str:

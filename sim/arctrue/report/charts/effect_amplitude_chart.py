@@ -1,4 +1,4 @@
-"""Draws the amplitude of an effect over a condition: as measured, and as the effect predicts it."""
+"""Draws the amplitude of an effect over a condition: as measured and as predicted by the effect."""
 
 from __future__ import annotations
 
