@@ -29,8 +29,8 @@ class Reason:
 def kept_cases(file: Path = FILE) -> list[dict[str, Any]]:
     """Read every case: the task of its set, ``found`` and ``looked_into``.
 
-    ``found``: what was hidden and answered, and the commit; ``looked_into``: a Reason, if a person
-    has studied the case.
+    ``found``: the hidden content, the answer, and the commit; ``looked_into``: a Reason, if a
+    person has studied the case.
     """
     found: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))["cases"]
     return found

@@ -24,7 +24,7 @@ FEWEST_PERIODS = 5.0
 def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
     """Return the times of a log: an hour at one of the rates, shorter if that gives too many rows.
 
-    A log has as many rows as four runs.
+    A log may have four times ``rows`` rows, as many as four runs.
     """
     rows *= 4
     rate = float(random.choice(RATES_HZ))
