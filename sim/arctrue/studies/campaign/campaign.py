@@ -34,22 +34,21 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""Number of consecutive broken pools without a result after which the campaign ends, because a task
-kills its worker."""
+"""Number of consecutive broken pools without a result after which the campaign ends. The cause is
+then a task that kills its worker."""
 
 
 STOP_POLL_S = 0.5
 PARENT_POLL_S = 2.0
 STOPS = (signal.SIGINT, signal.SIGTERM)
-"""Signals that stop a campaign: Ctrl-C, and those that a batch system sends to a job at its time
-limit."""
+"""Signals that stop a campaign: those of Ctrl-C, and of a batch system at a job's time limit."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
     """The user stopped the campaign; finished results are on the disk."""
 
     def __init__(self, done: int, total: int) -> None:
-        """Store the number of finished tasks."""
+        """Store the number of finished tasks and of all tasks in the message."""
         super().__init__(f"{done} of {total} are done; the same command continues from there")
 
 
@@ -73,7 +72,7 @@ class Speed:
 
     @property
     def seconds_left(self) -> float:
-        """Estimate from this speed; infinite before the first task is done."""
+        """Estimate the remaining time from the rate; infinite before the first task is done."""
         left = self.total - self.done
         if not left:
             return 0.0
@@ -225,7 +224,8 @@ def pool(
         running: dict[Future[Results], int] = {}
         try:
             while True:
-                # Only a few batches are submitted in advance, because a stop has to wait for these.
+                # Only a few batches are submitted in advance, because a stop must wait until all of
+                # these end.
                 while not stopping() and len(running) < workers + 1:
                     number = next(waiting, None)
                     if number is None:

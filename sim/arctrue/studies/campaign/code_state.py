@@ -54,11 +54,11 @@ WHOLE_PACKAGE = Sources()
 
 
 def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path]:
-    """List the files of the package that these modules import, directly or not, and their own.
+    """List the files of these modules and of all modules that they import directly or indirectly.
 
-    The search reads all import statements of a file; if a file reads the ``__path__`` of a package,
-    every module of that package counts. It does not find modules imported by a string.
-    Raises ModuleNotFoundError for a module that does not exist.
+    Only files of the package count. The search reads all import statements of a file; if a file
+    reads the ``__path__`` of a package, every module of that package counts. It does not find
+    modules imported by a string. Raises ModuleNotFoundError for a module that does not exist.
     """
     waiting, found = list(modules), set[Path]()
     for name in waiting:

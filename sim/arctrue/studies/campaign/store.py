@@ -16,7 +16,8 @@ from arctrue.studies.campaign.task import Task, canonical, task_key
 
 HEADER = "campaign.json"
 COMMIT = "commit"
-"""Key of the commit, which is recorded but not compared: another one may have the same source."""
+"""Key of the commit. The commit is recorded but not compared, because two commits may have the same
+source."""
 
 
 class StoreError(ValueError):
@@ -107,7 +108,8 @@ class Store:
 def _check_header(folder: Path, header: Mapping[str, Any]) -> None:
     path = folder / HEADER
     text = json.dumps(header, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-    # The header is written under another name and then linked: one of two simultaneous shards wins.
+    # The header is written under another name and then linked: if two shards start at once, only
+    # one link succeeds.
     mine = folder / f".{HEADER}.{os.getpid()}"
     write_whole_text(mine, text)
     try:
@@ -208,7 +210,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
 
 
 def merge(folders: Iterable[Path], into: Path) -> int:
-    """Merge folders into one with one file, its lines ordered by key; return their number.
+    """Merge folders into one with a single file ordered by key; return the number of results.
 
     The bytes of the file do not depend on which machine computed which result, or when.
     """

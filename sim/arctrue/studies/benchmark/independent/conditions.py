@@ -98,8 +98,7 @@ class Stations:
 def sweeps(
     speeds_rad_s: list[float], rows: int, turns: float, warming_k: list[float] | None = None
 ) -> list[Sweep]:
-    """Make consecutive runs; each starts one minute after the end of the previous one, at its
-    angle.
+    """Make consecutive runs; each starts one minute after the previous one, at its last angle.
 
     Each run has ``rows`` rows over ``turns`` turns. ``warming_k``: temperature above nominal in
     each run, constant during the run.
