@@ -59,11 +59,11 @@ class Speed:
     Parameters
     ----------
     done : int
-        Finished tasks.
+        Number of finished tasks.
     total : int
-        All tasks.
+        Number of all tasks.
     tasks_per_s : float
-        Rate of this run.
+        Number of tasks that this run finishes per second.
     """
 
     done: int
@@ -86,7 +86,7 @@ class Campaign:
     Parameters
     ----------
     work : str
-        ``module:function``, importable on every worker.
+        Function as ``module:function``, importable on every worker.
     tasks : sequence of mapping
         Arguments of the function, one per task.
     folder : Path
@@ -107,7 +107,7 @@ class Campaign:
     sources: Sources = WHOLE_PACKAGE
 
     def header(self) -> dict[str, Any]:
-        """Collect what identifies the campaign.
+        """Return the facts that identify the campaign.
 
         Returns
         -------
@@ -131,18 +131,18 @@ class Campaign:
         shard: tuple[int, int] | None = None,
         progress: Callable[[Speed], None] | None = None,
     ) -> int:
-        """Do all tasks without a result.
+        """Do all tasks that have no result yet.
 
         Parameters
         ----------
         workers : int, optional
-            Processes of the pool; one a core without it.
+            Number of processes in the pool; default: one for each core.
         scheduler : str, optional
-            Address of a Dask scheduler, instead of a pool.
+            Address of a Dask scheduler that is used in place of a pool.
         shard : (int, int), optional
             (i, n): every n-th task from the i-th on, 1 ≤ i ≤ n.
         progress : callable, optional
-            Is called with a :class:`Speed` after each batch.
+            Function that is called with a :class:`Speed` after each batch.
 
         Returns
         -------
@@ -154,11 +154,11 @@ class Campaign:
         ValueError
             There is no such shard.
         Interrupted
-            After Ctrl-C.
+            The user pressed Ctrl-C.
         CampaignError
-            Workers die repeatedly or have other code.
+            Workers die repeatedly, or their code differs from that of the campaign.
         StoreError
-            The folder is that of another campaign.
+            The folder belongs to another campaign.
         """
         mine = list(self.tasks)
         name = ""

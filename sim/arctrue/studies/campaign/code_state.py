@@ -25,7 +25,7 @@ class Sources:
     """Numerical libraries that count, in addition to LIBRARIES."""
 
     def state(self, package: Path = PACKAGE) -> dict[str, str]:
-        """Give SHA-256 over the Python files, and the versions of the libraries.
+        """Return the SHA-256 digest of the Python files, and the versions of the libraries.
 
         Parameters
         ----------

@@ -43,7 +43,7 @@ class Result:
     result: Mapping[str, Any]
 
     def line(self) -> str:
-        """Format as one line of a file.
+        """Format the result as one line of a file.
 
         Returns
         -------
@@ -91,9 +91,9 @@ class Store:
         task : mapping
             The finished task.
         result : mapping
-            What the work returned.
+            Return value of the work.
         seconds : float
-            Time of the work.
+            Time that the work took.
         """
         key = task_key(task)
         if key in self.done:
@@ -173,7 +173,7 @@ def read_results(folders: Iterable[Path]) -> list[Result]:
     Returns
     -------
     list of Result
-        In the order of their keys.
+        The results in the order of their keys.
 
     Raises
     ------
