@@ -41,7 +41,7 @@ class _Answer(Struct, rename={"effects": "class"}):
     parameters: dict[str, float] | None = None
     """Parameters of the named effect: ``order`` (per turn) and ``frequency`` (Hz) of a line."""
     oscillation_hz: float | None = None
-    """Frequency of a damped oscillation that noise drives, if one is reported."""
+    """Frequency of a damped oscillation that noise drives, if the answer states one."""
     held_out_arcsec: dict[str, NotNegative] | None = None
 
 
@@ -180,7 +180,7 @@ def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
         raise AnswersError(f"{path}: {len(missing)} sets have no answer, the first is {missing[0]}")
     for name, answer in given.items():
         if "beside" in answer:
-            # The former name, for one release.
+            # This is the former name, which is kept for one release.
             answer.setdefault("further", answer.pop("beside"))
         try:
             typed(answer, _Answer, name)

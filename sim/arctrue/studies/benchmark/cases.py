@@ -1,4 +1,5 @@
-"""Keeps sets on which the diagnosis once failed, with the reason, to test later diagnoses."""
+"""Keeps the sets on which the diagnosis once failed, with the reasons, as tests of later
+diagnoses."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ OF_A_SET = ("world", "content", "seed", "samples")
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Reason of a failure that somebody found, written into the file of cases by hand."""
+    """Reason of a failure, which a person found and wrote into the file of cases."""
 
     said: str
     """The answer that the reason explains; another answer may have another reason."""

@@ -99,7 +99,8 @@ def _of_several_lines(item: Judged) -> bool:
 
 
 def _named_largest_line(item: Judged) -> bool:
-    """Tell whether the named line is the largest, or larger than NEARLY_AS_LARGE of the largest."""
+    """Tell whether the named line is the largest, or larger than NEARLY_AS_LARGE times the
+    largest."""
     largest = max(float(effect["rms_arcsec"]) for effect in item.seen() if effect.get("values"))
     named = max(float(effect["rms_arcsec"]) for effect in item.lines_named() or [])
     return named > NEARLY_AS_LARGE * largest

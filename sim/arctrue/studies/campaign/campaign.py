@@ -209,7 +209,8 @@ def pool(
     A killed worker breaks the pool: a new pool repeats all unfinished batches. Once ``stopping()``
     is true no new batch starts, and the present batches are still yielded.
     """
-    # numpy reads this in the workers: sums of one thread are equal on any number of cores.
+    # numpy in the workers reads this variable. With one thread, sums do not depend on the number of
+    # cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left = dict(enumerate(batches))
     broken = 0

@@ -54,7 +54,7 @@ class Result:
 
 
 class Store:
-    """Appends results of one shard to a campaign's folder; use it as a context."""
+    """Appends results of one shard to a campaign's folder; it is a context manager."""
 
     def __init__(self, folder: Path, header: Mapping[str, Any], shard: str = "") -> None:
         """Open or create the folder.
@@ -201,7 +201,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
         text = path.read_text(encoding="utf-8")
         for number, line in enumerate(text.splitlines(keepends=True), start=1):
             if not line.endswith("\n"):
-                # A crash cut this line off: the task is repeated.
+                # A crash cut this line off, so that its task is done again.
                 continue
             try:
                 yield path, number, typed_json(line, Result, f"{path}, line {number}")

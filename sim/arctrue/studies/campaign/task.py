@@ -84,5 +84,6 @@ def do_batch(
 
 @cache
 def _state(sources: Sources) -> dict[str, str]:
-    """Give the state of the code, computed once per worker before the work is imported."""
+    """Return the state of the code, which is computed once per worker before the work is
+    imported."""
     return sources.state()

@@ -32,7 +32,7 @@ from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child
 from arctrue.studies.demo.telemetry import ToldTurn, console_faults, telemetry_turns
 from arctrue.table import PinEvents
 
-# Table 1 of the paper, clocks.
+# The latencies are those of Table 1 of the paper.
 PAPER_LATENCY_CLOCKS = {
     "phase calculation": 5,
     "harmonic calculation": 20,
@@ -186,7 +186,7 @@ def _harmonics(
 
 
 def _index_clock(scene: Scene, settings: DemoSettings) -> int:
-    """Give the clock of head 1's index, at which the captured turn begins."""
+    """Return the clock of head 1's index, at which the captured turn begins."""
     head = scene.heads[0]
     return int(np.ceil(head.time_s[np.argmax(head.count >= 0)] * settings.clock_hz))
 

@@ -21,8 +21,8 @@ from arctrue.table import (
     two_heads,
 )
 
-# The error before compensation in the paper spans −150.0″ to 137.9″ (section 4): an eccentricity
-# of 37.7 µm is 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both ends by −6″.
+# The error before compensation in the paper spans −150.0″ to 137.9″ (section 4): an eccentricity of
+# 37.7 µm causes 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both ends by −6″.
 PAPER_ECCENTRICITY_M = 37.7e-6
 ECCENTRICITY_DIRECTION_RAD = 2.1
 PAPER_GRADUATION_ORDERS = (2, 3, 4)

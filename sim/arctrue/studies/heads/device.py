@@ -75,7 +75,8 @@ class Track:
 class HeadsDevice:
     """The compiled core with HEADS = 4, the firmware on its bus and a table in front of its heads.
 
-    A context manager. Heads stand at PLACES_DEG, the disc has ECCENTRICITY_M and GRADUATION_ARCSEC.
+    This is a context manager. The heads stand at PLACES_DEG, and the disc has ECCENTRICITY_M and
+    GRADUATION_ARCSEC.
     """
 
     def __init__(

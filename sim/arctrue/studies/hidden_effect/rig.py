@@ -51,7 +51,7 @@ class CapturedTurn:
 
 
 class Rig:
-    """One table and one instrument, through any number of power-ups."""
+    """One table and one instrument, which can be powered up any number of times."""
 
     def __init__(
         self, instrument: Instrument, table: RotaryTable, settings: HiddenSettings
@@ -238,7 +238,7 @@ class Rig:
         self.instrument.update("control", capture_enable=1)
 
     def rest_of_recording(self, stage: str, turns: int = 1) -> Recording:
-        """Run until the recording contains all its turns; it ends by itself."""
+        """Run until the recording contains all its turns; the recording ends by itself."""
         drive = self.present_drive
         side = float(np.sign(drive.knot_speeds_rad_s[1]))
         instrument = self.instrument

@@ -19,13 +19,15 @@ Float = NDArray[np.float64]
 
 COVERAGE = 0.95
 SQUARE_LIMIT = float(chi2.ppf(COVERAGE, 2))
-"""Limit, with COVERAGE, of the squared deviation of two components in units of their covariance."""
+"""Limit that the squared deviation of two components, in units of their covariance, keeps with the
+probability COVERAGE."""
 FACTOR = float(norm.ppf(0.5 + COVERAGE / 2))
 FACTOR_ALPHA = COVERAGE * math.sqrt(3.0)
 """Coverage factor of α, whose main uncertainty, the place of the index sensors, has a rectangular
 distribution."""
 FALSE_ALARM = 0.01
-"""Probability that chance alone gives at least one figure of a case a verdict."""
+"""Probability that, by chance alone, at least one figure of a case counts as too small or too
+large."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +47,8 @@ class Covered:
 
     @property
     def verdict(self) -> str:
-        """``too small`` or ``too large`` if the stated uncertainty is; empty if no error is
-        shown."""
+        """Return ``too small`` or ``too large`` if the coverage shows that the stated uncertainty
+        is so, else an empty text."""
         if not self.trials:
             return ""
         found = binomtest(self.hits, self.trials).proportion_ci(
@@ -130,8 +132,8 @@ def _turn(off: Float, u: Float, figures: int) -> dict[str, Any]:
     covered = np.abs(off) <= FACTOR * u
     by_place, by_trial = covered.mean(axis=0), covered.mean(axis=1)
     rate = float(by_trial.mean())
-    # The rate is a mean over trials; the standard deviation of a trial counts as half an angle or
-    # more.
+    # The rate is a mean over trials; the standard deviation of a trial is at least half an angle's
+    # share.
     error = max(float(by_trial.std(ddof=1)) if off.shape[0] > 1 else 1.0, 0.5 / off.shape[1])
     error /= float(np.sqrt(off.shape[0]))
     off_by = (rate - COVERAGE) / error

@@ -87,9 +87,9 @@ class UncertaintyBudget:
     repeatability_arcsec: float
     """u₃: repeatability of the measurement."""
     mounting_eccentricity_arcsec: float
-    """u₄: hollow faces that are not observed in their middle."""
+    """u₄: effect of hollow faces that are not observed in their middle."""
     tower_difference_arcsec: float
-    """u₅: faces that are tilted against the axis."""
+    """u₅: effect of faces that are tilted against the axis."""
 
     @property
     def combined_arcsec(self) -> float:

@@ -65,7 +65,7 @@ class RevolutionResult:
         return self.settings.limit_arcsec + half_count + without_lane
 
     def as_json(self) -> dict[str, Any]:
-        """Give everything as plain values.
+        """Return everything as plain values.
 
         Returns
         -------

@@ -69,7 +69,8 @@ class RevolutionSettings:
     ones."""
 
     heads: int = 2
-    """Number of heads: two, or four; of four the firmware calibrates the mean."""
+    """Number of heads, two or four; with four, the firmware calibrates the mean of their
+    readings."""
     lines: int = 16384
     """Number of lines of the disc."""
     interpolation: int = 1024
@@ -175,12 +176,12 @@ class RevolutionSettings:
         }
 
     def table(self) -> RotaryTable:
-        """Make the table with the paper's kind of error.
+        """Return the table with the paper's kind of error.
 
         Returns
         -------
         RotaryTable
-            An eccentric disc with graduation harmonics and noise, read by two heads.
+            The table: an eccentric disc with graduation harmonics and noise, read by its heads.
         """
         effects: list[Any] = [
             DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
@@ -208,12 +209,12 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Make the motion: from rest over all indices, head 1's last, and two and a half turns.
+        """Return the motion: from rest over all indices, that of head 1 last, then over the turns.
 
         Returns
         -------
         Motion
-            At one speed, with a ripple of ``ripple_rad``.
+            The motion, at one speed and with a ripple of ``ripple_rad``.
         """
         before_rad = float(np.radians(max(self.places_deg, default=0.0))) or HEAD_SEPARATION_RAD
         start = -before_rad - 2 * _RUN_UP_RAD

@@ -35,7 +35,7 @@ class ScenarioTurn:
     them."""
 
     def as_json(self) -> dict[str, Any]:
-        """Give everything but the coefficients as plain values.
+        """Return everything except the coefficients as plain values.
 
         Returns
         -------
@@ -89,7 +89,7 @@ class ScenarioResult:
         return sum(reply["result"] == result for turn in self.turns for reply in turn.telemetry)
 
     def as_json(self) -> dict[str, Any]:
-        """Give everything as plain values.
+        """Return everything as plain values.
 
         Returns
         -------

@@ -293,7 +293,7 @@ class Scenario:
         return ARCSEC_PER_TURN / self.scale.counts_per_rev
 
     def course(self) -> Course:
-        """Make the motion with its temperature.
+        """Return the motion with its temperature.
 
         Returns
         -------
@@ -336,12 +336,12 @@ class Scenario:
         ]
 
     def table(self) -> RotaryTable:
-        """Make the table with all its causes.
+        """Return the table with all its causes.
 
         Returns
         -------
         RotaryTable
-            The noise of the readings is its last cause.
+            The table. The noise of the readings is its last cause.
 
         Raises
         ------

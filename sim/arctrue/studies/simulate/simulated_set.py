@@ -71,10 +71,10 @@ def simulate_set(
     noise: Sequence[Wanted] = (),
     heads: int = 2,
 ) -> SimulatedSet:
-    """Draw a table by ``seed`` with all wanted causes, and measure it as the experiment says.
+    """Draw a table by ``seed`` with all wanted causes, and make the measurements of the experiment.
 
-    ``again`` numbers further measurements of the same table: only the noise and the detection of
-    the index differ from the first one, number 0.
+    ``again`` is the number of a repetition with the same table: only the noise and the detection of
+    the index differ from the first measurement, number 0.
 
     ``further`` names measurements that are made after those of the experiment, on the same table;
     the runs of the experiment stay identical.
@@ -82,9 +82,9 @@ def simulate_set(
     ``noise`` are noise causes of the registry in addition to the white noise of both heads and the
     reference; they draw from their own streams, so that everything else stays identical.
 
-    A latency needs a reference that is read on the move; it is added to the experiment.
-    Raises ValueError for a name that no recipe has, a size that is not positive or that no angle
-    can show.
+    A latency needs a reference that is read while the table moves; such a reference is added to the
+    experiment. Raises ValueError for a name that no recipe has, and for a size that is not positive
+    or that no angle can show.
     """
     effects = {name: item for name, item in REGISTRY.items() if name not in NOISES}
     for item, known in [(x, effects) for x in wanted] + [(x, NOISES) for x in noise]:

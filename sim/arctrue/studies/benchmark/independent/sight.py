@@ -1,9 +1,8 @@
-"""The oracle's test of a cause: its projected error relative to the noise with which the rows were
-drawn.
+"""The oracle's test of a cause: it compares the error that the base cannot absorb with the noise.
 
-The oracle knows the exact form of each cause and of all others, the noise process and the scatter
-of the index. It also fits 20 orders of the disc, an offset for each run and a zero of the
-reference. Its threshold includes the look-elsewhere effect of an order, a frequency or an instant.
+The oracle knows the exact form of all causes, the noise process and the scatter of the index. It
+also fits 20 orders of the disc, an offset for each run and a zero of the reference. Its threshold
+includes the look-elsewhere effect of a search for an order, a frequency or an instant.
 """
 
 from __future__ import annotations

@@ -54,7 +54,8 @@ class Cause:
         return 0j
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Return the angle by which a head's bracket is turned about the axis, in the β sense."""
+        """Return the angle by which a head's bracket is turned about the axis, in the positive
+        direction of stator angles."""
         return 0.0
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float | float:

@@ -82,7 +82,7 @@ class AxisMotion(Cause):
     def __init__(
         self, size: float, orders: Sequence[int], x: Sequence[complex], y: Sequence[complex]
     ) -> None:
-        """x + jy = size·Σ (Re x_k·exp(jkθ) + j·Re y_k·exp(jkθ))."""
+        """Set the path x + jy = size·Σ (Re x_k·exp(jkθ) + j·Re y_k·exp(jkθ))."""
         super().__init__(size)
         self.orders, self.x, self.y = list(orders), list(x), list(y)
         self.columns = 2 * len(self.orders)

@@ -115,7 +115,7 @@ class Shaking(Cause):
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
         """Return a·sin(2πft + φ), where φ depends on the run; the phases repeat if there are more
-        runs."""
+        runs than phases."""
         if head != self.head:
             return 0.0
         phase = 2 * np.pi * self.hz * at.time_s + self.phases_rad[at.run % self.phases_rad.size]

@@ -1,5 +1,5 @@
-"""A drive's wave whose phase differs between the directions: stiction, or the other flank of a
-tooth."""
+"""A drive with a periodic error whose phase depends on the direction: by stiction, or by the other
+flank of a tooth."""
 
 from __future__ import annotations
 
