@@ -74,7 +74,7 @@ def instructions(samples: int, orders: int) -> dict[str, float]:
     counted = {}
     for line in lines:
         part, ticks, off = line.split()
-        # The last number of a method is its reason of refusal, or 0.
+        # The last number that a method prints is the reason of its refusal, or 0.
         assert float(off) * 1e-9 <= SAME_RESULT, f"{part}: {line}"
         counted[part] = float(ticks) * NS_A_TICK
     return counted

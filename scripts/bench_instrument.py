@@ -1,7 +1,7 @@
-"""Compares clocks per second of processor time: GHDL's two code generators, compiled netlist.
+"""Compares the speed of GHDL's two code generators and of the compiled netlist.
 
-It also measures how this speed depends on the number of lanes. A revolution at the paper's size
-takes REVOLUTION_CLOCKS.
+The speed is the number of simulated clocks per second of processor time; its dependence on the
+number of lanes is measured too. A revolution at the paper's size takes REVOLUTION_CLOCKS.
 """
 
 from __future__ import annotations

@@ -57,7 +57,8 @@ RAM_PINS: Final = {
     "REGCEA": ("REGCEAREGCE", "REGCE"),
     "REGCEB": ("REGCEB",),
 }
-"""By port of the model: the pin's name in a RAMB18E1, and in a FIFO18E1 if it differs."""
+"""Name of the pin at each port of the model: that in a RAMB18E1, and that in a FIFO18E1 if it
+differs."""
 RAM_BUSES: Final = {"ADDRA": ("ADDRARDADDR", 14), "ADDRB": ("ADDRBWRADDR", 14)}
 WRITE_MODES: Final = {"": 0, "READ_FIRST": 1, "NO_CHANGE": 2}
 EVERY_BIT: Final = (1 << 18) - 1

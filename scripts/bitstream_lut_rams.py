@@ -20,8 +20,7 @@ from scripts.netlist import ToolError
 
 LETTERS: Final = "ABCD"
 CHAINED_DATA: Final = {"A": ("AI", "B"), "B": ("BI", "D"), "C": ("CI", "D")}
-"""For each table, its own pin for data input 1, and the table whose data input 1 it otherwise
-shares."""
+"""Own pin of each table for data input 1, and the table whose data input 1 it shares otherwise."""
 ADDRESS_7: Final = ("WA7USED", "CX", {"A": 1, "B": 0, "C": 1, "D": 0})
 ADDRESS_8: Final = ("WA8USED", "BX", {"A": 1, "B": 1, "C": 0, "D": 0})
 """The feature, the pin of its bit of the write address, and the level of the bit at which each

@@ -21,8 +21,8 @@ SHIFT_CHAIN: Final = {
     "B": ("BI", "DI_CMC31", "C"),
     "C": ("CI", "DI_DMC31", "D"),
 }
-"""For each look-up table as shift register: its own data pin, the feature of the alternative
-source, and the table that is this source."""
+"""Own data pin of each look-up table as shift register, the feature that selects another source,
+and the table that is this source."""
 
 
 @dataclass

@@ -137,7 +137,7 @@ class Stimulus:
         return Access("r", BASE + address, beats=beats, together=self._one_in(2))
 
     def _full_banks(self) -> Iterator[Access]:
-        """Yield accesses that several times fill a bank, one sample per clock, and read random
+        """Yield accesses that fill a bank several times, one sample per clock, and read random
         words of it."""
         yield self._write(registers.COUNTS_PER_REV_ADDRESS, 1 << 24)
         yield self._write(registers.FILTER_LENGTH_ADDRESS, 2)

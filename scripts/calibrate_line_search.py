@@ -54,7 +54,7 @@ SHORT = {
     "60 rows": (60, 1, False),
     "120 rows": (120, 1, False),
 }
-"""By design: number of stations, number of cycles, and whether every other cycle goes back. The
+"""Number of stations, number of cycles, and whether every other cycle goes back, by design. The
 stations of one cycle cover 17°."""
 
 

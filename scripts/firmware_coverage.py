@@ -1,9 +1,9 @@
 """Measures which lines of the firmware's C the host tests run, and fails below 90 %.
 
-``python -m scripts.firmware_coverage`` (``make coverage-firmware``): the host build of
-sim/tests/firmware with gcc's ``--coverage``, its tests and those of the images once, and gcov's
-counts. Code that needs the processor (firmware/board) is not included. It prints a line a file and
-writes every line that was not run to build/firmware/coverage/lines.txt.
+``python -m scripts.firmware_coverage`` (``make coverage-firmware``) makes the host build of
+sim/tests/firmware with gcc's ``--coverage``, runs its tests and those of the images once, and reads
+gcov's counts. Code that needs the processor (firmware/board) is not included. It prints a line for
+each file and writes every line that was not run to build/firmware/coverage/lines.txt.
 """
 
 from __future__ import annotations

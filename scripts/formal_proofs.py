@@ -31,7 +31,8 @@ class Proof:
     limits: str = ""  # what the rules assume beyond the protocol, for the table
     # Values of the entity's generics; the rules have parameters with the same names.
     generics: Mapping[str, int] = field(default_factory=dict)
-    # Further entities that the rules connect to it, each with the names of its generics.
+    # Further entities that the rules connect to the proof's entity, each with the names of its
+    # generics.
     beside: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     # Smaller generics for the search for a counterexample, which goes clock by clock and is slower
     # than a proof.

@@ -42,8 +42,8 @@ def c_number_formats(constants: dict[str, int]) -> str:
 
 
 def legal_words(block: AddrmapNode, words: int, kind: str) -> str:
-    """Return a text with one digit per word: 1 if the word may be ``read``, or ``written``, by
-    ``kind``."""
+    """Return a text with a digit per word: 1 if the access ``kind`` (``read`` or ``written``) is
+    legal."""
     legal = ["0"] * words
     for register in registers_of(block):
         allowed = register.has_sw_readable if kind == "read" else register.has_sw_writable

@@ -54,7 +54,7 @@ def padded(data: bytes, multiple: int) -> bytes:
 
 
 def boot_image(program: bytes, entry: int) -> bytes:
-    """Make header and program; the program is loaded to address 0 and started at ``entry``.
+    """Return header and program; the boot ROM loads it to address 0 and starts it at ``entry``.
 
     Raises:
         ImageError: the program does not fit, or does not start inside itself at a multiple of 64.
@@ -94,7 +94,7 @@ def flash_map() -> dict[str, int]:
 
 
 def fabric_image(bitstream: bytes, source: str) -> bytes:
-    """Make the firmware's own header, followed by the bitstream for the configuration port.
+    """Return the firmware's own header, followed by the bitstream for the configuration port.
 
     ``bitstream`` is a .bit or a raw .bin, both with the most significant byte of a word first.
 
@@ -117,7 +117,7 @@ def fabric_image(bitstream: bytes, source: str) -> bytes:
 
 
 def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str = "") -> bytes:
-    """Make the whole content of the flash from its beginning on.
+    """Return the whole content of the flash from its beginning on.
 
     Raises:
         ImageError: see ``boot_image`` and ``fabric_image``.
@@ -133,7 +133,7 @@ def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str
 
 
 def program_of(elf: Path) -> tuple[bytes, int]:
-    """Give the bytes of the on-chip memory from address 0 on, and the first instruction's address.
+    """Return the bytes of the on-chip memory from address 0 on, and its start address.
 
     Raises:
         ImageError: there is no such file, or it is not an ELF of the firmware.

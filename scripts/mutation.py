@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class Mutation:
     """A wrong text in a file, and the pytest test that fails because of this text.
 
-    ``old`` occurs exactly once in ``file``. A mutation belongs into a list if a person could make
+    ``old`` occurs exactly once in ``file``. A mutation belongs in a list if a person could make
     this error and no other test would fail at once.
     """
 

@@ -1,7 +1,7 @@
 """Takes the picture of the page for README.md and docs/page.md: docs/images/page.png.
 
-Run ``python -m scripts.page_screenshot``. In the page, it generates a table with a hidden effect
-and waits for the diagnosis. It needs Chromium.
+Run ``python -m scripts.page_screenshot``. It generates a table with a hidden effect in the page and
+waits for the diagnosis. It needs Chromium.
 """
 
 from __future__ import annotations

@@ -99,7 +99,7 @@ class Netlist:
                     self.names[bit] = name
 
     def _name_of(self, cell: dict[str, Any]) -> str:
-        """Return the net that a register drives as its name; for a memory, the first named
+        """Return the name of a register: the net that it drives; that of a memory: its first named
         output."""
         directions = cell.get("port_directions", {})
         kind = str(cell["type"])

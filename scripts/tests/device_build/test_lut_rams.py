@@ -344,5 +344,5 @@ def test_a_ram_with_all_its_pins_driven_is_counted(tmp_path: Path) -> None:
 def test_only_the_lowest_dsp_of_a_column_has_no_cascade(
     tile: str, name: str, pin: str, none: bool
 ) -> None:
-    """By UG479, the DSP below drives the cascade inputs."""
+    """The DSP below drives the cascade inputs (UG479)."""
     assert has_no_source(tile, name, pin) is none

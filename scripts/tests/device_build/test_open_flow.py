@@ -135,8 +135,7 @@ def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
 def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
     bench.add_open_tools()
     bench.monkeypatch.setenv("FAKE_MHZ", "99.99")
-    # After this, nextpnr ends with an error, or without one if an option permits it: both must
-    # fail.
+    # nextpnr then ends with an error, or without one if an option permits it: both must fail.
     for code in ("1", "0"):
         bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", code)
         assert run(bench) == 1

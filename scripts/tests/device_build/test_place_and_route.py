@@ -186,8 +186,8 @@ def words_come_back(bench: Path) -> None:
 
 
 def last_written(words: dict[int, int], address: int) -> int:
-    """Return, in the memories of 16, 64 and 128 words, the content at an address; ``words``: in the
-    order of writing."""
+    """Return the content of the memories of 16, 64 and 128 words at an address; ``words`` are in
+    the order of writing."""
     found = 0
     for depth, first, bits in ((16, 0, 16), (64, 16, 6), (128, 22, 2)):
         mask = (1 << bits) - 1 << first

@@ -146,8 +146,8 @@ def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, 
 
 
 def test_an_image_that_is_cut_off_anywhere_leaves_one_that_starts() -> None:
-    """With a complete header and only a part of the body, the boot ROM would start something that
-    is no program."""
+    """If the header were complete but the body were not, the boot ROM would start something that is
+    no program."""
     board = test_image_store.Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     seen: list[tuple[str, tuple[int, bytes] | None]] = []

@@ -1,4 +1,4 @@
-"""One adds a register or a board by edits of the files that CONTRIBUTING names, here in copies.
+"""To add a register or a board, one edits the files that CONTRIBUTING names; tests edit copies.
 
 The tests for a cause and an effect are in ``sim/tests/table/test_registry.py`` and
 ``test_effect_check.py``.
