@@ -20,7 +20,7 @@ UNITS = 2520
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks per count; 0: the disc does not move."""
+    """Clocks per count; with 0 the disc does not move."""
     down: bool = False
     wander: bool = False
     """Whether the speed is random and changes at random times; it is at most a count per clock in

@@ -536,10 +536,12 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """The pins change up to ``most`` clocks apart. At the spacing that the header states every mark
-    is placed correctly; below it some marks are displaced. The header derives the spacing: the
-    decoder reads Z INDEX_SKEW clocks after a step, and the Z of the next step comes up to ``most``
-    clocks before that step."""
+    """The pins change up to ``most`` clocks apart. At the spacing that the header states, every
+    mark is at its place; below it some marks are displaced.
+
+    The header derives the spacing: the decoder reads Z INDEX_SKEW clocks after a step, and the Z of
+    the next step may come ``most`` clocks before that step.
+    """
     least = most + INDEX_SKEW + 1
     skews = [skew for skew in SKEWS if max(skew) <= most]
     for clocks in (least, least + 1, least + 4):
@@ -557,8 +559,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """Z changes half a count after its step. At 14 clocks per count every mark is placed correctly;
-    at 12 some marks are displaced."""
+    """Z changes half a count after its step. At 14 clocks per count every mark is at its place; at
+    12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),

@@ -200,7 +200,7 @@ def _sixty(angle: float, form: str) -> str:
 )
 @pytest.mark.parametrize("comma", [False, True])
 def test_angles_in_degrees_minutes_and_seconds(tmp_path: Path, form: str, comma: bool) -> None:
-    moved = ANGLE - 20.0  # some are negative
+    moved = ANGLE - 20.0  # some angles are negative
     lines = [
         f"{t:.3f};{_sixty(a, form)};{_sixty(a + e, form)}"
         for t, a, e in zip(TIME_S, moved, ERROR_DEG, strict=True)
