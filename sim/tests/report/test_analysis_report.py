@@ -16,7 +16,7 @@ from arctrue.report.display import FIGURES
 from tests.workbench.small_sets import measurement_set, paper_error
 
 MOST_BYTES = 5_000_000
-"""Issue 14 allows this much for a file that is mailed."""
+"""Largest size in bytes of a file that is mailed, from issue 14."""
 
 
 @pytest.fixture(scope="module")

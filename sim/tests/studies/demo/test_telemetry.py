@@ -1,4 +1,4 @@
-"""Test how the console's lines become figures or named faults."""
+"""Tests how lines of the console become figures or faults with a name."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The scale of these tests: 2¹⁸ counts, and the instrument that the other tests build too."""
+"""Settings of a small scale: 2¹⁸ counts, and the instrument that other tests also build."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def small_settings() -> HiddenSettings:
 
 
 def _generics_of_the_tests(case: Case) -> dict[str, str]:
-    """Return those of the core with every extension where the case needs one."""
+    """Return the generics of the shared core with every extension if the case needs an
+    extension."""
     return EXTENSIONS if GENERICS_OF(case) else {}
 
 
