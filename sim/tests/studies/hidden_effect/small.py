@@ -33,7 +33,8 @@ def _generics_of_the_tests(case: Case) -> dict[str, str]:
 
 
 def run_small(name: str, folder: Path) -> HiddenResult:
-    """Run the case of that name; its own generics must be those that its coefficients need."""
+    """Run the case of this name; check that the generics of the case are exactly those that its
+    coefficients need."""
     with patch.object(experiment, "_generics_of", _generics_of_the_tests):
         result = run_hidden(CASES[name], small_settings(), folder)
     extension = result.export.coefficients.extension

@@ -60,7 +60,8 @@ def test_figures_of_the_experiment_come_from_its_stations() -> None:
 
 
 def test_the_first_run_has_the_paper_s_size() -> None:
-    """The run has 2²⁴ counts a turn and ten cycles; the residual is within the paper's range."""
+    """The first run has 2²⁴ counts per turn and ten cycles; its residual is within the paper's
+    range."""
     first = FOUND["experiments"][0]
     given = first["settings"]["revolution"]
     assert given["lines"] * given["interpolation"] == 1 << 24
