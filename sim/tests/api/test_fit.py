@@ -202,7 +202,8 @@ def test_fixed_names_keep_what_an_earlier_fit_found() -> None:
 
 
 def test_correlations_are_those_of_the_covariance() -> None:
-    """Half of the faces leave orders 1 and 3 correlated; scipy computes the same correlation."""
+    """With readings at only half of the faces, orders 1 and 3 are correlated; scipy computes the
+    same correlation."""
     rows = np.deg2rad(columns()["target_deg"]) < np.pi
     half = {name: values[rows] for name, values in columns().items() if name != "direction"}
     found = at.fit(at.Dataset.from_arrays(reference=half), harmonics(1, 3))

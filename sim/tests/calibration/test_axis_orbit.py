@@ -64,8 +64,8 @@ def test_figures_of_a_known_motion() -> None:
     # Averaging over bins of two degrees reduces the repeating motion by 1 - cos(3 * 1°); the mean
     # of ten turns contains 0.3/10 of the other motion.
     assert found.synchronous == pytest.approx(2.0, abs=0.09)
-    # The ten turns reach an angle with ten phases of the other motion; the repeating motion changes
-    # within a bin: 3 * 2°.
+    # In ten turns, ten phases of the other motion fall on the same angle. Within a bin the
+    # repeating motion changes by 3 * 2° of its phase.
     assert found.asynchronous == pytest.approx(0.6, abs=0.11)
     assert found.total == pytest.approx(2.6, abs=0.05)
 
@@ -96,8 +96,8 @@ def test_compare_draws_the_orbit(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "ISO 230-7" in done.output
     found = json.loads(file.read_text(encoding="utf-8"))["axis_orbit"]
-    # The axis moves along a line at 0.6 rad with order 2 and 0.5 µm: peak to peak 1.91″ times the
-    # line's cosine and sine.
+    # The axis moves by 0.5 µm at order 2 along a line at 0.6 rad. In x and y this is 1.91″ peak to
+    # peak, times the cosine and the sine of this angle.
     size = 2.0 * 0.5e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
     for direction, share in (("x", np.cos(0.6)), ("y", np.sin(0.6))):
         # The mean of three turns contains a third of the ball motion, about 0.95″. Each bin holds

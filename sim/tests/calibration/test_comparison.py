@@ -28,8 +28,8 @@ def calibrated(noise: float, reference_noise: float):
 
 
 def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
-    """The requirement limits the ratio of peak-to-peak values to 1.2; the table has the noise of a
-    good table."""
+    """The requirement limits the ratio of peak-to-peak values to 1.2; the simulated noise is that
+    of a good table."""
     found, reference = calibrated(0.1, 0.15)
     comparison = found.comparison
     assert comparison is not None

@@ -107,8 +107,8 @@ def test_the_index_is_used_where_the_harmonics_tell_less() -> None:
 
 
 def test_a_first_order_of_the_reference_alone_does_not_pass_for_alpha() -> None:
-    """Only the reference has a further 0.3″ of order 1. They would shift α by 370″, which its u
-    covers."""
+    """The reference alone has a further 0.3″ of order 1, which would shift α by 370″; the
+    uncertainty of α covers this shift."""
     made = measured(DISC)
     assert made.reference is not None
     only = 0.3 * np.cos(np.radians(made.reference.target_deg) + 1.0)

@@ -1,5 +1,5 @@
-"""Tests that the phase of a line is followed from the heads over many turns, when the line's order
-is no integer and slips."""
+"""Tests that the heads' readings show the phase of a line over many turns, although the line's
+order is not an integer and changes at random."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_slipping_line_is_followed_to_a_quarter(
     finder = LineFinder(order, amplitude)
     left, seen, phase = 0.0, 0, None
     for number in range(TURNS):
-        # The capture of each turn starts at another place of the disc.
+        # Each capture starts 0.37 of a turn after the zero.
         reading, difference = disc.turn(number + 0.37)
         if phase is not None:
             place = number + 1.0 + np.linspace(0.0, 1.0, 64)

@@ -42,8 +42,8 @@ def lines(places_rad: NDArray[np.float64], order: int) -> Complex:
 
 @pytest.mark.parametrize("order", [1, 2, 3, 5, 12, 40, 64, 128])
 def test_three_heads_see_no_order_of_the_disc_where_the_axis_moves(order: int) -> None:
-    """Table and axis together can give three heads, at any order, every reading that the disc can
-    give."""
+    """At any order, the motions of table and axis can together produce the same readings of three
+    heads as the disc."""
     columns = lines(THREE, order)
     others = columns[:, [0, 2, 3]]
     assert np.linalg.matrix_rank(columns) == 3
@@ -90,8 +90,8 @@ def test_what_three_heads_take_for_the_disc_stays_in_their_mean(order: int, shar
     the mean.
 
     The share follows from the two contrasts and the weights of the mean alone; the device's
-    calibration in numpy makes the same error. Heads near 120° hardly observe the orders 3, 6, …,
-    which the mean contains in full.
+    calibration in numpy makes the same error. Heads about 120° apart hardly observe the orders 3,
+    6, …, which the mean contains in full.
     """
     places = np.radians(PLACES[3])
     contrasts = np.array([[-1.0, 1.0, 0.0], [-1.0, -1.0, 2.0]]) / np.sqrt([[2.0], [6.0]])

@@ -59,7 +59,7 @@ def run(device: Device, path: Path) -> Result:
 
 
 def test_a_file_is_loaded(device: Device, tmp_path: Path) -> None:
-    """The loaded file has orders 1 and 2 of the table that turns under the device."""
+    """The loaded file has orders 1 and 2 of the simulated table."""
     done = run(device, file_of(tmp_path, {1: (150.0, 0.4), 2: (6.0, 4.2)}))
     assert done.exit_code == 0, done.output
     assert "2 orders are loaded and active" in done.output

@@ -35,12 +35,12 @@ ANGLES = COUNTS * (2 * np.pi / (1 << 24))
 
 
 class Device(threading.Thread):
-    """The firmware with a model of the core, which delivers a turn as soon as the firmware allows
+    """The firmware on a model of the core; the model delivers a turn as soon as the firmware allows
     it."""
 
     @contextmanager
     def running(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-        """Answer until the test ends."""
+        """Let the device answer until the block ends."""
         # The firmware is compiled here, if needed, before any test waits for an answer.
         firmware()
         monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))

@@ -53,8 +53,8 @@ class Device(threading.Thread):
 
 
 def firmware_like(line: str) -> tuple[float, str]:
-    """Answer ``ok`` to the console's load and help, and its message of an unknown line to all
-    others."""
+    """Return ``ok`` for the console's commands load and help, and the console's error message for
+    every other line."""
     if line == "load status":
         return 0.0, "load active\r\nloaded_order 3\r\nok\r\n"
     if line.startswith(("load", "help")):

@@ -1,5 +1,5 @@
-"""Tests of the commands for a device through its daemon, against the firmware at a pseudo-
-terminal."""
+"""Tests of the commands for a device through its daemon; the firmware answers at a
+pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -271,7 +271,7 @@ def test_a_new_alarm_takes_one_capture(monkeypatch: pytest.MonkeyPatch, tmp_path
         until(lambda: not ask(announcement(device.port), "status")["alarms"])
         device.alarmed = True
         until(lambda: sum("new alarm: noise" in line for line in running.said) == 2)
-        # An alarm starts the next capture only after a pause, so that there is still one.
+        # An alarm starts the next capture only after a pause, so that there is still only one.
         (path,) = (tmp_path / "captures").iterdir()
         assert path.name.endswith("-alarm")
 

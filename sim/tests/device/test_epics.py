@@ -35,7 +35,8 @@ import caproto  # noqa: E402
 
 @pytest.fixture
 def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Set ports of EPICS, and give the client sockets, that nothing else on this machine uses."""
+    """Set EPICS ports that nothing else on this machine uses; the client gets sockets of its
+    own."""
     found = free_ports()
     for name, value in found.items():
         monkeypatch.setenv(name, value)
@@ -46,8 +47,8 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
 def udp_socket() -> socket.socket:
     """Return a UDP socket at a port of its own.
 
-    caproto's own allows reuse (SO_REUSEADDR): Linux may then choose the port of another such
-    socket, for example the server's, and the answer goes to that one.
+    caproto's own socket allows reuse (SO_REUSEADDR). Linux may then choose a port that another such
+    socket uses, for example the server's; the answer would go to that socket.
     """
     return socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 

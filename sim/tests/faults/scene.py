@@ -330,7 +330,7 @@ def errors(track: EdgeTrack) -> NDArray[np.float64]:
 
 
 def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.float64]) -> Any:
-    """Return the slip of head 1 at that one of its edges which caused each edge of the output."""
+    """For each edge of the output, return head 1's slip at the edge that caused it."""
     came = recording.output.clock - round(instrument.latency_clocks)
     place = np.searchsorted(recording.head1.clock, came, side="right") - 1
     return slip[np.clip(place, 0, slip.size - 1)]

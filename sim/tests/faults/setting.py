@@ -81,8 +81,8 @@ def steady(turns: float = 30.0) -> Motion:
 
 
 def legs(*speeds_and_turns: tuple[float, float], change_s: float = 0.002) -> Motion:
-    """Return a motion through these pairs of speed, relative to the usual speed, and duration, in
-    usual turns."""
+    """Return a motion with these legs. Each leg is a pair of a speed, relative to the usual speed,
+    and a duration in turns at the usual speed."""
     times, speeds = [0.0], [0.0]
     for speed, turns in speeds_and_turns:
         begin = times[-1] + (RUN_UP_S if len(times) == 1 else change_s)

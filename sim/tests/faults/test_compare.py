@@ -1,5 +1,4 @@
-"""Test of the position compare through console and gateware when the table passes the only
-place."""
+"""Test of the position compare, through console and gateware: the table passes a single place."""
 
 from __future__ import annotations
 

@@ -59,8 +59,8 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
 
 
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
-    """A slip after the index of its turn, too small to be detected as a step between two samples:
-    the firmware uses the turn.
+    """The slip comes after the index of its turn and is too small to be detected as a step between
+    two samples, so that the firmware uses the turn.
 
     A step s of head 1 within the turn adds s/(π·n) to order n of the differences, and 1/|1 −
     e^{jnα}| times as much to the error (equation 6). The bound follows from this.

@@ -43,13 +43,14 @@ ERASE_US, PROGRAM_US = 520_000, 750
 class Chip:
     """A flash chip: programming clears bits, and erasing sets the bits of a sector.
 
-    ``fault`` is silent, silent_after_id (from then on), stuck (an operation never ends), protected,
-    or a bit that cannot be set.
+    ``fault`` names a fault: silent, silent_after_id (silent once its ID was read), stuck (an
+    operation never ends), protected, or a bit that cannot be set.
 
     ``worn`` maps the address of a sector to the operation that fails there, ``erase`` or
     ``program``.
 
-    The model keeps the running write and the former content: ``lose_power`` can end it anywhere.
+    The model keeps the write in progress and the former content, so that ``lose_power`` can end the
+    write anywhere.
     """
 
     def __init__(self, kind: str = "s25fl128s_256k", fault: str = "") -> None:

@@ -80,8 +80,8 @@ class Tmp117:
 class I2cModel:
     """The controller; with ``stuck`` a transfer never ends.
 
-    ``hold_sda``: a device was cut off within a byte and holds SDA low for so many further clocks
-    and until the STOP. A transfer that begins meanwhile hangs the controller until its reset.
+    A device that was cut off within a byte holds SDA low for ``hold_sda`` further clocks and then
+    until the STOP. A transfer that begins meanwhile hangs the controller until its reset.
     """
 
     def __init__(self, **devices: Device) -> None:

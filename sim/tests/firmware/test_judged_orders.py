@@ -294,7 +294,7 @@ def test_samples_that_cannot_separate_an_order_decide_nothing() -> None:
 
 QUIET_TURNS = 200
 """Number of turns in this test. A run of 2,000 turns by hand raised no alarm either; noise alone
-raises one with 32 e^-54 per turn."""
+raises one with a probability of 32 e^-54 per turn."""
 
 
 def test_quiet_turns_raise_no_alarm() -> None:

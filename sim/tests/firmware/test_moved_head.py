@@ -21,7 +21,7 @@ HEADS = 4
 SIGHTS = np.exp(1j * np.radians(PLACES[HEADS]))
 AXIS_LIMIT_ARCSEC = 5e-6 / 53.975e-3 * ARCSEC_PER_RAD
 AXIS_SHIFT = 2e-6 / 53.975e-3 * ARCSEC_PER_RAD
-"""The axis moves by 2 µm between the two turns, arcseconds."""
+"""Motion of the axis by 2 µm between the two turns, in arcseconds."""
 MOVED_ARCSEC = 100.0
 
 

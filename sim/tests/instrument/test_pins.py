@@ -165,7 +165,8 @@ def test_disturbed_pins(instrument: Instrument) -> None:
     assert pins[10] == HEAD2_B | HEAD1_A
     assert pins[12] == HEAD1_A | HEAD1_Z
     struck = np.count_nonzero(pins[100:1100] & HEAD1_A)
-    # 250 clocks are expected; the bound is 5 standard deviations of the binomial distribution.
+    # 250 clocks with an inversion are expected; the bound is 5 standard deviations of the binomial
+    # distribution.
     assert abs(struck - 250) < 5 * np.sqrt(1000 * 0.25 * 0.75)
     instrument.detach()
 

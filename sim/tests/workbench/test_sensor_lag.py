@@ -75,7 +75,7 @@ def test_one_temperature_tells_no_lag(lagging: SimulatedSet) -> None:
 
 
 def _fitted_default(made: SimulatedSet) -> tuple[Model, Observations]:
-    """Fit a model without any effect of the temperature."""
+    """Fit a model that has no thermal effect."""
     observations = observations_of(made.measurement)
     model, _ = fitted(default_model(), observations, built_in())
     return model, observations
