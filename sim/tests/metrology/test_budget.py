@@ -59,14 +59,14 @@ def test_the_sensitivity_to_the_head_separation() -> None:
     kept = np.tile(applied, 2)
     change = (second.estimate.values - first.estimate.values)[kept]
     rms = math.sqrt(0.5 * float(np.sum(change**2)))
-    # The two differ by a third of a percent, because the step is finite and g is a function of the
-    # reading.
+    # The two sides differ by a third of a percent, because the step of α is finite and g is a
+    # function of the reading.
     assert separation_slope(first) * 30.0 == pytest.approx(rms, rel=0.01)
 
 
 def test_two_heads_against_the_disc(tmp_path: Path) -> None:
-    """The error that the correction leaves of the disc's true error is within U, and the budget has
-    the contributions that the set states."""
+    """After the correction, the remaining error of the disc is within U; the budget has the
+    contributions that the set states."""
     made = measurement_set(runs=2, turns=2)
     made = replace(made, table=replace(made.table, index_detection_arcsec=2.0))
     calibration = calibrate(made)

@@ -295,8 +295,8 @@ SI_SCHEMA = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"
 
 
 def test_a_schema_of_the_user_decides(place: Path, tmp_path: Path) -> None:
-    """The user's schema imports a schema from another server; a copy of the latter is in the same
-    folder."""
+    """The user's schema imports a schema from another server; the same folder has a copy of the
+    imported schema."""
     pytest.importorskip("xmlschema")
     (tmp_path / "SI_Format.xsd").write_text(SI_SCHEMA, encoding="utf-8")
     words = ["set", "--details", "details.toml", "--out", "certificate.xml", "--model", "m.toml"]

@@ -253,8 +253,8 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
             error = float(paper_error(np.array(angle), np.array(20.0), 0.0))
             at = angle_deg if name in OF_THE_COMMAND else (angle_deg + error / 3600.0) % 360.0
             taken = CONTROLLERS[name](text, at, 1)
-            # The bound of the fit's noise has 0.15″ in 240 rows, 23 columns, and five standard
-            # deviations.
+            # The bound is five standard deviations of the fit's noise: 0.15″ per row, 240 rows, 23
+            # columns.
             noise = 5 * 0.15 * math.sqrt(23 / 240)
             assert taken == pytest.approx(error, abs=noise + written["left_arcsec"]["largest"]), (
                 name

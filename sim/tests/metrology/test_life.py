@@ -76,8 +76,8 @@ def test_false_findings_are_as_frequent_as_stated() -> None:
     most = stats.binom.ppf(1.0 - SURE, number, alpha)
     least = stats.binom.ppf(SURE, number, alpha)
     assert false <= most
-    # Bonferroni's bound for five independent series exceeds the true rate by about α²; ``least``
-    # shows that the rate is used up.
+    # Bonferroni's bound for five independent series exceeds the true rate by about α². ``least``
+    # shows that the true rate is not far below the stated one.
     assert false >= least
 
 
@@ -116,7 +116,7 @@ def test_a_change_of_phase_alone_is_a_change() -> None:
     np.testing.assert_allclose(one.u, 0.02, rtol=1e-9)
     (change,) = find_changes([one], 0.5, random)
     assert change.kind == "step"
-    # The change is the chord of half a radian.
+    # The phase changes by half a radian at the amplitude 1; the change is the chord of this arc.
     assert change.size == pytest.approx(2.0 * np.sin(0.25), abs=4.0 * change.u)
 
 

@@ -123,8 +123,8 @@ def test_a_clamp_that_creeps_is_an_alarm(tmp_path: Path) -> None:
 def test_alarms_reach_the_daemon(
     bracket: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The daemon has only the alarms of the last call; the sets are captures in the store of the
-    daemon."""
+    """The sets are captures in the daemon's store; the daemon keeps only the alarms of the last
+    call."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
     replay, store = Replay(), tmp_path / "store"
     words = ("--effect", "hysteresis", "--limit")

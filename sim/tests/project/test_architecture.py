@@ -11,7 +11,7 @@ from pathlib import Path
 from arctrue.base.source_tree import ROOT
 
 PACKAGE = ROOT / "sim" / "arctrue"
-# Packages whose parts each have a row of their own.
+# Packages whose parts each have a row of their own in the table.
 DIVIDED = ("workbench", "studies")
 CONFIGURATION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 # Layers from the command line down to the units. A module imports only from layers below its own.

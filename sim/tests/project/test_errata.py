@@ -158,7 +158,8 @@ def test_limits_as_standard_uncertainties() -> None:
 
 
 def test_a_smaller_separation_worsens_order_1() -> None:
-    """The gain in the paper's equation (6) shows this, and so does the covariance of a fit."""
+    """The gain in the paper's equation (6) and the covariance of a fit both show that a smaller
+    separation worsens order 1."""
     angles = np.radians(np.arange(1, 181))
     gain = 1 / abs(np.exp(1j * angles) - 1)
     assert np.all(np.diff(gain) < 0)

@@ -138,7 +138,8 @@ def test_conditions_of_a_motion_and_of_stations_reach_the_cause(name: str) -> No
     if name in ("hysteresis", "wearing_track"):
         without, with_it = (bench(one).measure(stations_only(), title="") for one in fine)
         off = with_it.exact_arcsec["reference"] - without.exact_arcsec["reference"]
-        # On either side rounding can hide a count of 0.08″; the difference exceeds both.
+        # On either side rounding can hide one count of 0.08″; the difference exceeds these two
+        # counts.
         assert np.ptp(off) > 0.16
 
 

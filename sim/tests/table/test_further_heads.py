@@ -29,8 +29,8 @@ def test_every_head_sees_the_axis_by_its_own_place_and_radius() -> None:
     moved = shift * np.exp(2j * angle) + 0.5 * shift * np.exp(-2j * angle)
     for head, (place, radius) in enumerate(zip(PLACES, radii, strict=True)):
         seen = table.reading_rad(head, TableState.at_rest(angle)) - angle
-        # A head at p counts from its own mark, so that its reading is larger by p. The angle of its
-        # ray is known only within ± π.
+        # A head at the angle p counts from its own mark, so that its reading is larger by p. The
+        # angle of its ray is known only within ± π.
         seen -= 2.0 * np.pi * np.round((seen - place) / (2.0 * np.pi)) + place
         expected = np.imag(moved * np.exp(1j * place)) / radius
         assert np.max(np.abs(seen - expected)) < SECOND_ORDER * (abs(1.5 * shift) / radius) ** 2

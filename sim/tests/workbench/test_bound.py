@@ -1,5 +1,5 @@
-"""Tests for each kind of limit that an effect of the size that a set states as detectable is found
-in 95 % of such sets."""
+"""Tests, for each kind of limit, that an effect of the stated detectable size is found in 95 % of
+the sets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests how lines of the console become figures or faults with a name."""
+"""Tests that lines of the console give the figures of a turn, and that each fault in them is
+named."""
 
 import json
 

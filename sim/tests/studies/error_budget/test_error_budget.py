@@ -112,8 +112,8 @@ def test_heat_is_the_centre_that_moved() -> None:
 
 
 def test_subdivision_is_that_of_its_harmonics() -> None:
-    """Per signal period, an offset p gives an error of p once, and gain and phase give p/2 twice,
-    in radians of the period."""
+    """Per signal period, an offset p causes an error of p once, and gain and phase errors p cause
+    p/2 twice, in radians of the period."""
     radian = 1_296_000 / (2.0 * math.pi * 16384)
     once, twice = 0.01 * math.sqrt(2.0), 0.005 * math.sqrt(2.0)
     expected = radian * math.hypot(once, twice) / math.sqrt(2.0)
@@ -224,8 +224,8 @@ def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
     assert np.abs(through.sum(axis=0)).max() < 1e-12
     expected = found.scatter_arcsec * np.linalg.norm(through, axis=1)
     np.testing.assert_allclose(found.u_table_arcsec, expected, rtol=1e-9)
-    # The readings, minus the values that they determine: faces and table without their means, and
-    # the cycles.
+    # The number of readings minus the number of fitted values, which are faces and table, each
+    # without its mean, and one offset for each cycle.
     assert found.degrees_of_freedom == cycles * faces - 2 * (faces - 1) - cycles
 
 

@@ -148,8 +148,8 @@ def test_a_calibrated_mean_stays_where_the_axis_moves_otherwise() -> None:
     score, later = world.score(output), world.score(output, later=True)
     # Orders 47 and 77 of the disc are not fitted; in five turns the noise has gains of up to 2.7.
     assert score.edges_rms_arcsec < 0.05
-    # A shift of 2 µm and the balls change a head by 8.6″. The mean changes only by the slope of its
-    # lanes and of the disc.
+    # The shift of the disc by 2 µm and the motion of the balls change the reading of a head by
+    # 8.6″. The mean changes only by the slope of its lanes and of the disc's error.
     assert abs(later.edges_rms_arcsec - score.edges_rms_arcsec) < 0.005
     alone = TWO_HEADS_LEAST_SQUARES.run(world)
     assert world.score(alone, later=True).edges_rms_arcsec > 0.5

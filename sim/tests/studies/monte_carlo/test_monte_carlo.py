@@ -102,8 +102,8 @@ def test_stated_separation_is_that_of_its_distribution() -> None:
     found = run_trial(task("separation"))
     values = drawn(3, "separation")
     off, u = found["alpha"]
-    # R₂ − R₁ contains the mounting and, one to one, the place where head 2 detects the index, each
-    # to a count.
+    # R₂ − R₁ contains the mounting error and, with the factor 1, the error of the place where head
+    # 2 detects the index. Both are known to one count.
     assert off == pytest.approx(-values["detection_arcsec"], abs=0.3)
     assert u == pytest.approx(50 / np.sqrt(3), rel=1e-4)
     assert run_trial(task("noise"))["alpha"] is None

@@ -76,8 +76,8 @@ def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: fl
 
 @pytest.mark.parametrize("samples", [233.3, 234.0])
 def test_runs_from_one_angle_leave_a_class(samples: float) -> None:
-    """Order 129 and a line at N − 129 both remain possible: the class of the answer has the one,
-    and its aliases the other."""
+    """Order 129 and a line at N − 129 both remain possible: the class contains the graduation of
+    order 129, and the line at N − 129 has 129 as an alias."""
     found = _diagnosed(129.0, samples, starts_differ=False)
     assert found.verdict == "ambiguous"
     assert "high_order_graduation" in found.effect_class

@@ -136,8 +136,8 @@ def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> No
     assert reported is not None
     assert "192 s" in reported
     assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
-    # A line half a resolution of ten visits away drifts against the visits and is accepted. A much
-    # slower line is refused.
+    # A line that is half a resolution of ten visits away from this frequency drifts against the
+    # visits and is accepted. A much slower line is refused.
     assert _of_line(1.0 / 192.0 + 0.5 / 1920.0) is None
     assert _of_line(0.1 / 1920.0) is None
     # If the visits are in mixed order, or each station is visited once, the visits have no

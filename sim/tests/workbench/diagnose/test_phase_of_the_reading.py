@@ -81,8 +81,8 @@ def _capture_at_two_phases(seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_at_two_phases_is_no_subdivision_error(seed: int) -> None:
-    """If ε is small, the model explains most of a wave with only two phases. Most of the rest comes
-    from the noise of the phase, and 41″ of such a wave would explain all noise."""
+    """If ε is small, the model explains most of a wave with only two phases. The remainder comes
+    mostly from the noise of the phase, and 41″ of such a wave would explain all noise."""
     _, found = diagnosed(_capture_at_two_phases(seed))
     assert found.verdict in ("adequate", "cannot_tell")
     assert found.decision.resembles is None

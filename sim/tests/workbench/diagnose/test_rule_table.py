@@ -161,8 +161,8 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
 
 
 def _again(*events) -> bool:  # type: ignore[no-untyped-def]
-    """Tell whether the answer says that the event recurs, when each fit of one of ``events`` leaves
-    the next one."""
+    """Tell whether the answer says that the event recurs. When one of ``events`` has been fitted,
+    the residual still contains the next one."""
     following = iter([*events[1:], None])
 
     def with_first(before: object, _: object) -> object:

@@ -88,8 +88,8 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
     bridge = total[:, before - 1] - total[:, -1:] * (before / rows)
     largest = np.max(np.abs(bridge) / np.sqrt(before * (1.0 - before / rows)), axis=1)
     share = float(np.mean(largest > size))
-    # For large steps the formula is right to a tenth; the counted share has four standard
-    # deviations more.
+    # For large steps the formula is right to a tenth; four standard deviations of the counted share
+    # are allowed in addition.
     reported = step_trials(size**2, rows) * 2.0 * float(ndtr(-size))
     assert share == pytest.approx(reported, abs=0.1 * reported + 4.0 * np.sqrt(reported / sets))
 
