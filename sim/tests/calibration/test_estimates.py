@@ -86,7 +86,7 @@ def test_fourier_takes_both_directions_and_many_turns() -> None:
 
 
 def test_error_taken_at_the_reading_leaves_second_order() -> None:
-    """Slip 5 of docs/errata.md: an error taken as a function of θ leaves (150″)²/2 = 0.0545″ of
+    """See docs/errata.md, "(8)": an error taken as a function of θ leaves (150″)²/2 = 0.0545″ of
     order 2 for an eccentricity of 150″; an error taken as g(R) leaves none."""
     disc = Disc()
     found, _ = fourier(turns_of(disc, turn_angles()), COUNTS, ALPHA, ORDERS)
@@ -99,12 +99,10 @@ def test_error_taken_at_the_reading_leaves_second_order() -> None:
 
 
 def test_speed_ripple_spoils_the_transform_and_not_the_fit() -> None:
-    """Slip 7 of docs/errata.md: the speed has a ripple of 0.002 rad at order 7, and the readings
-    have 0.1″ of noise.
-
-    To first order the ripple moves half of ρ·D₁ into orders 6 and 8 of δ₂₁, that is 0.043″ and
-    0.057″ of ε. A start angle from a single sample, which is not used here, would add 0.1″.
-    """
+    """See docs/errata.md, "a DFT needs equal steps of angle". The speed has a ripple of 0.002 rad
+    at order 7, and the readings have 0.1″ of noise. To first order the ripple moves half of ρ·D₁
+    into orders 6 and 8 of δ₂₁, that is 0.043″ and 0.057″ of ε. A start angle from a single sample,
+    which is not used here, would add 0.1″."""
     disc = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0)})
     orders = np.arange(1, 9)
     turns = turns_of(disc, turn_angles(ripple_rad=0.002), noise=0.1, seed=3)

@@ -253,8 +253,9 @@ def test_the_gate_lets_a_real_change_pass(fitted: Any) -> None:
 
 
 def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> None:
-    """The change of 0.03″ is less than 0.037″, the uncertainty of 150″. The active coefficients
-    have the same error of the separation, so that it cancels in the comparison."""
+    """The change of 0.03″ is less than 0.037″, the uncertainty that the separation causes in 150″
+    of order 1. The active coefficients have the same error of the separation, so that it cancels in
+    the comparison."""
     asked = {"index_detection_arcsec": 50.0 / np.sqrt(3.0)}
     made = []
     for seed, amplitude in ((3, 150.0), (6, 150.03)):

@@ -180,8 +180,8 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """This is the counter-test of the test above: after a power cycle without a record, one turn is
-    not enough."""
+    """This test is the opposite of the one above: after a power cycle without a record, one turn
+    does not correct the loaded subdivision error."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4

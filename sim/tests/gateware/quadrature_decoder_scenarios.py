@@ -463,7 +463,7 @@ SKEWED: dict[str, Scenario] = {
     f"skewed_pins_{a}{b}{z}_mark_of_{width}": skewed((a, b, z), width)
     for a, b, z, width in ((0, 3, 1, 17), (3, 0, 2, 17), (1, 1, 0, 2), (2, 3, 3, 1), (1, 0, 3, 17))
 } | {
-    # These spacings lie just above and below the one at which skew displaces no mark.
+    # These spacings lie just above and below the smallest spacing at which skew displaces no mark.
     f"skewed_pins_330_{2 * half_count}_clocks_a_count": skewed(
         (3, 3, 0), 17, half_count_clocks=half_count
     )

@@ -1,4 +1,4 @@
-"""Tests that the local table follows straight lines in float64, and of its correction."""
+"""Tests of the local table against straight lines in float64, and of the correction with it."""
 
 from __future__ import annotations
 

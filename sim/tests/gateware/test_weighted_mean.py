@@ -1,5 +1,5 @@
-"""Tests that the model of the mean follows its equation in exact numbers and does what the mean is
-for."""
+"""Tests that the model of the mean follows its equation in exact numbers, and that a translation of
+the axis is not in the mean."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> Non
 
 
 def test_second_order_is_the_known_one() -> None:
-    # For 30 µm the term a²/2 of second order is 0.032″, as large as slip 5 of the paper.
+    # For 30 µm the second-order term a²/2, see "(8)" in docs/errata.md, is 0.032″.
     ratio = 30e-6 / DISC_RADIUS_M
     turn = np.arange(4096) * (2 * np.pi / 4096)
     table = eccentric(30e-6, 0.0)
