@@ -38,7 +38,7 @@ enum judgement {
 /* Measures the orders of `set` in the turn; call it before judge_sight(). */
 void judge_look(const struct judge *judge, const struct coefficients *set);
 
-/* Returns what the turn says about an order of the set that was passed to judge_look() last. */
+/* Returns the turn's measurement of an order of the set that was passed to judge_look() last. */
 struct sight judge_sight(const struct judge *judge, uint32_t order, struct vector applied);
 
 /* Judges the received set, whose lanes are in `candidate`. Returns LOAD_TAKEN, LOAD_NOT_YET, or the reason for a

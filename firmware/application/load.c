@@ -94,8 +94,8 @@ const struct coefficients *load_at_work(const struct load *load) {
     return load->loaded_state == LOADED_AT_WORK && load_has_loaded(load) ? &load->loaded : NULL;
 }
 
-/* The phases of real orders are unknown in a new set, and after a start of the core, which restarts its count of
-   turns. */
+/* Marks the phases of real orders as unknown: they are unknown in a new set and after a start of the core, because the
+   core then restarts its count of turns. */
 static void load_seek_phases(struct load *load) {
     memset(load->finder, 0, sizeof load->finder);
     load->probe_seen = false;

@@ -34,9 +34,9 @@ enum load_state {
 /* State of the loaded set since the core restarted. */
 enum loaded_state {
     LOADED_AT_WORK,
-    /* A turn has yet to judge it again. */
+    /* No turn has judged the loaded set again yet. */
     LOADED_PENDING,
-    /* It belongs to another table, or a turn contradicts it; it is kept until the next start. */
+    /* The loaded set belongs to another table, or a turn contradicts it; it is kept until the next start. */
     LOADED_REJECTED,
 };
 
@@ -54,21 +54,21 @@ enum load_answer {
     LOAD_TOO_STEEP,
     LOAD_WORSE,
     LOAD_NOT_READ_BACK,
-    /* Two heads cannot see one of its orders: `load force`. */
+    /* Turns of two heads cannot show one of the set's orders; `load force` accepts it. */
     LOAD_UNSEEN,
     /* A lane follows a condition, and the gateware is built without MODULATORS. */
     LOAD_NO_MODULATORS,
     /* A lane has a real order, and the gateware is built without REAL_ORDERS, or a turn has too few counts for it. */
     LOAD_NO_REAL_ORDERS,
     LOAD_TOO_FEW_COUNTS,
-    /* It has a local table, and the gateware is built without LOCAL_TABLE. */
+    /* The set has a local table, and the gateware is built without LOCAL_TABLE. */
     LOAD_NO_LOCAL_TABLE,
-    /* Its mean is not one of this core's heads, its heads stand elsewhere, or its delays differ. */
+    /* The set's mean has another number of heads than the core, its heads are at other places, or its delays differ. */
     LOAD_OTHER_HEADS,
     LOAD_OTHER_DELAYS,
-    /* It has sets for a missing head, and the gateware is built without FAILOVER. */
+    /* The set contains sets for a missing head, and the gateware is built without FAILOVER. */
     LOAD_NO_FAILOVER,
-    /* It uses a head that the gateware has left out, and it has no set without that head. */
+    /* The set uses a head that the gateware has left out, and contains no set without that head. */
     LOAD_HEAD_LEFT_OUT,
     LOAD_ANSWERS,
     /* The judgement needs more turns. */
@@ -108,7 +108,8 @@ struct load {
     /* Their lanes that follow a condition. */
     struct followed received_followed;
     struct followed followed;
-    /* Their local tables; choice 0: none. Log odds of the received one, summed over the turns so far. */
+    /* Their local tables; choice 0: no table. `table_evidence`: log odds of the received table, summed over the turns
+       so far. */
     struct load_table received_table;
     struct load_table table;
     double table_evidence;
@@ -118,8 +119,8 @@ struct load {
     bool whole;
     /* The phase of a lane of a real order has become known but is not yet in the core. */
     bool phase_given;
-    /* The operator accepts orders of the received set that no turn has judged; or only those that no turn of two
-       heads can show. */
+    /* `forced`: the operator accepts orders of the received set that no turn has judged. `unseen_taken`: the operator
+       accepts only orders that no turn of two heads can show. */
     bool forced;
     bool unseen_taken;
     /* Logarithm of the odds of each received lane, summed over the turns so far. */
@@ -184,10 +185,11 @@ enum load_answer load_real(struct load *load, uint32_t number, const struct real
    phase. */
 enum load_answer load_phase_source(struct load *load, uint32_t number, const struct real_lane *lane,
                                    uint32_t crc);
-/* Sets the phase of such a lane of the active set, u0.24 turn, at angle 0 of turn `turn` of the core. False: there
-   is no such lane. */
+/* Sets the phase of a lane of a real order in the active set, u0.24 turn, at angle 0 of turn `turn` of the core.
+   Returns false if there is no such lane. */
 bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn);
-/* Begins a local table. Its points follow in frames of LOAD_POINTS, of which those beyond the last point are 0. */
+/* Begins a local table. Its points follow in frames of LOAD_POINTS points; points beyond the last point of the table
+   are 0. */
 enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc);
 enum load_answer load_points(struct load *load, uint32_t number, const int32_t points[LOAD_POINTS],
                              uint32_t crc);
@@ -224,11 +226,11 @@ struct load_place {
     uint32_t delays;
 };
 
-/* `active`: the active coefficients, or NULL. */
+/* Ends the reception and checks the received set. `active`: the active coefficients, or NULL. */
 enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc);
 
-/* Refuses the set, or drops the set in reception. */
+/* Refuses the received set, even if its reception has not ended, and stores the reason. */
 void load_refuse(struct load *load, enum load_answer reason);
 
 /* Asserts the conditions that hold between any two calls. */
@@ -259,7 +261,7 @@ void load_forget(struct load *load);
 /* Starts a new judgement of the loaded set after a restart of the core. */
 void load_again(struct load *load, uint32_t counts_per_rev);
 
-/* Copies the calibration's lanes out of `active` (NULL: none), that is all but the loaded ones. */
+/* Copies the calibration's lanes from `active` (NULL: none): all lanes whose orders the loaded set does not have. */
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own);
 

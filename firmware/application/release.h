@@ -27,11 +27,11 @@ enum output_answer application_clear_output(struct application *application);
 uint32_t application_release_causes(const struct application *application);
 uint32_t application_release_present(const struct application *application);
 
-/* Reason why the output stands now; "none" if it follows. */
+/* Reason why the output stands still now; "none" if it follows. */
 const char *application_output_fault(const struct application *application);
 
-/* Raises an alarm as soon as line drivers are released, because a table that its drive has stopped brings no turn to
-   report it with. */
+/* Raises an alarm as soon as line drivers are released. It does not wait for the report of a turn, because a table that
+   its drive has stopped completes no turn. */
 void release_watch(struct application *application);
 
 #endif

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Writes records into a region of the flash, each into a sector of its own, in turn and a piece at a time. If power
-   is lost at any moment of a write, the previous record remains; no function waits for the flash. A sector whose
-   content differs from the written data is no longer used. */
+/* Writes records into a region of the flash: each record into the next sector, one piece per call. If power is lost at
+   any moment of a write, the previous record remains; no function waits for the flash. A sector whose content differs
+   from the written data is no longer used. */
 
 #ifndef ARCTRUE_SAVE_H
 #define ARCTRUE_SAVE_H
@@ -35,8 +35,8 @@ enum save_answer {
     SAVE_ANSWERS,
 };
 
-/* Points of the local table, which are no part of the memory: words of the record's sector from this one on. They are
-   written before the record, so that a whole record has whole points. */
+/* First word of the local table's points in the sector of their record. The processor's memory does not hold the
+   points. They are written before the record, so that a whole record has whole points. */
 enum { SAVE_POINTS_AT = 2048 };
 /* Returns point `number` while the record is written. */
 typedef int32_t save_point(const void *context, uint32_t number);
@@ -77,7 +77,8 @@ struct save {
 
 const char *save_answer_name(enum save_answer answer);
 
-/* Sets the region; nothing is read yet. It is `bytes` long, at least two sectors, of which at most 32 are used. */
+/* Sets the region; nothing is read yet. The region is `bytes` long. It has at least two sectors, of which at most 32
+   are used. */
 void save_prepare(struct save *save, const struct flash_access *flash, uint32_t address,
                   uint32_t bytes);
 
@@ -85,8 +86,8 @@ void save_prepare(struct save *save, const struct flash_access *flash, uint32_t 
    not answer. */
 bool save_find(struct save *save);
 
-/* Searches the records if the flash was silent before. SAVE_DONE: the records are known, and one more may be
-   written. A record that is found only now is not in use; this is answered once. */
+/* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another one may
+   be written. Returns SAVE_NOT_READ_AT_START once if it finds a record only now, because that record is not in use. */
 enum save_answer save_look_again(struct save *save);
 
 /* Begins to write `content` if no save is in progress. SAVE_DONE: it has begun. A save does not drop lanes unless

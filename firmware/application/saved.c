@@ -125,7 +125,7 @@ static void saved_put_followed(struct words *words, const struct followed *follo
     }
 }
 
-/* The phase is not written: it belongs to the core's count of turns, which begins anew with the power. */
+/* The phase is not written: it belongs to the core's count of turns, which restarts at power-on. */
 static void saved_put_real(struct words *words, const struct followed *followed) {
     if (followed->real_lanes == 0) {
         return;

@@ -44,10 +44,10 @@ enum settings_origin {
 /* State of the saved coefficients. */
 enum saved_state {
     SAVED_NONE,
-    /* Captured turns have yet to confirm them. */
+    /* No captured turn has confirmed the saved coefficients yet. */
     SAVED_WAITING,
     SAVED_CONFIRMED,
-    /* A turn contradicts them: they wait for the next `rearm`. */
+    /* A turn contradicts the saved coefficients: they wait for the next `rearm`. */
     SAVED_NOT_CONFIRMED,
 };
 
@@ -102,9 +102,10 @@ struct turn_report {
     enum refusal reason;
     struct capture_fault fault;
     struct gate_prediction prediction;
-    /* Error that the loaded orders leave, part of both predictions. */
+    /* Remaining error at the loaded orders; both predictions include it. */
     double loaded_arcsec;
-    /* Measurements of lanes that follow a condition: of the set that the turn judges, otherwise of the loaded set. */
+    /* Measurements of lanes that follow a condition. The lanes are those of the set that the turn judges or, without
+       such a set, those of the loaded set. */
     struct followed_measured followed[FOLLOWED_LANES_MAX];
     uint32_t followed_lanes;
     /* With a corrected mean: largest distance of a head's place from the place that the mean expects; below 0: not
@@ -113,17 +114,17 @@ struct turn_report {
     /* Head that has moved since the previous turn, from 1 on, and its motion along the scale; 0: none. */
     uint32_t moved_head;
     double moved_arcsec;
-    /* Reason why the turn did not calibrate the mean, if the device should. */
+    /* Reason why the turn did not calibrate the mean, if the device is to calibrate it. */
     enum refusal mean_reason;
     uint32_t alarms;
-    /* A, B and Z stand, because the output fell too far behind. */
+    /* A, B and Z stand still, because the output fell too far behind. */
     bool output_stands;
     /* Faults that released the line drivers, bits of enum core_fault. */
     uint32_t release_causes;
     /* Temperature of the die; the value counts only if has_temperature is true. */
     bool has_temperature;
     double temperature_c;
-    /* Not printed yet. */
+    /* The report has not been printed yet. */
     bool fresh;
     /* The turn has been printed already; only an alarm is new. */
     bool between_turns;
@@ -176,11 +177,12 @@ struct application {
     int32_t position_at_doubt;
     uint32_t swaps_before;
     uint32_t swap_looks;
-    /* Estimate of the latest turn, refused or not; and of the latest turn that was taken. */
+    /* `measured`: estimate of the latest turn, even if it was refused; `estimate`: estimate of the latest accepted
+       turn. */
     struct estimate measured;
     struct estimate estimate;
-    /* Results of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 if
-       the latest turn did not. */
+    /* Results of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 if the
+       latest turn calibrated no mean. */
     struct heads_found found;
     struct average average;
     enum verdict verdicts[ORDERS_MAX];
@@ -189,8 +191,8 @@ struct application {
     struct load load;
     struct table_temperature table;
     struct prepared prepared;
-    /* Temperature of the table when the previous bank was taken, time of that, and temperature in the middle of this
-       turn; the present one of `table` if no earlier one is known. */
+    /* Temperature of the table when the previous bank was taken, and the time at which it was taken. `middle_celsius`:
+       temperature in the middle of this turn or, if no earlier temperature is known, the present one of `table`. */
     double before_celsius;
     double before_s;
     double middle_celsius;

@@ -27,8 +27,8 @@ void zeros_follow_head2(struct application *application);
 /* True if the core moved the zero of head 1, with the correction on, since the last call. */
 bool zeros_moved(struct application *application);
 
-/* Looks for lost counts between two turns, at the index that proves them, because the bank may become full only
-   minutes later. */
+/* Looks for lost counts between two turns: an index proves them at once, while the bank may become full only minutes
+   later. */
 void zeros_watch(struct application *application);
 
 #endif

@@ -30,7 +30,7 @@ static void enable(uint32_t interrupt) {
     register_write(GIC_ICDISER(interrupt / 32U), 1U << (interrupt % 32U));
 }
 
-/* After a fault within an interrupt, that interrupt is still active and would block all others. */
+/* Ends an interrupt during which a fault occurred: it is still active and would block all others. */
 static void finish(uint32_t interrupt) {
     if (register_read(GIC_ICDABR(interrupt / 32U)) & 1U << (interrupt % 32U)) {
         register_write(GIC_ICCEOIR, interrupt);

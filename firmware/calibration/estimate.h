@@ -40,8 +40,8 @@ struct estimate {
     double u_measured_separation_rad;
     enum separation_choice separation_choice;
     double residual_rms_arcsec;
-    /* Standard deviation of the noise of head 2 minus head 1; and power of the residual near the orders over its
-       mean power. */
+    /* `noise_arcsec`: standard deviation of the noise of head 2 minus head 1. `colour`: ratio of the residual's power
+       near the orders to its mean power. */
     double noise_arcsec;
     double colour;
 };

@@ -83,7 +83,7 @@ struct heads_workspace {
     double of_places[PLACE_UNKNOWNS * (PLACE_UNKNOWNS + 1) / 2];
     struct vector columns[COMBINATIONS_MOST][ORDERS_MAX];
     struct lines lines;
-    /* Sums over a pass: of each head's residual minus head 1's, times e^{-jkR1}; of this residual alone; of squares. */
+    /* Sums over a pass, where x is a head's residual minus head 1's: x times e^{-jkR1}; x alone; and squares. */
     struct vector line[CIRCLE_ORDERS][HEADS_MOST];
     double sum[HEADS_MOST];
     double head_squares[HEADS_MOST];
@@ -98,8 +98,7 @@ enum refusal heads_estimate(struct heads_workspace *workspace, const struct capt
                             struct heads_found *found, struct estimate *estimate);
 
 /* Converts an estimate of the disc into one of the error of the mean `set` as a function of head 1's reading, and
-   sets the constant part of the error in `set`. The uncertainty of places and radii takes the place of the
-   separation's. */
+   sets the constant part of the error in `set`. The uncertainty of places and radii replaces that of the separation. */
 void heads_estimate_of_mean(struct heads_workspace *workspace, const struct heads_found *found,
                             uint32_t counts_per_rev, struct mean_set *set,
                             struct estimate *estimate);

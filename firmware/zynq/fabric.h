@@ -14,7 +14,7 @@
 #include "register_access.h"
 
 enum fabric_state {
-    /* Before the loading, then its steps. */
+    /* State before the loading, then the steps of the loading. */
     FABRIC_FIND,
     FABRIC_CHECK,
     FABRIC_PROGRAM_HIGH,

@@ -110,7 +110,7 @@
 #define QSPI_CONFIG_MANUAL_START 0x00008000U
 #define QSPI_CONFIG_MANUAL_SELECT 0x00004000U
 #define QSPI_CONFIG_NOT_SELECTED 0x00000400U
-/* Reserved in this controller; in the one from which it was derived, the select lines of three more flashes. */
+/* Reserved in this controller; these bits select three more flashes in the controller from which it was derived. */
 #define QSPI_CONFIG_OTHERS_NOT_SELECTED 0x00003800U
 #define QSPI_CONFIG_OTHER_CLOCK 0x00000100U
 #define QSPI_CONFIG_WORDS 0x000000C0U
@@ -141,7 +141,7 @@
 #define I2C_HAPPENED_ALL 0x02FFU
 #define I2C_HAPPENED_DONE 0x0001U
 #define I2C_HAPPENED_NO_ACKNOWLEDGE 0x0004U
-/* No acknowledge, time-out, queues beyond their ends, another master. */
+/* No acknowledge, time-out, overflow or underflow of a queue, bus lost to another master. */
 #define I2C_HAPPENED_ERRORS 0x02ECU
 
 /* General-purpose pins that leave through the fabric, bank 2: output values, input values, direction (1: out),

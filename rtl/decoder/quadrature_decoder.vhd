@@ -75,7 +75,7 @@ architecture rtl of quadrature_decoder is
   signal levels   : std_ulogic_vector(2 downto 0);
   signal filtered : std_ulogic_vector(2 downto 0);
 
-  -- The reset and the clocks after it in which the synchroniser still holds earlier levels of the pins.
+  -- High during the reset and the clocks after it in which the synchroniser still holds earlier levels of the pins.
   signal settling : std_ulogic_vector(SYNCHRONISER_STAGES downto 0) := (others => '1');
   signal preload  : std_ulogic;
 

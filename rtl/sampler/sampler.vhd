@@ -47,10 +47,10 @@
 -- header_sample_count on, it gives 0.
 --
 -- **More heads.** With HEADS = 3 or 4 a second memory stores the positions of the other heads in the same clocks; a read with
--- `read_further` high reads head 3 or 4 in place of head 1 or 2. A unit outside selects the head whose turn is captured and that
--- triggers: `reference_position` and `reference_zero_moved` belong to that head, and sampling runs while `enable`
--- is high, whichever indices were seen. Change the reference only while `enable` is low.
--- `header_further_flags` are flags 0 to 7 of heads 3 and 4. A core of two heads does not contain this part.
+-- `read_further` high reads head 3 or 4 in place of head 1 or 2. A unit outside selects the reference head, whose turns
+-- are captured and whose angle triggers the samples: `reference_position` and `reference_zero_moved` belong to this
+-- head, and sampling runs while `enable` is high, whichever indices were seen. Change the reference only while `enable`
+-- is low. `header_further_flags` are flags 0 to 7 of heads 3 and 4. A core of two heads does not contain this part.
 --
 -- **Reset** frees both banks and clears the sequence, `overrun_count` (which wraps) and a pending
 -- overrun flag; the memory keeps its words, and the header is undefined until `bank_ready`.
@@ -101,7 +101,7 @@ entity sampler is
     capture_overrun     : out   std_ulogic;                                          -- pulse: a turn was dropped
     capture_busy        : out   std_ulogic;                                          -- level: a turn is being captured
     bank_ready          : out   std_ulogic;                                          -- level: a bank belongs to the processor
-    ready_bank          : out   std_ulogic;                                          -- its number
+    ready_bank          : out   std_ulogic;                                          -- number of the READY bank
     header_start_time   : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     header_sequence     : out   u_unsigned(31 downto 0);                             -- banks handed over before this one
     header_sample_count : out   u_unsigned(15 downto 0);                             -- sample pairs
