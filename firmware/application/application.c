@@ -63,7 +63,7 @@ static void watch_reset(struct application *application) {
 static void wait_for_index(struct application *application) {
     if (core_indices_seen(&application->core)) {
         application->phase = PHASE_CAPTURE;
-        /* After a fault of the firmware the armed compare continues from its present place. */
+        /* An armed compare is kept: after a fault of the firmware it continues from its present place. */
         if (!core_status(&application->core).compare_armed) {
             control_arm_compare(application);
         }

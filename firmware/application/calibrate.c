@@ -120,8 +120,8 @@ static void calibrate_combine(struct application *application, const struct coef
     }
 }
 
-/* The active coefficients if their lanes correct head 1, otherwise NULL: lanes of a mean do not describe head 1's
-   error. */
+/* Returns the active coefficients if their lanes correct head 1, otherwise NULL: lanes of a mean do not describe head
+   1's error. */
 static const struct coefficients *calibrate_active_of_head1(const struct application *application) {
     const struct coefficients *active = state_active(application);
     return active != NULL && active->mean.heads != 0 ? NULL : active;
@@ -431,8 +431,8 @@ static void calibrate_judge_pending(struct application *application, const struc
     }
 }
 
-/* A loaded mean is active, or a set waits for its turn: no candidate is made for head 1, but the report still shows
-   head 1's error. */
+/* Runs while a loaded mean is active or a set waits for its turn. It makes no candidate for head 1, but reports head
+   1's error. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)calibrate_judge_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;
@@ -453,8 +453,8 @@ static void calibrate_judge_sets(struct application *application, const struct t
     }
 }
 
-/* Estimates the error of the mean of all heads if the device calibrates the mean. Otherwise, and if heads 3 and 4
-   cannot be used and no mean is active, estimates the error of head 1. */
+/* Estimates the error of the mean of all heads if the device calibrates the mean. Estimates the error of head 1 if the
+   device does not, or if heads 3 and 4 cannot be used and no mean is active. */
 static enum refusal calibrate_estimate_heads(struct application *application, struct turn *turn,
                                              struct mean_set *mean) {
     if (calibrate_mean_wanted(application)) {

@@ -271,8 +271,8 @@ struct core_turn_place {
 /* False if the corrected angle is so near 0 that its turn is uncertain. */
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
                      struct core_turn_place *place);
-/* Points and place of the idle bank of the local table; only for cores with LOCAL_TABLE. Writing the place makes the
-   next swap include the table. */
+/* Access the points and the place in the idle bank of the local table; only for cores with LOCAL_TABLE. Writing the
+   place makes the next swap include the table. */
 void core_write_table_point(const struct core_access *core, uint32_t number, int32_t point);
 int32_t core_table_point(const struct core_access *core, uint32_t number);
 void core_write_table_place(const struct core_access *core, const struct table_place *place,
@@ -329,7 +329,7 @@ void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint
                               const struct lane *lane, uint32_t counts_per_rev);
 /* Reads `set->lanes` lanes and the words of the mean of a prepared set that was written for `set->counts_per_rev`. */
 void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set);
-/* CRC-32 of the words of the prepared sets whose bits are set, as they are read. */
+/* CRC-32 of the words of the prepared sets whose bits are set, as read back from the core. */
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; the core counts this as a swap. */
 void core_take_set(const struct core_access *core, uint32_t set);

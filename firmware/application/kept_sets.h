@@ -30,7 +30,7 @@ struct kept_sets {
     uint32_t word[KEPT_SETS_WORDS];
 };
 
-/* Appends the set without head `head`, counted from 1. False: it has too many lanes. */
+/* Appends the set without head `head`, counted from 1. Returns false if the set has too many lanes. */
 bool kept_sets_add(struct kept_sets *kept, uint32_t head, const struct coefficients *set);
 
 /* Reads the set that begins at word `*place`, and moves `*place` behind it. Returns the missing head; 0 if there is no

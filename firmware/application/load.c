@@ -9,7 +9,8 @@
 #include "crc32.h"
 #include "units.h"
 
-/* Limit during the transition between directions: below it, the corrected angle moves in the direction of the table. */
+/* Upper limit of the slope during the transition between directions: below it, the corrected angle moves in the
+   direction of the table. */
 #define STEEPEST_REVERSAL 0.5
 /* Limit in counts: magnitude of the most negative word. */
 #define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))

@@ -125,11 +125,11 @@ struct load {
     bool unseen_taken;
     /* Logarithm of the odds of each received lane, summed over the turns so far. */
     float evidence[LANES_LIMIT];
-    /* Places of received lanes that need more turns, and of those that nobody could judge. */
+    /* Places of received lanes that need more turns; places of received lanes that nobody could judge. */
     uint64_t undecided;
     uint64_t received_unjudged;
-    /* Lanes that follow a condition, one bit per lane: a turn has shown it, with modulator `shown_at`; and another
-       turn has shown it with a different modulator. */
+    /* Lanes that follow a condition, one bit per lane. `shown`: a turn has shown the lane, with modulator `shown_at`.
+       `shown_twice`: another turn has shown the lane with a different modulator. */
     uint32_t shown;
     uint32_t shown_twice;
     float shown_at[FOLLOWED_LANES_MAX];
@@ -145,8 +145,8 @@ struct load {
     uint64_t unjudged;
     uint32_t loaded_crc;
     struct loaded_watch watch;
-    /* Results of the turns for its lanes of real orders; whether the probe has had an edge since the lanes began to
-       wait; and the number of edges at that time. */
+    /* `finder`: results of the turns for the loaded lanes of real orders. `probe_seen`: the probe has had an edge since
+       these lanes began to wait. `probe_edges`: number of edges when they began to wait. */
     struct line_finder finder[REAL_LANES_MAX];
     bool probe_seen;
     uint32_t probe_edges;
@@ -170,7 +170,8 @@ enum load_answer load_slope(struct load *load, uint32_t number, const struct the
 /* Sets the temperature at which the lanes have the written values, and the time constant of the thermometer. */
 enum load_answer load_temperature(struct load *load, int32_t reference_mc,
                                   uint32_t time_constant_ms, uint32_t crc);
-/* Sets the range of temperature in which the lanes follow; it must come after the frame above, which presets it. */
+/* Sets the range of temperature in which the lanes follow. This frame must come after that of load_temperature(), which
+   presets the range. */
 enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc);
 /* Adds a lane that follows a condition; lanes are numbered from 0 on. The settings of the conditions come after the
    lanes. */

@@ -37,7 +37,7 @@ void prepared_forget(struct application *application);
 void prepared_arm(struct application *application);
 /* Raises the alarm when a head was left out since the previous call. */
 void prepared_watch(struct application *application);
-/* Allows a head, counted from 1, to be used again after its next index. False: it is not left out. */
+/* Allows a head, counted from 1, to be used again after its next index. Returns false if the head is not left out. */
 bool application_come_back(const struct application *application, uint32_t head);
 
 #endif

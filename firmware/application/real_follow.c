@@ -9,7 +9,7 @@
 #include "assertion.h"
 #include "units.h"
 
-/* The active lanes of real orders whose phase comes from `source`; NULL: there are none. */
+/* Returns the active lanes of real orders whose phase comes from `source`, or NULL if there are none. */
 static struct followed *real_follow_lanes(struct application *application,
                                           enum phase_source source) {
     struct followed *followed = &application->load.followed;

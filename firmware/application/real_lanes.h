@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Lanes whose order is not whole (generic REAL_ORDERS): in turn m of the core the phase of a lane is its phase
-   offset and m times its turn step. The operator loads them. The phase of such a line is unknown after power-up. A lane
-   has amplitude 0 until the heads or an index of the drive at probe_in show its phase, or the operator gives it. */
+/* Lanes whose order is not whole (generic REAL_ORDERS): in turn m of the core the phase of a lane is its phase offset
+   plus m times its turn step. The operator loads these lanes. Their phases are unknown after power-up. A lane has
+   amplitude 0 until the heads or an index of the drive at probe_in show its phase, or the operator gives it. */
 
 #ifndef ARCTRUE_REAL_LANES_H
 #define ARCTRUE_REAL_LANES_H

@@ -22,8 +22,8 @@ enum output_answer {
 /* Ends the fault of the output and the release of its line drivers. Nothing else in the firmware ends them. */
 enum output_answer application_clear_output(struct application *application);
 
-/* Bits of enum core_fault: the faults that released the line drivers (0: they drive), and those of them that are still
-   present. */
+/* Bits of enum core_fault: the faults that switched the line drivers off (0: the drivers are on), and those of them
+   that are still present. */
 uint32_t application_release_causes(const struct application *application);
 uint32_t application_release_present(const struct application *application);
 

@@ -30,7 +30,7 @@ enum save_answer {
     SAVE_NOT_READ_BACK,
     /* The flash was silent at the start. Its content has only now been read and is not in use. */
     SAVE_NOT_READ_AT_START,
-    /* The record holds more orders than would be kept, and nobody asked for fewer. */
+    /* The record holds more orders than would be kept, and the operator has not asked for fewer. */
     SAVE_FEWER,
     SAVE_ANSWERS,
 };
@@ -82,19 +82,20 @@ const char *save_answer_name(enum save_answer answer);
 void save_prepare(struct save *save, const struct flash_access *flash, uint32_t address,
                   uint32_t bytes);
 
-/* Reads the latest whole record into `content`. False: there is none or, if `found` is SAVED_UNREAD, the flash does
-   not answer. */
+/* Reads the latest whole record into `content`. Returns false if there is none or, with `found` SAVED_UNREAD, if the
+   flash does not answer. */
 bool save_find(struct save *save);
 
 /* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another one may
    be written. Returns SAVE_NOT_READ_AT_START once if it finds a record only now, because that record is not in use. */
 enum save_answer save_look_again(struct save *save);
 
-/* Begins to write `content` if no save is in progress. SAVE_DONE: it has begun. A save does not drop lanes unless
-   the operator asked for it: the content must have at least `least` lanes, 0 if the operator asked for fewer. */
+/* Begins to write `content` if no save is in progress. Returns SAVE_DONE if the write has begun. A save does not drop
+   lanes unless the operator asked for it: the content must have at least `least` lanes, and `least` is 0 if the
+   operator asked for fewer. */
 enum save_answer save_begin(struct save *save, uint32_t least);
 
-/* Reads points of the latest record. False: the flash does not answer. */
+/* Reads points of the latest record. Returns false if the flash does not answer. */
 bool save_read_points(struct save *save, uint32_t first, uint32_t words[FLASH_PAGE_WORDS]);
 
 /* Number of sectors that failed since the start. */

@@ -230,8 +230,8 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     return to.place;
 }
 
-/* Looks first at the place where this firmware would have written the parameter, because the check sums of names
-   take long. */
+/* Looks first at the place where this firmware would have written the parameter, because it takes long to compute the
+   check sums of all names. */
 static void saved_take_parameter(struct source *from, struct parameters *parameters,
                                  uint32_t first) {
     uint32_t sum = saved_take(from);

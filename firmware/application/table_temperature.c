@@ -14,8 +14,8 @@ enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 #define SILENT_K_S 0.05
 /* After this many time constants the observer's state has no influence any more, and its gains would divide by 0. */
 #define FORGOTTEN_LAGS 30.0
-/* The observer's time constant is that of the thermometer divided by this. A smaller time constant reduces the delay
-   after a change of slope, and amplifies the thermometer's steps. */
+/* The observer's time constant is that of the thermometer divided by this number. A smaller time constant reduces the
+   delay after a change of slope, and amplifies the thermometer's steps. */
 #define LAG_SHARE 16.0
 #define LEAST_FILTER_S 2.0
 

@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* False: no temperature is known; the value then stays as it was. */
+/* Reads a temperature. If none is known, returns false and leaves `celsius` unchanged. */
 typedef bool temperature_read(void *context, double *celsius);
 
 enum temperature_source { TEMPERATURE_NONE, TEMPERATURE_HOST, TEMPERATURE_SENSOR };

@@ -24,8 +24,8 @@ struct plain_workspace {
 void plain_fourier(struct plain_workspace *workspace, const struct turn *turn,
                    const struct estimate *estimate, double *values);
 
-/* Computes the same values by least squares. One round is enough, because it begins with the final zero of head 2 in
-   `estimate`. Returns false if the matrix is singular. */
+/* Computes the same values by least squares. One round is enough, because the fit begins with the final zero of head 2
+   in `estimate`. Returns false if the matrix is singular. */
 bool plain_least_squares(struct plain_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, double nominal_rad, double *values);
 

@@ -152,9 +152,9 @@ static struct fault_record record_of(uint32_t code, uint32_t instruction, uint32
     return made;
 }
 
-/* Called by start.S on the stack of the fault's mode. The record is written first: if the code below does not end,
-   the watchdog's reset still has the name of the fault. If a record has not been read yet, the handling of its fault
-   has failed, so the handling is not repeated. */
+/* Called by start.S on the stack of the fault's mode. The record is written first: if the code below does not end, the
+   name of the fault is still known after the watchdog's reset. If a record has not been read yet, the handling of its
+   fault has failed, so the handling is not repeated. */
 void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t state) {
     if (!is_valid(&record)) {
         record = record_of(code, instruction, address, state);

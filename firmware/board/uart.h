@@ -26,7 +26,7 @@ struct uart {
 };
 
 /* Sent characters wait in a ring, so that the main program does not wait: the FIFO holds 64 characters, and 115,200
-   baud transmit 11,520 per second. The longest line of telemetry fits into the ring. */
+   baud transmit 11,520 characters per second. The longest line of telemetry fits into the ring. */
 enum { UART_OUTPUT_RING = 4096 };
 
 /* A ring whose members are all 0 is empty. */

@@ -30,7 +30,7 @@ static double triangle(struct vector a, struct vector b, struct vector c) {
     return ab.re * ac.im - ac.re * ab.im;
 }
 
-/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the triangle
+/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the triangle area
    of the other three heads. */
 static bool parity_of(const struct heads_geometry *geometry, double parity[HEADS_MOST]) {
     struct vector sight[HEADS_MOST];

@@ -37,7 +37,7 @@ struct heads_settings {
     double u_place_arcsec;
     double u_index_arcsec;
     double u_radius;
-    /* The orders 1 to this one are fitted; at most ORDERS_MAX. */
+    /* Highest fitted order, at most ORDERS_MAX; the fit begins at order 1. */
     uint32_t orders;
 };
 
@@ -49,7 +49,8 @@ struct heads_found {
     /* RMS of each head's reading minus the mean of all heads, after subtraction of the disc's error. */
     double residual_arcsec[HEADS_MOST];
     /* Four heads: radius of the circular motions of the axis by order, in the direction of the table and against it,
-       arcsec at the disc. The forward circle of order 1 is an eccentric disc and is 0 here. */
+       arcsec at the disc. The forward circle of order 1 cannot be distinguished from an eccentric disc and is 0
+       here. */
     double forward_arcsec[CIRCLE_ORDERS];
     double backward_arcsec[CIRCLE_ORDERS];
 };

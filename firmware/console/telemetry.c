@@ -155,8 +155,8 @@ static void estimate_part(const struct text_sink *sink, const struct application
          estimate->separation_choice == SEPARATION_MEASURED ? "measured" : "nominal");
     fixed(sink, "residual_arcsec", estimate->residual_rms_arcsec);
     fixed(sink, "noise_arcsec", estimate->noise_arcsec);
-    /* The estimate is of head 1 or of the device's own mean; it does not show the remaining error of a loaded mean.
- */
+    /* The estimate is of head 1 or of the device's own mean; it does not show the remaining error
+       of a loaded mean. */
     const struct coefficients *active = state_active(application);
     if (active == NULL || active->mean.heads == 0 || application->found.geometry.heads != 0) {
         fixed(sink, "active_arcsec", application->report.prediction.active_arcsec);

@@ -42,8 +42,8 @@
 #define DEVCFG_MULTIBOOT_ADDR 0xF800702CU
 #define DEVCFG_MULTIBOOT_PLACES 0x1FFFU
 #define DEVCFG_MULTIBOOT_BYTES 0x8000U
-/* Survives every reset except that of power-on. The boot ROM uses the lower half and, after a failed boot, the four
-   upper bits. */
+/* This register survives every reset except that of power-on. The boot ROM uses the lower half and, after a failed
+   boot, the four upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
 #define SLCR_REBOOT_WATCHDOG 0x00030000U
 #define SLCR_REBOOT_KEPT 0x0F000000U
@@ -183,7 +183,7 @@
 #define GIC_ICDABR(word) (0xF8F01300U + 4U * (word))
 #define GIC_ICDIPR(interrupt) (0xF8F01400U + (interrupt))
 #define GIC_ICDIPTR(interrupt) (0xF8F01800U + (interrupt))
-/* Two bits per interrupt; the upper bit selects an edge. */
+/* Two bits per interrupt; the upper bit makes the interrupt edge sensitive. */
 #define GIC_ICDICFR(interrupt) (0xF8F01C00U + 4U * ((interrupt) / 16U))
 #define GIC_ICDICFR_EDGE(interrupt) (2U << 2U * ((interrupt) % 16U))
 /* 96 interrupts in words of 32. */

@@ -45,11 +45,12 @@
 -- `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero.
 -- If Z normally changes within a count but lies near an edge of that count at one speed, the index is one count off at
 -- that speed.
--- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, each count must last at least s + INDEX_SKEW
--- + 1 clocks, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z changes half a count
--- from its step, the limit is twice 7 clocks. At higher speeds a Z before a step cannot be distinguished from a Z after
--- the previous step, and the entity may take the other edge of a mark. With pins that change in the same clock each
--- mark is placed correctly at any speed. A Z edge before the first step after reset belongs to that step.
+-- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
+-- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
+-- changes half a count from its step, the limit is twice 7 clocks. At higher speeds a Z before a step cannot be
+-- distinguished from a Z after the previous step, and the entity may take the other edge of a mark. With pins that
+-- change in the same clock each mark is placed correctly at any speed. A Z edge before the first step after reset
+-- belongs to that step.
 --
 -- **Rearm.** While `rearm` is high, angle and turn_position are 0 and the index is cleared (index_seen
 -- and index_interval are 0; index_position keeps its value). The position keeps counting. After rearm, angle and

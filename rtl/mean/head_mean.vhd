@@ -76,7 +76,7 @@ entity head_mean is
     used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads that the active words use
     idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads that the idle words use
     idle_carrier_used : out   std_ulogic;                                                   -- the carrier of the idle words is a used head
-    differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, minus the carrier
+    differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, minus the carrier's reading
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
     limited           : out   std_ulogic;                                                   -- this term is limited
     jumped            : out   std_ulogic;                                                   -- the first angle of other words

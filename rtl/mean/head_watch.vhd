@@ -9,9 +9,9 @@
 -- rises or its counter increments; the lowest bit of the counter shows that. A full counter shows no further fault:
 -- clear it. Flags that were set before `watching` rose do not count.
 --
--- **Missing edges.** A head counts as dead if every other head has moved by `missing_counts` counts or more since its
--- last edge; motions up and down are added. No head counts as dead while the table stands still. The value 0 turns this
--- check off.
+-- **Missing edges.** A head counts as dead if every other head has moved by `missing_counts` counts or more since this
+-- head's last edge; motions up and down are added. No head counts as dead while the table stands still. The value 0
+-- turns this check off.
 --
 -- **Step.** The difference of each reading to the carrier's is compared with its value 7 to 8 intervals of
 -- 2**INTERVAL_BITS clocks earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all others agree

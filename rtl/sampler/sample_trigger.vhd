@@ -272,7 +272,7 @@ begin
 
       end case;
 
-      -- A jump is not a step. A change of angle_step restarts the division a clock later, so it needs no fast path.
+      -- The step 0 differs from angle_step, so the division restarts a clock later, as after a change of angle_step.
       if jumps = '1' then
         step          := (others => '0');
         angle_trigger <= '0';
