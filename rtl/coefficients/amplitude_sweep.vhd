@@ -16,8 +16,8 @@
 --
 -- **Number formats.** amplitudes s13.11 counts; modulators s1.16, of magnitude 1 at most.
 --
--- **Rounding.** Once, half up, to s13.11: a modulator of 1 does not change the amplitude. -8192 counts times -1 becomes
--- the largest amplitude.
+-- **Rounding.** Each product is rounded once, half up, to s13.11: a modulator of 1 does not change the amplitude. -8192
+-- counts times -1 becomes the largest amplitude.
 --
 -- **Reset.** None: the sweeps continue. At power-up every word is 0.
 

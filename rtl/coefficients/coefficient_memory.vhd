@@ -13,11 +13,11 @@
 -- the offset, a constant added to the correction. Only the bits of the format are stored; the
 -- read-back shows what is stored.
 --
--- **One bank for one angle.** An angle meets its phase step on entering the pipeline, its phase
--- offset PHASE_OFFSET_DELAY clocks later, its amplitude AMPLITUDE_DELAY clocks later and the
--- offset OFFSET_DELAY clocks later. Each part changes its bank with exactly that delay, so
--- that every angle meets the coefficients of one bank. `swap_marker` is high in the clock of the
--- first angle that meets the new bank: the clock after a `swap` that need not wait.
+-- **One bank for one angle.** An angle meets its phase step when it enters the pipeline, its phase offset
+-- PHASE_OFFSET_DELAY clocks later, its amplitude AMPLITUDE_DELAY clocks later and the offset OFFSET_DELAY clocks later.
+-- Each part changes its bank with exactly that delay, so that every angle meets the coefficients of one bank.
+-- `swap_marker` is high in the clock of the first angle that meets the new bank: the clock after a `swap` that need not
+-- wait.
 --
 -- **Folding.** FOLD lanes share one pipeline, and in each clock an output carries the words of one block, that is of
 -- LANES / FOLD neighbouring lanes. The phase steps are those of block s in the clock in which `slot` is s; the phase
@@ -26,11 +26,11 @@
 -- count as one.
 --
 -- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the
--- write is finished with the pulse of `write_acknowledge`, 3 clocks later or, while a swap waits or the idle bank is
--- being filled, when that has ended: at most the largest delay + 4 * LANES + 5 clocks after the swap took place. Start
--- no other write before. A swap takes over all acknowledged writes and no part of a pending one.
--- `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is allowed at any
--- time; it waits until then, and until a write in progress has ended.
+-- write is finished with the pulse of `write_acknowledge`, which comes 3 clocks later. While a swap waits or the idle
+-- bank is being filled, the write waits too: at most until the largest delay + 4 * LANES + 5 clocks after the swap took
+-- place. Start no other write before the acknowledge. A swap takes over all acknowledged writes and no part of a
+-- pending one. `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
+-- allowed at any time; it waits until then, and until a write in progress has ended.
 --
 -- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.
 --

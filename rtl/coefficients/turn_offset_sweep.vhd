@@ -22,7 +22,7 @@
 --
 -- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of
 -- the idle bank are complete. After a swap, `take_over` starts the copy of the active bank's turn steps into the idle
--- bank; `copies` is high during it, for 18 · LANES + 4 clocks: write no turn step then.
+-- bank; `copies` is high during this copy, for 18 · LANES + 4 clocks: write no turn step then.
 --
 -- **Latency.** 1 clock from `read_address` to `read_word`; 8 clocks from a step of the sweep to the memory that holds its offset.
 --

@@ -19,16 +19,16 @@
 --
 -- **Inserted counts.** Where the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
 -- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump, so that reading -
--- total makes no step and gains these counts as r decays. Counts beyond what the total holds (2¹⁹, where counts are put
--- back much faster than r decays) are sent at once: the total stays at its limit, and `limited` is high.
+-- total makes no step and gains these counts as r decays. Counts beyond the range of the total (2¹⁹, where counts are
+-- put back much faster than r decays) are sent at once: the total stays at its limit, and `limited` is high.
 --
 -- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high with a total that was beyond ±`limit`.
 -- A marker holds the clipped total, so r stays bounded however often the bank is swapped. A change of `limit` acts two
 -- clocks later.
 --
 -- **One chain per clock.** r is computed a clock ahead (`next_excess`), and with it the bounds r ± limit that ε is
--- compared with; where r ends, both are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, which makes the choice of a
--- bit of the total one look-up table.
+-- compared with; where r ends, both are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, so that one look-up table
+-- chooses a bit of the total.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --

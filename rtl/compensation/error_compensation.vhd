@@ -6,8 +6,8 @@
 -- harmonics and the offset to ε, passes it through the correction_ramp (no step at a swap or when `apply` changes) and
 -- subtracts it from the delayed reading.
 --
--- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two
--- clocks of adder tree, the ramp, the subtraction with the turn's fold.
+-- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two clocks for the adder
+-- tree, one for the ramp, one for the subtraction, which folds the result into the turn.
 --
 -- **Folding.** With FOLD > 1 the pair sums of an angle arrive in FOLD clocks, from `first_sums` to
 -- `last_sums`, and are added up; the reading and everything else belongs to the clock of `last_sums`,

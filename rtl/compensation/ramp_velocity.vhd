@@ -138,7 +138,7 @@ begin
     variable way_straight   : way_count                               := (others => '0');
     variable way_faster     : way_count                               := (others => '0');
     variable way_same       : way_count                               := (others => '0');
-    -- The excess, then |excess|, for a negative excess less by its last bit
+    -- The excess, then |excess|; for a negative excess one unit less than |excess|
     variable size           : way_count                               := (others => '0');
     -- The excess has changed since it was read.
     variable is_stale       : std_ulogic                              := '0';

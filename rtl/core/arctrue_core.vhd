@@ -6,10 +6,10 @@
 -- outputs the corrected position as an encoder signal. A processor accesses it over AXI4-Lite (see the register map)
 -- and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the paper.
 --
--- **Heads.** Two heads, of which head 1 is corrected. With MEAN the weighted mean of all heads is corrected; one of
--- them, chosen at run time, is the carrier (head_mean). With HEADS = 3 or 4 the mean is always built, and the further
--- heads are decoded and captured too. Their settings, faults and snapshot have registers of their own (head_registers),
--- and each head's levels may be delayed.
+-- **Heads.** By default the core has two heads and corrects head 1. With MEAN the weighted mean of all heads is
+-- corrected; one of them, chosen at run time, is the carrier (head_mean). With HEADS = 3 or 4 the mean is always built,
+-- and the further heads are decoded and captured too. Their settings, faults and snapshot have registers of their own
+-- (head_registers), and each head's levels may be delayed.
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads;
 -- quadrature_decoder and quadrature_output, before and after these clocks, state their own latencies. With FOLD > 1 the
@@ -40,9 +40,9 @@
 -- pins are asynchronous; every other port is synchronous to `clock`.
 --
 -- **Reset** is synchronous. It stops and clears everything except the coefficient banks, the levels of out_a and out_b,
--- which keep their values, and `driver_enable`, which stays for 2²⁰ clocks (10 ms at 100 MHz) or until the processor
--- enables the output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle from before
--- the reset.
+-- which keep their values, and `driver_enable`, which keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the
+-- processor enables the output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle
+-- from before the reset.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -124,7 +124,7 @@ architecture rtl of arctrue_core is
 
   type filters_of_heads is array (1 to HEADS) of u_unsigned(7 downto 0);
 
-  -- If HAS_MEAN, the mean of the heads is corrected. With more than two heads it takes an additional clock.
+  -- If HAS_MEAN, the mean of the heads is corrected. With more than two heads the mean takes an additional clock.
   constant HAS_MEAN     : boolean := MEAN or HEADS > 2;
   constant CORE_LATENCY : positive := PIPELINE_LATENCY + FOLD - 1 + boolean'pos(HEADS > 2);
 

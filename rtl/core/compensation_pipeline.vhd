@@ -13,11 +13,11 @@
 -- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and
 -- an angle is accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on it meets the
 -- blocks of lanes one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1
--- clocks after it was accepted and changes only by the ramp until the next one: it is at most 29 + 2 * (FOLD - 1)
--- clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; with a cosine of more
--- than 18 bits this requires an even LANES / FOLD. A position that moves faster than one count in FOLD clocks makes
--- steps of more than one count, of FOLD counts at most, which quadrature_output sends at its own spacing. Below this
--- speed (clock / FOLD counts a second, 12.5 million at 100 MHz and FOLD = 8) every count has a reading of its own,
+-- clocks after it was accepted and changes only by the ramp until the next corrected reading: it is at most 29 + 2 *
+-- (FOLD - 1) clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; with a cosine
+-- of more than 18 bits this requires an even LANES / FOLD. A position that moves faster than one count in FOLD clocks
+-- makes steps of more than one count, of FOLD counts at most, which quadrature_output sends at its own spacing. Below
+-- this speed (clock / FOLD counts a second, 12.5 million at 100 MHz and FOLD = 8) every count has a reading of its own,
 -- which comes 0 to FOLD - 1 clocks later than with FOLD = 1: evenly spaced counts leave with a jitter of FOLD - 1
 -- clocks, and their distances are multiples of FOLD clocks. With FOLD = 8 a motion of one count in 11 clocks gives
 -- edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
@@ -33,23 +33,25 @@
 -- **Referenced.** `referenced` states that the angle of its clock counts from an index mark. It travels with the angle
 -- and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.
 --
--- **Put back.** `position` contains `put_back` counts for those that head 1 lost. A change of `zero_moved` marks the
--- first angle from another zero; both travel with the angle, and the change of the correction decays at the ramp rate.
+-- **Put back.** `position` contains `put_back` counts in place of those that head 1 lost. A change of `zero_moved`
+-- marks the first angle from another zero; both travel with the angle, and the change of the correction decays at the
+-- ramp rate.
 --
--- **Mean.** With MEAN, angle and position are those of the carrier, and `mean_term`, `jumped` and `jump` of its reading
--- come MEAN_LATENCY clocks after it (head_mean). `swap_comes` is high in the clock before the first angle of a new bank.
+-- **Mean.** With MEAN, angle and position are those of the carrier, and the `mean_term`, `jumped` and `jump` of a
+-- carrier's reading come MEAN_LATENCY clocks after this reading (head_mean). `swap_comes` is high in the clock before
+-- the first angle of a new bank.
 --
 -- **Modulators.** With MODULATORS the amplitude of a lane follows direction, speed or a word (coefficient_memory).
 --
--- **Local table.** With LOCAL_TABLE a table over the turn or windows of it joins the sum (local_table_banks); only a
--- swap that was requested for it changes it.
+-- **Local table.** With LOCAL_TABLE a table over the turn or windows of it joins the sum (local_table_banks); a swap
+-- changes this table only if its word `choice` was written before.
 --
 -- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn by its turn step: turn_counter counts the turns of
 -- the angle, and the offsets of the turns next to the present one are prepared (turn_offset_sweep).
 --
--- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank applies from the angle in the
--- clock after `swap`, or from the next accepted angle. A swap waits while the idle bank is filled after the previous
--- swap, and until a write in progress has ended.
+-- **Coefficients.** They are written and swapped as described for coefficient_memory; the new bank applies from the
+-- angle in the clock after `swap`, or from the next accepted angle. A swap waits while the idle bank is filled after
+-- the previous swap, and until a write in progress has ended.
 --
 -- **Number formats.** angle u24.0 counts below counts_per_rev; position s31.0 counts, wraps
 -- modulo 2³²; correction s19.11 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock.

@@ -16,7 +16,7 @@ package decoder_pkg is
   -- `up` and `down` keep their value until the next edge. `stands` = not `moves` and `down` = not `up` have registers of their own
   -- to shorten the paths of the decisions that use them.
   type counted_edge is record
-    comes        : std_ulogic; -- one of A and B differs from its level before: a count
+    comes        : std_ulogic; -- exactly one of A and B has changed: a count
     moves        : std_ulogic; -- the same, a clock later
     stands       : std_ulogic; -- not moves
     up           : std_ulogic; -- direction of the last count

@@ -22,27 +22,27 @@
 -- while counting down. Each change of Z is assigned to the step of A or B that is at most INDEX_SKEW clocks before or
 -- after it: the level of Z is sampled INDEX_SKEW clocks after the step, or just before the next step, and compared with the
 -- level sampled for the step before. Counting up, the entity latches the position after the step, counting down the
--- position before it, so that both directions give the same count. If Z changes within a count, further from both of the
--- count's edges, the step that leaves the count decides the direction, and that count is latched; a reversal within the
--- count has no effect. Therefore the direction always belongs to the present motion, and neither skewed pins nor a
--- vibration at one edge of the mark make the entity take one edge for the other, as long as two steps in opposite
--- directions are further apart than Z is from its step. A `filter_length` above INDEX_SKEW ensures that.
+-- position before it, so that both directions give the same count. If Z changes within a count, more than INDEX_SKEW
+-- clocks from both edges of the count, the step that leaves the count decides the direction, and that count is latched;
+-- a reversal within the count has no effect. Therefore the direction always belongs to the present motion, and neither
+-- skewed pins nor a vibration at one edge of the mark make the entity take one edge for the other, as long as two steps
+-- in opposite directions are further apart than Z is from its step. A `filter_length` above INDEX_SKEW ensures that.
 -- The first index after reset or rearm defines the zero of angle and turn_position; later ones do not change it. Each
--- later index must lie 0 or +-counts_per_rev from the one before it, within +-`index_tolerance`; otherwise `index_error`
--- is set: counts or an index were lost or added. A true mark repeats to +-1 count, so that two of them differ by up to 2
--- counts; a slip by one period of A and B adds 4. `index_interval` reads 0 while there are fewer
--- than two marks.
--- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero wrong. The
--- proof is a misplaced mark for which `other_head_agrees` (see zero_witness; the first mark after lost counts), or
--- the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance (the second
--- mark after lost counts).
--- A single false mark does not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so the
--- correction continues. A turn of less than 9 counts keeps its zero. If the zero moves to another count,
+-- later index must lie 0 or +-counts_per_rev from the one before it, within +-`index_tolerance`; otherwise
+-- `index_error` is set: counts or an index were lost or added. A true mark repeats to +-1 count, so that two of them
+-- differ by up to 2 counts; a slip by one period of A and B adds 4. `index_interval` reads 0 while there are fewer than
+-- two marks.
+-- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero
+-- wrong. The proof is a misplaced mark for which `other_head_agrees` (see zero_witness; the first mark after lost
+-- counts), or the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance
+-- (the second mark after lost counts).
+-- A single false mark does not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so
+-- the correction continues. A turn of less than 9 counts keeps its zero. If the zero moves to another count,
 -- `zero_slip` is the angle that the mark had (the negative of the lost counts), `zero_moved` toggles and `zero_moves`
--- increments, in the clock in which angle and turn_position count from the new zero; index_error is set, and
--- its counter increments once, in the same clock. The position keeps its error. With `heal` high `zero_slip` is subtracted
--- from `put_back` in that clock, so that position + put_back is free of the slip; a slip of 2**14 counts or more is not put back.
--- `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero.
+-- increments, in the clock in which angle and turn_position count from the new zero; index_error is set, and its
+-- counter increments once, in the same clock. The position keeps its error. With `heal` high `zero_slip` is subtracted
+-- from `put_back` in that clock, so that position + put_back is free of the slip; a slip of 2**14 counts or more is not
+-- put back. `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero.
 -- If Z normally changes within a count but lies near an edge of that count at one speed, the index is one count off at
 -- that speed.
 -- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
@@ -236,7 +236,7 @@ architecture rtl of index_zero is
   signal angle_is_second : std_ulogic  := '0';
   signal place_of_angle  : u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- An index of the step before is detected in this clock.
+  -- An index that belongs to the previous step is detected in this clock.
   signal meets_index   : std_ulogic                    := '0';
   -- A mark is checked; and whether its distance from the previous mark is 0, a turn up or a turn down within the
   -- tolerance

@@ -18,9 +18,9 @@
 --   correction        s19.11  counts, the sum over up to 64 lanes
 --   head offset       u24.4   counts, the reading of a head where the mean is 0
 --   head weight       s1.16   share of a head in the mean; the sum over the heads is 2**16
---   head difference   s16.4   counts, a head's reading less the carrier's, limited
+--   head difference   s16.4   counts, a head's reading minus the carrier's, limited
 --   mean term         s19.20  counts, what the mean adds to the correction
---   turn number       s23.0   turns, which the angle has gone round; wraps modulo 2**24
+--   turn number       s23.0   number of turns of the angle; wraps modulo 2**24
 --   turn step         u0.48   turn a turn, the fraction of a real order: round(n * 2**48) mod 2**48
 
 library ieee;

@@ -15,11 +15,12 @@
 -- the line is read.
 --
 -- **Windows.** The first enabled window that contains the angle gives the value; windows should not overlap. The points
--- of window j are the j-th half or quarter of all. After the last point of a window the line leads to its first point.
+-- of window j are the j-th half or quarter of all points. After the last point of a window the line leads to its first
+-- point.
 --
 -- **Error.** The place is rounded to 2⁻²⁴ window, its step is off by 2⁻⁴⁹ window a count, and 12 bits of the place between two
 -- points are used. Against the exact line the value is off by at most the largest difference of two neighbouring points
--- times 2⁻¹³ + 2⁻¹³ with one window, and 2⁻¹² more with two or four.
+-- times (2⁻¹³ + 2⁻¹³) with one window; with two or four windows this factor is larger by 2⁻¹².
 --
 -- **Size.** 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys).
 --

@@ -15,9 +15,9 @@
 -- its place at once, its points one after the other, 2 clocks each. An access waits until the copy has ended,
 -- LOCAL_TABLE_LATENCY + 2 · 4,096 + 1 clocks at the most.
 --
--- **Access.** Pulse `read_enable` or `write_enable` with address and data; the answer is one pulse of `done`. Keep address and data
--- until then, and start no other access before. A write waits while `hold` is high: hold it from the request of a swap
--- until the swap took place, so that a swap takes over exactly the finished writes.
+-- **Access.** Pulse `read_enable` or `write_enable` with address and data; the answer is one pulse of `done`. Keep
+-- address and data until `done`, and start no other access before. A write waits while `hold` is high: keep it high
+-- from the request of a swap until the swap took place, so that a swap takes over exactly the finished writes.
 --
 -- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`, one angle per clock. 3 clocks to `done` if nothing
 -- waits.

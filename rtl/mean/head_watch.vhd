@@ -5,9 +5,9 @@
 -- Finds the head that has failed, while the mean uses all of them: by a fault that its decoder reports, by edges that are
 -- missing, or by a step of its reading that no other head shows.
 --
--- **Faults of a decoder.** A head fails with the clock in which its flag `illegal`, `overspeed`, `swallowed` or `index_error`
--- rises or its counter increments; the lowest bit of the counter shows that. A full counter shows no further fault:
--- clear it. Flags that were set before `watching` rose do not count.
+-- **Faults of a decoder.** A head fails in the clock in which its flag `illegal`, `overspeed`, `swallowed` or
+-- `index_error` rises or its counter increments; the lowest bit of the counter shows that. A full counter shows no
+-- further fault: clear it. Flags that were set before `watching` rose do not count.
 --
 -- **Missing edges.** A head counts as dead if every other head has moved by `missing_counts` counts or more since this
 -- head's last edge; motions up and down are added. No head counts as dead while the table stands still. The value 0

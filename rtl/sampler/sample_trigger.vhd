@@ -15,7 +15,7 @@
 --
 -- **Equal time.** The first trigger belongs to the clock `sample_period` - 1 clocks after the
 -- first enabled one. A change of `sample_period` applies to the present interval: an
--- interval already longer than the new period ends at once. 0 acts as 1.
+-- interval already longer than the new period ends at once. A period of 0 acts as 1.
 --
 -- **Equal angle.** The multiples are m * angle_step from the zero of the index, computed exactly:
 -- no error accumulates. A multiple is reached at the same count from below and from above,

@@ -13,9 +13,9 @@
 -- **Clock and reset** come from the processor, see zynq_processor. Until the firmware releases the reset, the outputs
 -- are low and the LEDs out.
 --
--- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault while a head has an index error,
--- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was
--- clipped; compensation while the output is corrected. See status_leds.
+-- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault is lit while a head has an index error,
+-- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was clipped;
+-- compensation is lit while the output is corrected. See status_leds.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -10,10 +10,10 @@
 --
 -- **Number formats.** `dna` u57.0.
 --
--- **Clock.** The primitive runs on a divided clock that is a register here, CLOCKS_PER_HALF clocks high and as many
--- low; READ and SHIFT change, and DOUT is sampled, at its falling edge. At 100 MHz and 8 clocks the divided clock has
--- 6.25 MHz (100 MHz are allowed), and each path has half a period, 80 ns. constraints/vivado/chip_dna.xdc states this
--- for Vivado.
+-- **Clock.** The primitive runs on a divided clock from a register of this entity, which is high for CLOCKS_PER_HALF
+-- clocks and low for as many; READ and SHIFT change, and DOUT is sampled, at its falling edge. At 100 MHz and 8 clocks
+-- the divided clock has 6.25 MHz (100 MHz are allowed), and each path has half a period, 80 ns.
+-- constraints/vivado/chip_dna.xdc states this for Vivado.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -18,7 +18,7 @@ library ieee;
 
 entity reset_release is
   generic (
-    CLOCKS : positive range 1 to 65535 := 64 -- from the end of the reset in the clock's domain
+    CLOCKS : positive range 1 to 65535 := 64 -- clocks of reset after the end of the synchronised reset
   );
   port (
     clock                : in    std_ulogic;
