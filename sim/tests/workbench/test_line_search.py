@@ -132,7 +132,7 @@ def test_noise_shows_no_line_next_to_the_orders_of_the_model(
 
 
 def test_a_long_log_takes_seconds() -> None:
-    """The log has 72,000 rows in an hour. Issue 26 asks for at most 10 s of processor time."""
+    """The log has 72,000 rows in an hour; at most 10 s of processor time are allowed."""
     random = np.random.default_rng(5)
     time_s = np.arange(72_000) * (HOUR_S / 72_000)
     coarse = time_s[::20]
