@@ -35,8 +35,7 @@ def test_the_page_says_what_the_figures_say() -> None:
     assert third["worst_gain_to_128"] is not None
     assert round(listed["worst_gain_to_128"], 1) == 1.2
     assert round(every["worst_gain_to_128"], 1) == 11.2
-    # The issue asks for 3 to 4″ with the axis at rest, and for more with unknown motion of an
-    # order.
+    # The axis at rest gives 3 to 4″, unknown motion of an order gives more.
     least = [min(one["u_arcsec"]) for one in FOUND["own_places"]]
     assert least == sorted(least)
     assert 2.0 < least[0] < 5.0
