@@ -6,10 +6,9 @@
 #
 #     make bitstream BOARD=my_board PART=xc7z020clg484-1
 #
-# Every port must have both, each pin may appear once; make bitstream checks that first. A signal that is
-# not there still needs a pin. For pairs (TOP=arctrue_zynq_differential_top) each encoder port is
-# two: head1_a_p and head1_a_n, out_a_p and out_a_n; both get the standard (LVDS_25 or TMDS_33), and the
-# pins must be the two of one pair.
+# Every port must have both, each pin may appear once; make bitstream checks that first. A signal that your board does
+# not use still needs a pin. For pairs (TOP=arctrue_zynq_differential_top) each encoder port is two: head1_a_p and
+# head1_a_n, out_a_p and out_a_n; both get the standard (LVDS_25 or TMDS_33), and the pins must be the two of one pair.
 #
 # An open input is pulled low, so that it counts no edges; pairs have no pull-down: leave PULLTYPE out there.
 # Write nothing else in here: the open tools ignore other commands, so the two flows would differ.
@@ -44,7 +43,7 @@ set_property IOSTANDARD STANDARD [get_ports out_b]
 set_property LOC PIN [get_ports out_z]
 set_property IOSTANDARD STANDARD [get_ports out_z]
 
-# Enable of the line drivers (pull it to disabled outside), alarm, and what is beside the table.
+# Enable of the line drivers (pull it to disabled outside), alarm, and the instruments beside the table.
 set_property LOC PIN [get_ports driver_enable]
 set_property IOSTANDARD STANDARD [get_ports driver_enable]
 set_property LOC PIN [get_ports alarm]

@@ -3,7 +3,8 @@
 # Pins of arctrue_zynq_top on the TUL PYNQ-Z2 (XC7Z020-1CLG400C).
 # RS-422 receivers and drivers stand between the Pmods and the encoders: docs/device.md.
 # PMODA shares its pins with the Raspberry Pi header: leave that one free.
-# Only what every tool reads stands here: LOC, IOSTANDARD and PULLTYPE of ports; the rest is in vivado/.
+# This file contains only what every tool reads: LOC, IOSTANDARD and PULLTYPE of ports. All other constraints are in
+# vivado/.
 # An open input is pulled low, so that it counts no edges.
 
 # Reference head: receivers' outputs on the upper row of Pmod PMODA.
@@ -36,8 +37,8 @@ set_property IOSTANDARD LVCMOS33 [get_ports out_b]
 set_property LOC T10 [get_ports out_z]
 set_property IOSTANDARD LVCMOS33 [get_ports out_z]
 
-# Enable of the line drivers, alarm, and what is beside the table: the other pins of Pmod PMODB, and one of PMODA.
-# On the coupled pairs of A they are such as stand still while the table turns.
+# Enable of the line drivers, alarm, and the instruments beside the table: the other pins of Pmod PMODB, and one of
+# PMODA. The pins that are coupled with those of A have signals that do not change while the table turns.
 set_property LOC Y14 [get_ports driver_enable]
 set_property IOSTANDARD LVCMOS33 [get_ports driver_enable]
 set_property LOC V16 [get_ports alarm]

@@ -1,7 +1,7 @@
 """Compares the calibration with the Cramér–Rao bound and a plain FFT, the gateware with float64.
 
-``python -m scripts.bench_calibration [--draws N]``: errors over drawn turns, in groups of ten, and
-the processor time of single calibrations on this machine.
+``python -m scripts.bench_calibration [--draws N]`` prints the errors over drawn turns, in groups of
+ten, and the processor time of single calibrations on this machine.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ ECCENTRICITY_M = 37.7e-6
 EVALUATED = 1 << 18
 METHODS = {"least_squares": least_squares, "fourier": fourier}
 GROUP = 10
-"""Number of draws in one figure of the error."""
+"""Number of draws from which one figure of the error is computed."""
 
 
 def table() -> RotaryTable:
-    """Give a table with an eccentric disc only: its error curve is known from geometry."""
+    """Return a table with an eccentric disc only, whose error curve is known from geometry."""
     return RotaryTable(
         two_heads(),
         (DiscEccentricity(ECCENTRICITY_M, 1.0),),
@@ -47,11 +47,10 @@ def table() -> RotaryTable:
 
 
 def bound_arcsec() -> float:
-    """Return the Cramér–Rao bound of the RMS over the turn for any unbiased estimate of these
-    orders.
+    """Return the Cramér–Rao bound of the RMS over the turn for unbiased estimates of these orders.
 
     Each head has noise s and rounding to a count. K differences have the variance 2s², and a
-    component of order n has 4|TF|²s²/K.
+    component of order n has the variance 4|TF|²s²/K.
     """
     variance = NOISE_ARCSEC**2 + arcsec_per_count(COUNTS_PER_REV) ** 2 / 12.0
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
@@ -59,7 +58,7 @@ def bound_arcsec() -> float:
 
 
 def plain_fft(turn: WholeTurns) -> Float:
-    """Apply (4) to (7) directly. The result is the cosines, then the sines, in arcseconds."""
+    """Compute equations (4) to (7) directly; return the cosines, then the sines, in arcseconds."""
     difference = (turn.head2_counts - turn.head1_counts) * arcsec_per_count(COUNTS_PER_REV)
     lines = np.fft.rfft(difference)[ORDERS] * (2.0 / SAMPLES)
     found = lines * transfer_function(ORDERS, HEAD_SEPARATION_RAD)
@@ -67,8 +66,7 @@ def plain_fft(turn: WholeTurns) -> Float:
 
 
 def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
-    """Return for each method the RMS error of every group, arcseconds, and the seconds of every
-    draw.
+    """Return, by method, the RMS error of every group in arcseconds and the duration of every draw.
 
     The error is relative to the mean of the group, so that the constant error of a DFT (ε(R) for
     ε(θ)) does not count as noise.
@@ -105,7 +103,8 @@ def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
 
 
 def gateware_difference_arcsec() -> tuple[float, float, float]:
-    """Return the bit-true correction minus equation (8) in float64 as largest, RMS and bound."""
+    """Return the largest and RMS difference of the bit-true correction from equation (8) in
+    float64, and its bound."""
     amplitude, phase = np.array([1864.0, 77.7, 15.5]), np.array([1.0, 2.0, 3.0])
     coefficients = Coefficients.from_harmonics(
         np.array([1, 2, 3]), amplitude, phase, COUNTS_PER_REV
@@ -115,7 +114,7 @@ def gateware_difference_arcsec() -> tuple[float, float, float]:
     exact = angle - coefficients.error_counts(angle)
     half = COUNTS_PER_REV / 2
     off = (corrected - exact + half) % COUNTS_PER_REV - half
-    # A count is rounded once. The cosines stay within the appendix's bound.
+    # The bound: a count is rounded once, and the cosines keep the bound of the paper's appendix.
     most = 0.5 + cosine_bound() * float(np.sum(np.abs(amplitude))) + 2.0**-11
     unit = arcsec_per_count(COUNTS_PER_REV)
     return float(np.max(np.abs(off))) * unit, float(np.sqrt(np.mean(off**2))) * unit, most * unit

@@ -1,8 +1,8 @@
 """Measures how campaigns scale: CPU time of the tasks and of the overhead, for 1 and 2 processes.
 
 Run ``python -m scripts.bench_campaign``; ``--write`` puts the table into docs/campaigns.md. It
-measures CPU time, which other work on the machine changes little; wall-clock seconds are
-given with the load during the measurement.
+measures CPU time, which other work on the machine changes little; wall-clock seconds are given
+together with the load during the measurement.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ WORKS = {
 
 
 def timed(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Do the work of a task and return its CPU time."""
+    """Do the work of a task; return the CPU time that it took."""
     begin = time.process_time()
     if task["work"]:
         find_work(task["work"])(task["task"])
@@ -62,18 +62,18 @@ class Measured:
 
     @property
     def share(self) -> float:
-        """Return the share of the tasks in the CPU time."""
+        """Return the CPU time of the tasks as a share of that of all processes."""
         return self.task_cpu_s / self.whole_cpu_s
 
 
 def cpu_s() -> float:
-    """Return the CPU time of this process and of its children that have ended."""
+    """Return the CPU time of this process and of its finished child processes."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(item.ru_utime + item.ru_stime for item in used)
 
 
 def measure(name: str, tasks: Sequence[Task], workers: int, batch: int) -> Measured:
-    """Run a campaign in a temporary folder."""
+    """Run a campaign in a temporary folder and return its times."""
     work = "scripts.bench_campaign:timed"
     timed_tasks = [{"work": WORKS[name], "task": dict(task)} for task in tasks]
     with tempfile.TemporaryDirectory() as place:
@@ -97,7 +97,10 @@ HEADINGS = (
 
 
 def table(found: Sequence[Measured], load: float) -> list[str]:
-    """Return lines of Markdown. The first entry of ``found`` is a campaign of a few empty tasks."""
+    """Return the table as lines of Markdown.
+
+    The first entry of ``found`` is a campaign of a few empty tasks.
+    """
     lines = [f"| {' | '.join(HEADINGS)} |", "|" + "---|" * len(HEADINGS)]
     for item in found[1:]:
         cells = (
@@ -134,7 +137,7 @@ def table(found: Sequence[Measured], load: float) -> list[str]:
 
 
 def row(runs: Sequence[Measured]) -> Row:
-    """Compare several runs of one campaign with its work alone."""
+    """Compare the CPU time of a campaign, over several runs, with that of its tasks alone."""
     first = runs[0]
     own = float(np.median([item.task_cpu_s / item.tasks for item in runs]))
     share = float(np.median([item.share for item in runs]))
@@ -148,12 +151,12 @@ def row(runs: Sequence[Measured]) -> Row:
 
 
 def median_run(runs: Sequence[Measured]) -> Measured:
-    """Give the run with the median CPU time."""
+    """Return the run with the median CPU time."""
     return sorted(runs, key=lambda item: item.whole_cpu_s)[len(runs) // 2]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, print, and with --write update the page."""
+    """Measure and print; with ``--write`` update the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=4, help="benchmark sets per run")
     parser.add_argument(

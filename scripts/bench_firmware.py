@@ -3,8 +3,8 @@
 A separate image (``firmware/bench``) runs both methods on a turn in the emulated window, and a
 plain implementation of each: one sine and one cosine of the C library per sample and order,
 compiled with the same options. With QEMU's ``-icount shift=0`` an instruction takes a nanosecond of
-its clock, which the global timer counts in ticks of 10 ns: an exact, repeatable count. numpy's
-processor time is that of this machine.
+the emulated clock. The global timer counts this clock in ticks of 10 ns, so that the count is exact
+and repeatable. The processor time of numpy is that on this machine.
 """
 
 from __future__ import annotations
@@ -35,35 +35,35 @@ from scripts.bench_rows import Row, add_option, give_out  # noqa: E402
 IMAGE = ROOT / "build" / "firmware" / "pynq_z2" / "bench.elf"
 NS_A_TICK = 10
 PROCESSOR_HZ = 667e6
-"""Clock of the fastest XC7Z020-1. The boards here run at 650 MHz."""
+"""Clock frequency of the fastest XC7Z020-1. The boards of this project run at 650 MHz."""
 CYCLES_AN_INSTRUCTION = (1.0, 2.0)
-"""Assumed range of cycles per instruction. At best two instructions are issued at once. In the
-worst case each operation on doubles waits for the one before; the Cortex-A9 FPU issues a
+"""Assumed range of cycles per instruction. In the best case two instructions are issued at once. In
+the worst case each operation on doubles waits for the one before; the FPU of the Cortex-A9 issues a
 multiplication every second clock and an addition every clock."""
 GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
-"""Number of loaded orders that the calibration does not fit, as in firmware/bench."""
+"""Number of loaded orders that the calibration does not fit, the same as in firmware/bench."""
 JUDGE_SHARE = 0.7
-"""Largest time of a judgement, as a share of a calibration with the same samples, 40 orders and
-least squares."""
+"""Largest permitted time to test loaded coefficients, as a share of the time of a calibration with
+the same samples, 40 orders and least squares."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6
-"""Tolerance of a result, as a share of the largest harmonic. The firmware stops at 10⁻⁴″ of about
-150″."""
+"""Tolerance of a result, as a share of the largest harmonic. The firmware's iteration stops at
+10⁻⁴″ of about 150″."""
 NUMPY_RUNS = 7
 EMULATION_S = 400.0
 
 
 def turn(samples: int) -> NDArray[np.int64]:
-    """Return the counts (2, n) of one turn and of the sample that closes it."""
+    """Return the counts (2, n) of the samples of one turn and of the next sample."""
     disc = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 3: (1.2, 2.9), 11: (0.4, 1.0)})
     theta = turn_angles(samples, 2)[: samples + 1]
     return disc.heads(theta, 0.1, np.random.default_rng(1))
 
 
 def instructions(samples: int, orders: int) -> dict[str, float]:
-    """Count every part. Raises AssertionError if a plain result differs."""
+    """Count the instructions of every part. Raises AssertionError if a plain result differs."""
     window = bytearray(core_window(turn(samples)))
     scratch = register_named("scratch").address
     window[scratch : scratch + 4] = word(orders)
@@ -74,14 +74,14 @@ def instructions(samples: int, orders: int) -> dict[str, float]:
     counted = {}
     for line in lines:
         part, ticks, off = line.split()
-        # The last number of a method is its reason of refusal, or 0.
+        # The last number that a method prints is the reason of its refusal, or 0.
         assert float(off) * 1e-9 <= SAME_RESULT, f"{part}: {line}"
         counted[part] = float(ticks) * NS_A_TICK
     return counted
 
 
 def numpy_ms(samples: int, orders: int, method: str) -> tuple[float, ...]:
-    """Give numpy's processor time on this machine for the same turn, several runs."""
+    """Return numpy's processor time on this machine for the same turn, for several runs."""
     counts = turn(samples)
     capture = Capture(
         run=np.zeros(samples + 1, dtype=np.int64),
@@ -99,7 +99,8 @@ def numpy_ms(samples: int, orders: int, method: str) -> tuple[float, ...]:
 
 
 def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -> list[Row]:
-    """Compare ARM instructions with the plain implementation, and the time with goal and numpy."""
+    """Compare ARM instructions with the plain implementation, and the time with goal and
+    numpy's."""
     around = counted["verify"] + (counted["reading_function"] if method == "fourier" else 0.0)
     number = around + counted[method]
     plain = around + counted[f"plain_{method}"]
@@ -125,7 +126,7 @@ def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -
 
 
 def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
-    """Compare a judgement of JUDGED_ORDERS loaded orders with a calibration of the same turn."""
+    """Compare the test of JUDGED_ORDERS loaded orders with a calibration from the same turn."""
     number, plain = counted["judge"], counted["plain_judge"]
     low, high = (number * cycles / PROCESSOR_HZ * 1e3 for cycles in CYCLES_AN_INSTRUCTION)
     share = number / counted["least_squares"]
@@ -144,7 +145,8 @@ def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows. Exit code 1 means that a goal is missed even at one cycle per instruction."""
+    """Print the rows. Exit code 1 means that a row misses its goal even at one cycle per
+    instruction."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_option(parser)
     given = parser.parse_args(arguments)

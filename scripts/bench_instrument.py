@@ -1,7 +1,7 @@
-"""Compares clocks per second of processor time: GHDL's two code generators, compiled netlist.
+"""Compares the speed of GHDL's two code generators and of the compiled netlist.
 
-It also measures the dependence on the lanes. A revolution at the paper's size takes
-REVOLUTION_CLOCKS.
+The speed is the number of simulated clocks per second of processor time; its dependence on the
+number of lanes is measured too. A revolution at the paper's size takes REVOLUTION_CLOCKS.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ CAPTURE_DEPTH = 12288
 COMPILED_CLOCKS = 200_000
 RUNS, GHDL_RUNS = 7, 3
 REVOLUTION_CLOCKS = 40_463_743
-"""Number of counted clocks of ``arctrue revolution``: two turns of 2²⁴ counts and the way to the
-index."""
+"""Number of clocks that ``arctrue revolution`` simulates: two turns of 2²⁴ counts and the way to
+the index."""
 GHDL_CLOCKS = {"mcode": 300, "llvm": 800}
-"""Number of measured clocks; they take some seconds with 32 lanes."""
+"""Number of clocks in a measurement, which takes some seconds with 32 lanes."""
 
 _CHILD = """
 import sys
@@ -43,7 +43,8 @@ simulate("arctrue_core", "tb.instrument.speed_bench", backend=backend,
 
 
 def ghdl_clocks_per_second(backend: str, lanes: int) -> float:
-    """Measure inside the simulation, without analysis and elaboration."""
+    """Measure the clocks per second in the running simulation, without its analysis and
+    elaboration."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     answer = FOLDER / f"ghdl-{backend}-{lanes}.json"
     answer.unlink(missing_ok=True)
@@ -67,7 +68,7 @@ def ghdl_clocks_per_second(backend: str, lanes: int) -> float:
 
 
 def compiled(lanes: int) -> tuple[float, ...]:
-    """Give clocks per second of several runs."""
+    """Return the clocks per second of several runs."""
     with Instrument(lanes, CAPTURE_DEPTH) as instrument:
         return tuple(clocks_per_second(instrument, lanes, COMPILED_CLOCKS) for _ in range(RUNS))
 

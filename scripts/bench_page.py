@@ -2,8 +2,8 @@
 
 The page shows machine, versions and commit, then the rows of each bench: median, quartiles and
 extremes of its runs, and the limit or peer. For a failed bench it shows the last lines of output;
-the exit code is then 1. ``--only NAME`` repeats one bench; the rows of the other benches come from
-the files next to the page, each with the commit and load of its own run.
+the exit code is then 1. ``--only NAME`` repeats one bench; the rows of the other benches are read
+from the files next to the page, each with the commit and load of its own run.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from scripts.bench_rows import Row, read_rows, table
 
 ROOT = Path(__file__).resolve().parents[1]
 BENCH_S = 4 * 3600
-"""Time limit of a bench. The longest bench takes half an hour on a free machine."""
+"""Time limit of a bench. The longest bench takes half an hour on an idle machine."""
 BENCHES: Mapping[str, tuple[str, str]] = {
     "scripts.bench_calibration": (
         "Calibration and gateware",
@@ -59,7 +59,7 @@ TOOLS = {"ghdl": "--version", "verilator": "--version", "qemu-system-arm": "--ve
 
 
 def machine() -> list[tuple[str, str]]:
-    """Give name and value of the facts on which the figures depend."""
+    """Return name and value of the facts on which the figures depend."""
     facts = [
         ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ("commit", _first_line(["git", "-C", str(ROOT), "describe", "--always", "--dirty"])),
@@ -75,7 +75,7 @@ def machine() -> list[tuple[str, str]]:
 
 @dataclass(frozen=True, slots=True)
 class Ran:
-    """A bench that was run."""
+    """Result of a bench."""
 
     code: int
     rows: tuple[Row, ...]
@@ -86,7 +86,7 @@ class Ran:
 
 
 def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
-    """Compose the page in Markdown from ``benches``, the results of every bench that ran."""
+    """Return the page in Markdown; ``benches``: the results of every bench that ran."""
     lines = ["# Benches", "", f"Made by `make bench`. {READING}", "", "| | |", "|---|---|"]
     lines += [f"| {name} | {value} |" for name, value in facts]
     for module, ran in benches.items():
@@ -145,7 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run(module: str, rows: Path, options: Sequence[str] = ()) -> Ran:
-    """Run one bench to its end, at most ``BENCH_S``."""
+    """Run one bench until it ends, or for at most ``BENCH_S``."""
     rows.unlink(missing_ok=True)
     facts = {
         "begun": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),

@@ -1,6 +1,7 @@
-"""Rows of a bench compare repeated measurements and their spread with a peer or limit.
+"""Rows of a bench compare repeated measurements and their spread with a peer or a limit.
 
-A bench writes its rows with ``--rows FILE``, and ``scripts.bench_page`` makes one page from all.
+A bench writes its rows with ``--rows FILE``, and ``scripts.bench_page`` makes one page from the
+rows of all benches.
 """
 
 from __future__ import annotations
@@ -21,16 +22,17 @@ HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Beside:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One measured quantity."""
+    """One quantity that a bench measures."""
 
     what: str
     unit: str
     values: tuple[float, ...]
-    """The results of all runs. A single one is a count or a sum, which is always the same."""
+    """The results of all runs; a single result if it is a count or a sum that is the same in every
+    run."""
     beside: str
-    """Figure of the peer or the limit in words."""
+    """Text with the figure of the peer, or with the limit."""
     kept: bool = True
-    """Whether the value keeps the limit; True if there is no limit."""
+    """Whether the value is within the limit; True if there is no limit."""
 
     @property
     def median(self) -> float:
@@ -38,7 +40,7 @@ class Row:
         return float(np.median(self.values))
 
     def cells(self) -> list[str]:
-        """Give the cells of a table with ``HEADINGS``."""
+        """Return the cells of the row in a table with ``HEADINGS``."""
         beside = self.beside if self.kept else f"**{self.beside}: not kept**"
         if len(self.values) == 1:
             return [self.what, self.unit, shown(self.median), "", "", "counted", beside]
@@ -55,7 +57,7 @@ class Row:
 
 
 def shown(value: float) -> str:
-    """Format with three digits and thousands separators."""
+    """Format a number with three digits and thousands separators."""
     if abs(value) >= 1000:
         digits = 2 - int(np.floor(np.log10(abs(value))))
         return f"{round(value, digits):,.0f}"
@@ -74,7 +76,8 @@ def add_option(parser: argparse.ArgumentParser) -> None:
 
 
 def give_out(rows: Sequence[Row], file: Path | None) -> int:
-    """Print the rows and write them to the file, if any. Return 1 if a limit is exceeded."""
+    """Print the rows and write them to the file, if one is named. Return 1 if a row exceeds its
+    limit."""
     print("\n".join(table(rows)))
     if file is not None:
         write_whole_text(file, json.dumps([asdict(row) for row in rows], indent=1) + "\n")

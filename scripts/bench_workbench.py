@@ -1,7 +1,7 @@
 """Time and memory of the workbench: captures up to ten million rows, references up to a million.
 
 Run ``python -m scripts.bench_workbench``; ``--most-rows 1000000`` leaves the longest sets out. Each
-measurement is a process of its own, so that its peak memory is its own.
+measurement runs in a separate process, so that the peak memory is that of this measurement.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Float = NDArray[np.float64]
 
 ROWS = (10_000, 72_000, 150_000)
 REFERENCE_ROWS = (100_000, 1_000_000)
-"""Numbers of rows of the sets that have only a moving reference."""
+"""Numbers of rows of the sets that have a moving reference only."""
 REFERENCE_ORDER = 37.3
 REFERENCE_LINE_ARCSEC = 0.05
 REFERENCE_NAMED = "periodic_error"
@@ -42,7 +42,7 @@ HIDDEN = "thermal_eccentricity"
 COMMANDS = ("compare", "diagnose")
 LONG_ROWS = (1_000_000, 10_000_000)
 LONG_RUNS = ((30.0, 20.0, 20.0), (-30.0, 20.0, 20.0), (90.0, 20.0, 20.0), (30.0, 23.5, 24.5))
-"""Speed in deg/s, and temperatures at the start and the end, of each run."""
+"""Speed in deg/s, temperature at the start, and temperature at the end of each run."""
 LONG_ROWS_A_TURN = 6_000
 LONG_WARM_ARCSEC_K = 0.3
 LONG_PIECE = 500_000
@@ -65,17 +65,17 @@ LIMITS = {
     ("capture", 10_000_000): (60.0, 2048.0),
     ("reference", 1_000_000): (30.0, 1024.0),
 }
-"""Largest permitted seconds of one processor core and MB of ``compare`` and of ``diagnose``, by the
-set's channel and rows."""
+"""Limits of ``compare`` and of ``diagnose``: seconds of one processor core and MB, by the set's
+channel and rows."""
 EXPLAIN_LIMITS = {("capture", 72_000): (30.0, 1024.0)}
-"""Limits of ``explain``, which diagnoses again for each effect. It is measured on these sets only.
-"""
+"""Limits of ``explain``, which diagnoses once more for each effect. It is measured on these sets
+only."""
 SEED = 11
 
 
 def make_set(folder: Path, rows: int) -> None:
-    """Write a full experiment with about this many capture rows, in which a warm disc centre is
-    hidden."""
+    """Write a full experiment with about this many capture rows; a disc centre that moves with heat
+    is hidden."""
     experiment = full()
     share = -(-rows // len(experiment.runs))
     made = simulate_set([Wanted(HIDDEN, 0.3)], experiment.smaller(share, cycles=10), SEED)
@@ -83,7 +83,7 @@ def make_set(folder: Path, rows: int) -> None:
 
 
 def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
-    """Return ε of the long sets' table, which has four orders and a centre that wanders with the
+    """Return ε of the long sets' table, which has four orders and a centre that moves with the
     heat."""
     return (
         90.0 * np.cos(disc + 0.4)
@@ -97,9 +97,9 @@ def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
 def make_long_set(folder: Path, rows: int) -> None:
     """Write a capture of very many rows in pieces, directly from its equations.
 
-    Four runs have equal length and 6,000 rows a turn. They are up, down, three times as fast, and
+    Four runs have equal length and 6,000 rows a turn. They go up, down, three times as fast, and
     warm; the hidden effect is a disc centre that moves with the temperature. Five polygon cycles
-    are added.
+    follow.
     """
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(LONG_DESCRIPTION, encoding="utf-8")
@@ -138,7 +138,7 @@ def make_long_set(folder: Path, rows: int) -> None:
 
 
 def make_reference_set(folder: Path, rows: int) -> None:
-    """Write a moving reference, ten turns up and ten back, in which a line between orders is
+    """Write a reference in motion, ten turns up and ten back; a line between two orders is
     hidden."""
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(
@@ -187,11 +187,11 @@ class Measured:
     megabytes: float
     code: int
     named: str | None = None
-    """The effect that ``diagnose`` names."""
+    """Name of the effect that ``diagnose`` states."""
 
 
 def measure(command: str, folder: Path) -> Measured:
-    """Run ``arctrue COMMAND folder`` in a process of its own. Raises RuntimeError if it fails."""
+    """Run ``arctrue COMMAND folder`` in a separate process. Raises RuntimeError if it fails."""
     words = [sys.executable, "-m", "scripts.bench_workbench", "--one", command, str(folder)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -228,7 +228,7 @@ def _one(command: str, folder: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows. Exit code 1 means that a limit is exceeded or another effect is named."""
+    """Print the rows. Exit code 1 means that a row exceeds its limit or a wrong effect is named."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--one", nargs=2, metavar=("COMMAND", "SET"), help=argparse.SUPPRESS)
     parser.add_argument(
@@ -259,8 +259,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def row(command: str, case: tuple[str, int], runs: Sequence[Measured], hidden: str) -> Row:
-    """Return the processor seconds of a command with its limits. The row is not kept if a run names
-    another effect."""
+    """Return a row with the processor seconds of a command and its limits. The row counts as
+    exceeded if a run names another effect than ``hidden``."""
     channel, rows = case
     limits = EXPLAIN_LIMITS if command == "explain" else LIMITS
     most_s, most_mb = limits.get(case, (np.inf, np.inf))

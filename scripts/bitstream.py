@@ -32,7 +32,7 @@ FOLDS = (1, 2, 4, 8)
 ROTATIONS = ("cordic", "table")
 PART = "xc7z020clg400-1"
 OPEN_PIPELINES = 16
-"""Largest number of pipelines that the open tools have routed at 100 MHz (docs/timing.md)."""
+"""Largest number of pipelines with which the open tools have reached 100 MHz (docs/timing.md)."""
 
 
 def boards() -> list[str]:
@@ -42,7 +42,7 @@ def boards() -> list[str]:
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """Return the lanes per pipeline without --fold, the smallest number that the flow's tools can
+    """Return the lanes per pipeline without --fold: the smallest number that the flow's tools can
     route."""
     folds = [fold for fold in FOLDS if lanes % fold == 0]
     if flow == "vivado":
@@ -51,9 +51,9 @@ def fold_of(flow: str, lanes: int) -> int:
 
 
 def pins_of_all_heads(pins: Path) -> Path:
-    """Join a board's pin file with that of its heads 3 and 4, below build/.
+    """Join a board's pin file with that of its heads 3 and 4; write the result below build/.
 
-    Raises ConstraintError if the board has no place for them.
+    Raises ConstraintError if the board has no pins for these heads.
     """
     further = pins.parent / "heads" / pins.name
     if not further.exists():

@@ -12,7 +12,7 @@ from typing import Final
 
 WORD: Final = 0xFFFF_FFFF
 BEAT_STEP: Final = 0x0100_0193
-"""The difference between the data of successive beats of a write, the same as in axi_master.h."""
+"""Difference between the data of two successive beats of a write, the same as in axi_master.h."""
 
 
 class Burst(IntEnum):
@@ -35,10 +35,10 @@ class Response(IntEnum):
 
 @dataclass(frozen=True)
 class Access:
-    """One access, or a pause. ``kind`` is w for a write, r for a read, n for nothing, z for a
-    reset.
+    """One access, or a pause.
 
-    The last two take ``data`` clocks.
+    ``kind`` is w for a write, r for a read, n for a pause, z for a reset; a pause or reset lasts
+    ``data`` clocks.
     """
 
     kind: str
@@ -49,12 +49,13 @@ class Access:
     burst: Burst = Burst.INCREASING
     strobe: int = 0xF
     last: int | None = None
-    """Beat at which WLAST comes, if it is not the last one."""
+    """Beat at which WLAST is high, if this is not the last one."""
     together: bool = False
-    """Whether the access may start during one of the other kind (read or write)."""
+    """Whether the access may start while one of the other kind (read or write) is not yet
+    finished."""
 
     def line(self) -> str:
-        """Return the line in the form that the bench reads."""
+        """Return the access as a line in the form that the bench reads."""
         last = self.beats - 1 if self.last is None else self.last
         return (
             f"{self.kind} {self.address:x} {self.data:x} {self.beats} {self.size} "
@@ -62,13 +63,13 @@ class Access:
         )
 
     def beat(self, place: int) -> int:
-        """Return the data of a beat of a write."""
+        """Return the data of one beat of a write."""
         return (self.data + place * BEAT_STEP) & WORD
 
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer to the access at ``place`` of the list. A write has one, a read has one per
+    """An answer to the access at ``place`` of the list. A write has one answer, a read has one per
     beat."""
 
     place: int
@@ -77,7 +78,7 @@ class Answer:
 
 
 def read_answers(path: Path) -> list[Answer]:
-    """Return the answers that the bench wrote, in the order in which they came."""
+    """Return the answers that the bench wrote, in the order in which it received them."""
     found = []
     for line in path.read_text(encoding="ascii").splitlines():
         place, response, data = line.split()

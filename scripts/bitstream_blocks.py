@@ -1,9 +1,9 @@
 """Writes configured DSPs and block RAMs as Verilog instances of scripts/bitstream_models.
 
 The meaning of the features follows from their names in the database, UG479 and UG473. The program
-refuses features that the gateware does not use. These are the DSP's port D, SIMD and pattern
-detection, and a block RAM as FIFO, with error correction or with its data cascaded. A cascaded
-address is a route.
+refuses features that the gateware does not use: the DSP's port D, SIMD and pattern detection, and a
+block RAM as FIFO, with error correction or with its data cascaded. A cascaded address is decoded as
+a route.
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ RAM_PINS: Final = {
     "REGCEA": ("REGCEAREGCE", "REGCE"),
     "REGCEB": ("REGCEB",),
 }
-"""Pin's name in a RAMB18E1 and, if it differs, in a FIFO18E1, by port of the model."""
+"""Name of the pin at each port of the model: that in a RAMB18E1, and that in a FIFO18E1 if it
+differs."""
 RAM_BUSES: Final = {"ADDRA": ("ADDRARDADDR", 14), "ADDRB": ("ADDRBWRADDR", 14)}
 WRITE_MODES: Final = {"": 0, "READ_FIRST": 1, "NO_CHANGE": 2}
 EVERY_BIT: Final = (1 << 18) - 1
@@ -74,15 +75,15 @@ def _joined(bits: list[str]) -> str:
 
 
 def _instance(model: str, name: str, parameters: dict[str, str], ports: dict[str, str]) -> str:
-    """Return an instance in Verilog."""
+    """Return Verilog of an instance."""
     given = ", ".join(f".{key}({value})" for key, value in parameters.items())
     wired = ", ".join(f".{key}({value})" for key, value in ports.items())
     return f"{model} #({given}) {name} ({wired});"
 
 
 def dsp(name: str, features: frozenset[str], pin: Pin, product: str) -> str:
-    """Return an instance of a DSP. ``features`` lack the site's name, and ``product`` is the net at
-    P."""
+    """Return Verilog of a DSP. ``features`` do not contain the site's name; ``product`` is the net
+    at P."""
     _refuse(name, features, DSP_REFUSED)
 
     def level(port: str, bit: int | None) -> str:
@@ -106,7 +107,7 @@ def dsp(name: str, features: frozenset[str], pin: Pin, product: str) -> str:
 
 
 def _width(features: frozenset[str], name: str) -> int:
-    """Return the width of a port of a half. It is 1 if all choices are zero."""
+    """Return the data width of one port of half a block RAM; 1 if no feature selects a width."""
     found = [feature for feature in features if re.fullmatch(rf"{name}_\d+", feature)]
     return int(found[0].rpartition("_")[2]) if found else 1
 
@@ -127,7 +128,7 @@ def _contents(features: frozenset[str], name: str, rows: int) -> int:
 def ram_half(
     name: str, features: frozenset[str], pin: Pin, has_pin: Callable[[str], bool], out: str
 ) -> str:
-    """Return an instance of half a block RAM. ``out`` holds its outputs, port A in the lower 18
+    """Return Verilog of half a block RAM. ``out`` holds its outputs, port A in the lower 18
     bits."""
     _refuse(name, features, RAM_REFUSED)
     parameters = {
@@ -161,7 +162,7 @@ def ram_half(
     for port, bus in (("A", "A"), ("B", "B")):
         data = [pin(f"DI{bus}DI{bit}") for bit in range(16)]
         ports[f"DI{port}"] = _joined(data + [pin(f"DIP{bus}DIP{bit}") for bit in range(2)])
-    # Port A has two pins a byte, which nextpnr drives alike. Port B has one a byte.
+    # Port A has two pins a byte, which nextpnr drives with the same signal. Port B has one a byte.
     ports["WEA"] = _joined([pin("WEA0"), pin("WEA2")])
     ports["WEB"] = _joined([pin(f"WEBWE{bit}") for bit in range(4)])
     ports |= {"DOA": f"{out}[17:0]", "DOB": f"{out}[35:18]"}

@@ -1,7 +1,7 @@
 """Checks pin files (the XDC subset that every place-and-route tool reads) before a long run.
 
-A line is empty, a comment, or ``set_property PROPERTY value [get_ports name]`` with LOC, IOSTANDARD
-or PULLTYPE.
+A line is empty, a comment, or ``set_property PROPERTY value [get_ports name]`` with the property
+LOC, IOSTANDARD or PULLTYPE.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ PULLS = ("NONE", "PULLDOWN", "PULLUP", "KEEPER")
 
 
 class ConstraintError(Exception):
-    """A pin file does not fit the top level. The text names every fault with its line."""
+    """A pin file does not fit the top level. The message states every fault with its line."""
 
 
 def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
-    """Return for each port of a pin file its properties with value and line number.
+    """Return, for each port of a pin file, its properties with value and line number.
 
-    Raises ConstraintError for anything beyond the subset and for a property given twice.
+    Raises ConstraintError for a line outside the subset and for a property that is set twice.
     """
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -64,15 +64,16 @@ def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
 
 
 def ports_of(top: str) -> list[str]:
-    """Return the ports of a top level below rtl/, in its order."""
+    """Return the ports of a top level below rtl/, in the order of its declaration."""
     entity = read_entity(ROOT, Path("rtl") / "top" / f"{top}.vhd")
     return [name for item in entity.ports for name in item.names.split(", ")]
 
 
 def check_pins(path: Path, ports: Iterable[str]) -> dict[str, str]:
-    """Return the pin of each port. Every port has one pin of its own and a standard.
+    """Return the pin of each port.
 
-    Raises ConstraintError that names all faults.
+    Every port must have a standard and a pin that no other port has. Raises ConstraintError, which
+    names all faults.
     """
     found = read_pins(path)
     ports = list(ports)

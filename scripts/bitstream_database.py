@@ -22,14 +22,15 @@ from scripts.netlist import ToolError
 Bit = tuple[int, int, bool]
 """Frame within the tile, bit within the tile's words, and whether the bit is set."""
 Wire = tuple[str, str]
-"""The names of tile and wire."""
+"""Names of the tile and of the wire."""
 
 ALWAYS: Final = "always"
 DEFAULT: Final = "default"
 
 
 def _bits(text: str) -> list[Bit]:
-    """Read bits such as ``28_05 !27_11``. The form is frame_bit, and ! means cleared."""
+    """Read bits such as ``28_05 !27_11``: each is frame_bit, and ! means that the bit is
+    cleared."""
     found = []
     for word in text.split():
         frame, _, bit = word.removeprefix("!").partition("_")
@@ -38,11 +39,10 @@ def _bits(text: str) -> list[Bit]:
 
 
 class TileType:
-    """The bits that the features of one type of tile set, by kind of frames, read from its
-    files."""
+    """The features of one type of tile: the bits that each sets, and the kind of their frames."""
 
     def __init__(self, family: Path, name: str) -> None:
-        """Read from ``family``, the database's folder of the family."""
+        """Read the type ``name`` from ``family``, the database's folder of the family."""
         lower = name.lower()
         self.family = family
         self.name = name
@@ -53,7 +53,7 @@ class TileType:
         ):
             for feature, bits in self._entries(family / file):
                 self.features[feature] = (kind, _bits(bits))
-        # These connections are always there or are made by others, so they set nothing.
+        # These connections always exist or depend on others, so they set no bits.
         self.without_bits = dict(self._entries(family / f"ppips_{lower}.db"))
 
     @staticmethod
@@ -65,8 +65,8 @@ class TileType:
                     yield entry.partition(".")[2], rest
 
     def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
-        """Return kind of frames and bits, without bits where the feature sets none. None: the
-        database does not have it."""
+        """Return the kind of frames and the bits of a feature; no bits for a feature that sets
+        none. None means that the database does not have the feature."""
         if feature in self.without_bits:
             return "", []
         if not index and feature in self.features:
@@ -79,7 +79,7 @@ class TileType:
 
     @cached_property
     def by_bit(self) -> dict[tuple[str, int, int], list[str]]:
-        """Return, by kind, frame and bit, the features whose first set bit it is."""
+        """Return the features by the kind, frame and bit of the first bit that each sets."""
         found: dict[tuple[str, int, int], list[str]] = defaultdict(list)
         for name, (kind, bits) in self.features.items():
             first = next((bit for bit in bits if bit[2]), None)
@@ -97,8 +97,8 @@ class TileType:
 
     @cached_property
     def sites(self) -> list[dict[str, Any]]:
-        """Return the type's sites with ``name``, ``type``, ``prefix`` and ``site_pins`` (pin to
-        ``wire``)."""
+        """Return the sites of the type with ``name``, ``type``, ``prefix`` and ``site_pins`` (pin
+        to ``wire``)."""
         return [
             {
                 **site,
@@ -113,7 +113,7 @@ class TileType:
 
     @cached_property
     def pips(self) -> dict[str, set[str]]:
-        """Return for each wire the wires that can drive it within the tile."""
+        """Return, for each wire, the wires of the tile that can drive it."""
         found: dict[str, set[str]] = defaultdict(set)
         for pip in self._tile["pips"].values():
             found[pip["dst_wire"]].add(pip["src_wire"])
@@ -123,15 +123,15 @@ class TileType:
 
     @cached_property
     def permanent(self) -> dict[str, str]:
-        """Return for each wire its permanent driver."""
+        """Return the permanent driver of each wire that has one."""
         return dict(
             entry.split(".", 1) for entry, kind in self.without_bits.items() if kind == ALWAYS
         )
 
     @cached_property
     def defaults(self) -> dict[str, str]:
-        """Return each wire's driver without a feature, either documented or the choice of all
-        zeros."""
+        """Return the driver that a wire has without an enabled feature: the documented default, or
+        the one whose feature sets no bits."""
         found = {
             destination: source
             for destination, _, source in (
@@ -148,8 +148,8 @@ class TileType:
 
     @cached_property
     def driven_by_pin(self) -> dict[str, tuple[int, str]]:
-        """Return for each wire the site (its place in ``sites``) and the output pin that drives
-        it."""
+        """Return, for each wire that a site drives, the site (its place in ``sites``) and the
+        output pin."""
         found = {}
         for place, site in enumerate(self.sites):
             path = self.family / f"site_type_{site['type']}.json"
@@ -164,7 +164,8 @@ class Chip:
     """The tiles of a part, their types, and the connections of their wires."""
 
     def __init__(self, family: Path, part: str) -> None:
-        """Read from ``family``, the database's folder. Raises ToolError if it lacks the part."""
+        """Read the part from ``family``, the database's folder. Raises ToolError if it lacks the
+        part."""
         grids = [
             path for path in family.glob("*/tilegrid.json") if part.startswith(path.parent.name)
         ]
@@ -187,8 +188,9 @@ class Chip:
         return self.type(self.tiles[tile]["type"])
 
     def alias(self, tile: str) -> tuple[TileType, dict[str, str], int] | None:
-        """Return the type whose bits a tile at the chip's edge uses, the names of the tile's sites
-        in that type, and the first word. Such a tile has only one of the two sites of the type."""
+        """Return, for a tile at the chip's edge, the type whose bits it uses, the names of its
+        sites in that type, and the first word. Such a tile has only one of the two sites of the
+        type; None for other tiles."""
         for block in self.tiles[tile]["bits"].values():
             if "alias" in block:
                 alias = block["alias"]
@@ -202,12 +204,13 @@ class Chip:
 
     @cached_property
     def of_site(self) -> dict[str, str]:
-        """Return the tile of each site."""
+        """Return the name of the tile in which each site is."""
         return {site: name for name, tile in self.tiles.items() for site in tile.get("sites", {})}
 
     @cached_property
     def _joints(self) -> dict[tuple[str, str], list[tuple[int, int, str, str]]]:
-        """Return for each type and wire the same wires of neighbours, with place, type and wire."""
+        """Return, for each type and wire, the connected wires of neighbours: place, type and
+        wire."""
         path = self.folder / "tileconn.json"
         found: dict[tuple[str, str], list[tuple[int, int, str, str]]] = defaultdict(list)
         for entry in json.loads(path.read_text(encoding="utf-8")):

@@ -1,9 +1,9 @@
 """Writes a configured chip as a netlist in Verilog, from its outputs backwards.
 
-Outputs of the chip are pads and the inputs of the PS7. Its inputs are pads and the PS7's outputs.
-From each output the wires are followed to the pin that drives them, that pin's cell is written, and
-so on. A pin without a driver gets its own input in ``open_lines``, and the simulation of the
-netlist gives it any level.
+Outputs of the chip are pads and the inputs of the PS7. Inputs of the chip are pads and the PS7's
+outputs. The program follows the wires from each output to the pin that drives it, writes the cell
+of that pin, follows the wires from the inputs of the cell, and so on. A pin without a driver gets a
+separate input in ``open_lines``, to which the simulation of the netlist gives random levels.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ from scripts.bitstream_slices import Slice, Text
 from scripts.netlist import ToolError
 
 LEAST_BITS: Final = 96
-"""The least width of a bus of the netlist, so that each is an array of words in Verilator's C++."""
+"""Smallest width of a bus of the netlist: each wider bus is an array of words in Verilator's
+C++."""
 RAM_HALVES: Final = {"L": "FIFO18E1", "U": "RAMB18E1", "FIFO18": "FIFO18E1", "RAMB18": "RAMB18E1"}
-"""Site types by the names of a half's wires. A site of type RAMBFIFO36E1 contains both halves."""
+"""Type of site of half a block RAM, by the letter or type in the name of a wire. A site of type
+RAMBFIFO36E1 contains both halves."""
 RAM_OUTPUT: Final = re.compile(
     r"BRAM_(?P<site>\w+)_DO(?P<parity>P?)(?P<port>[AB])DOP?(?P<half>[LU]?)(?P<bit>\d+)"
 )
@@ -31,26 +33,26 @@ RAM_OUTPUT: Final = re.compile(
 
 @dataclass
 class Decoded:
-    """The netlist, with ``pads`` and ``ps7`` by direction in the order of the buses' bits."""
+    """The decoded netlist, with the names of the bits of each bus in the order of the bits."""
 
     verilog: str = ""
     clock: int = 0
-    """Input that clocks every register and block."""
+    """Number of the input that is the clock of every register and block."""
     inputs: list[str] = field(default_factory=list)
     outputs: list[str] = field(default_factory=list)
     open_pins: list[str] = field(default_factory=list)
     activity: list[tuple[str, int, int]] = field(default_factory=list)
-    """Name, first bit of ``activity`` and number of bits of every DSP, of every half of a block
-    RAM, and of every used output of a look-up table as RAM."""
+    """Name, first bit in the bus ``activity`` and number of bits of every DSP, of every half of a
+    block RAM, and of every used output of a look-up table as RAM."""
 
 
 def bus_bits(count: int) -> int:
-    """Return the width of a bus with ``count`` lines."""
+    """Return the width of a bus for ``count`` lines."""
     return max(LEAST_BITS, count)
 
 
 class Decoder:
-    """Writes the cells of a chip in the order in which they are reached."""
+    """Writes the cells of a chip in the order in which the search reaches them."""
 
     def __init__(
         self,
@@ -59,9 +61,11 @@ class Decoder:
         inputs: Sequence[str],
         wires: Collection[str] = (),
     ) -> None:
-        """Take the tables of the ports. ``pads``: site of a pad to its port; ``inputs``: ports of
-        pads and pins of the PS7; ``wires``: ports that both sides may pull low and no side drives
-        high."""
+        """Store the tables of the ports.
+
+        ``pads``: the port of each pad by its site; ``inputs``: ports of pads and pins of the PS7;
+        ``wires``: ports that both sides may pull low and no side drives high.
+        """
         self.routes = routes
         self.features = routes.features
         self.chip = routes.chip
@@ -106,14 +110,14 @@ class Decoder:
         return self._nets[key]
 
     def _is_idle(self, source: Source) -> bool:
-        """Return True for a pin of an unused DSP, whose levels are unknown."""
+        """Tell whether a pin belongs to an unused DSP, whose output levels are unknown."""
         if source.level is not None or self._site(source.tile, source.site)[0] != "DSP48E1":
             return False
         half = self.chip.type_of(source.tile).sites[source.site]["name"][-1]
         return not self._features_of(source.tile, f"DSP48.DSP_{half}")
 
     def _enter(self, tile: str, site: int, pin: str) -> str:
-        """Return the net of an output pin, and put its cell on the list to be written."""
+        """Return the net of an output pin, and put its cell on the list of cells to write."""
         kind, _ = self._site(tile, site)
         if kind in ("BUFGCTRL", "BUFHCE"):
             return self._buffer(tile, site, kind)
@@ -140,7 +144,8 @@ class Decoder:
         return f"inputs[{self._input_bits[name]}]"
 
     def _level_of(self, tile: str, site: int) -> str:
-        """Return the level of a pad, which is that of its driver or else of the outside."""
+        """Return the level of a pad: low if its driver or the outside pulls it low, else that of
+        the outside."""
         port = self._port_of(tile, site)
         if port not in self._wires:
             return self._from_outside(port)
@@ -155,12 +160,12 @@ class Decoder:
         own = self.chip.type_of(tile).sites[site]
         names = [str(name) for name in self.chip.tiles[tile]["sites"] if name.startswith("IOB")]
         names.sort(key=lambda name: int(name.rpartition("Y")[2]))
-        # A tile at the end of a column has one pad of two.
+        # A tile at the end of a column has only one of two pads.
         name = names[int(own["name"][-1]) % len(names)]
         return self.pads.get(name, name)
 
     def _buffer(self, tile: str, site: int, kind: str) -> str:
-        """Write a clock buffer that passes its input. Any other use is refused."""
+        """Write a clock buffer that passes its input to its output. Any other use is refused."""
         there = self.features.of(tile)
         own = self.chip.type_of(tile).sites[site]
         name = f"{kind}.{kind}_{own['name']}" if kind == "BUFHCE" else None
@@ -190,7 +195,7 @@ class Decoder:
         return net if is_straight else f"~{net}"
 
     def _output_logic(self, source: Source) -> str:
-        """Return the signal that passes an OLOGICE3 to a pad or to its enable."""
+        """Return the signal that an OLOGICE3 passes to a pad or to the pad's enable."""
         there = self.features.of(source.tile)
         found = re.search(r"OLOGIC(\d)", self._site(source.tile, source.site)[1][source.pin])
         assert found
@@ -213,7 +218,7 @@ class Decoder:
         return self.net(source, (tile, site, pin))
 
     def add_pad(self, name: str) -> None:
-        """Add an output of the design that is a pad. Raises ToolError if it is not always
+        """Add an output of the design that is a pad. Raises ToolError if the pad is not always
         driven."""
         site_name = next(site for site, port in self.pads.items() if port == name)
         tile = self.chip.of_site[site_name]
@@ -247,7 +252,7 @@ class Decoder:
         self.made.outputs.append(name)
 
     def finish(self) -> Decoded:
-        """Write the waiting cells, and then the whole netlist."""
+        """Write all cells on the list, then return the whole netlist."""
         while self._waiting:
             tile, site, pin = self._waiting.pop()
             kind, _ = self._site(tile, site)
@@ -314,7 +319,7 @@ class Decoder:
         self.text.assignments.append(dsp(f"{name}_dsp", features, pin, out))
 
     def _ram_net(self, tile: str, site: int, pin: str) -> str:
-        """Return the net at an output of a block RAM, for any of its sites."""
+        """Return the net at an output of a block RAM, whichever of its sites has the pin."""
         found = RAM_OUTPUT.fullmatch(self._site(tile, site)[1][pin])
         if not found:
             raise ToolError(f"{tile}: the output {pin} of a block RAM is not decoded")
@@ -364,7 +369,7 @@ class Decoder:
 
 
 def pads_of(chip_folder: Path, ports: Mapping[str, str]) -> dict[str, str]:
-    """Return the port of each pad's site, from ``ports`` (port to pin of the package).
+    """Return the port of each pad by its site; ``ports``: the pin of the package by its port.
 
     Raises ToolError for a pin that the package does not have.
     """

@@ -2,9 +2,9 @@
 
 Verilator compiles both into one program: GHDL's netlist of the VHDL, before any mapping, and the
 decoded cells with the models of scripts/bitstream_models. Both get the same random levels at every
-pad and every output of the PS7, or, at its bus, the accesses of a list. A pin without a driver
-in the bitstream gets its own random levels. All outputs must be equal before and after
-every edge of the clock.
+pad and every output of the PS7; the bus of the PS7 gets the accesses of a list if there is one. A
+pin without a driver in the bitstream gets random levels of its own. All outputs must be equal
+before and after every edge of the clock.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ MODELS: Final = Path(__file__).with_name("bitstream_models")
 VERILATOR: Final = (
     *("verilator", "--cc", "--exe", "--build", "-O3", "--x-assign", "0", "--x-initial", "0"),
     *("--no-assert", "-Wno-fatal", "-Wno-lint", "-Wno-style", "-Wno-SYMRSVDWORD", "-Wno-UNOPTFLAT"),
-    # The program runs for seconds. Compiling it with any optimisation takes longer than that.
+    # The program runs for seconds only, and each level of optimisation would take longer to
+    # compile.
     *("-MAKEFLAGS", "OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O1", "--output-split", "20000"),
     *("--top-module", "bench", "--prefix", "Vbench", "-o", "bench"),
 )
@@ -44,7 +45,7 @@ KINDS: Final = (
     (r"\w*_in", "pulse"),
     (r".*", "data"),
 )
-"""The stimulus of each input by its name. The first pattern that fits applies."""
+"""The stimulus of each input, by a pattern of its name. The first pattern that matches applies."""
 MASTER: Final = "MAXIGP0"
 MASTER_LINES: Final = (
     *("AWVALID", "AWREADY", "AWID", "AWADDR", "AWLEN", "AWSIZE", "AWBURST"),
@@ -52,7 +53,7 @@ MASTER_LINES: Final = (
     *("ARVALID", "ARREADY", "ARID", "ARADDR", "ARLEN", "ARSIZE", "ARBURST"),
     *("RVALID", "RREADY", "RDATA", "RRESP", "RLAST"),
 )
-"""The lines of the PS7's general purpose master 0 (AXI3). Lines that a design lacks have width
+"""Signals of the PS7's general purpose master 0 (AXI3). A signal that a design lacks has width
 0."""
 
 
@@ -63,14 +64,14 @@ class Port:
     name: str
     bits: int
     is_input: bool
-    """Whether the port goes into the design, from a pad or from an output of the PS7."""
+    """Whether the design reads the port: from a pad or from an output of the PS7."""
     is_processor: bool
     is_wire: bool = False
-    """Whether the port is one of the two ports of a pad that both sides may pull low and no side
-    drives high. One port is the outside (0 pulls low), the other the level."""
+    """Whether the port is one of the two ports that stand for a pad that both sides may pull low
+    and no side drives high. One of them is the outside (0 pulls low), the other the level."""
 
     def lines(self) -> list[str]:
-        """Return the names of its bits, as the PS7's pins are named."""
+        """Return the names of the port's bits; the PS7's pins have names of this form."""
         is_bus = self.is_processor and self.bits > 1
         return [f"{self.name}{bit}" for bit in range(self.bits)] if is_bus else [self.name]
 
@@ -78,7 +79,7 @@ class Port:
 def ports_of(module: dict[str, Any]) -> list[Port]:
     """Return the pads and the ports of the PS7 of a mapped netlist, inputs first.
 
-    An inout counts as two ports, see ``Port.is_wire``.
+    An inout becomes two ports, see ``Port.is_wire``.
     """
     found = [
         Port(name, len(port["bits"]), is_input, False, port["direction"] == "inout")
@@ -96,7 +97,7 @@ def ports_of(module: dict[str, Any]) -> list[Port]:
 
 
 def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
-    """Return the ports of a direction, each with its first bit in the bus."""
+    """Return the ports of one direction, each with the number of its first bit in the bus."""
     found, first = [], 0
     for port in ports:
         if port.is_input == is_input:
@@ -106,12 +107,13 @@ def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
 
 
 def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
-    """Return the ports of both directions, each with its first bit in its own bus."""
+    """Return the ports of both directions, each with the number of its first bit in its bus."""
     return [place for is_input in (True, False) for place in _placed(ports, is_input=is_input)]
 
 
 def _reference(top: str, ports: Sequence[Port]) -> str:
-    """Return Verilog of the top level that has the outputs of its PS7 as inputs, and vice versa."""
+    """Return Verilog of a top level whose inputs are the outputs of the design's PS7, and vice
+    versa."""
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     wide_in = bus_bits(sum(port.bits for port, _ in inputs))
     wide_out = bus_bits(sum(port.bits for port, _ in outputs))
@@ -166,10 +168,10 @@ def _reference(top: str, ports: Sequence[Port]) -> str:
 
 
 def without_repeats(netlist: str) -> str:
-    """Remove second declarations and assignments of a signal to itself from GHDL's netlist.
+    """Remove from GHDL's netlist second declarations, and assignments of a signal to itself.
 
-    GHDL declares an output twice, as a port and as a wire. Verilator accepts only one declaration,
-    and of two assignments the first.
+    GHDL declares an output twice, as a port and as a wire. Verilator accepts only one declaration;
+    of two assignments it takes the first.
     """
     kept = []
     ports: set[str] = set()
@@ -188,9 +190,9 @@ def without_repeats(netlist: str) -> str:
 
 
 def direct_tristates(netlist: str) -> str:
-    """Connect an inout directly. GHDL puts two wires between it and its driver or reader.
+    """Connect an inout directly to its driver or reader: GHDL puts two wires between them.
 
-    Verilator handles 1'bz only in an assignment to the port itself.
+    Verilator supports 1'bz only in an assignment to the port itself.
     """
     ways = dict(re.findall(r"assign (\w+) = (\w+ \? 1'b0 : 1'bz);", netlist))
     inner = dict(re.findall(r"assign (\w+) = (\w+); // \(inout - port\)", netlist))
@@ -231,7 +233,7 @@ def _kind(port: Port, first: int, clock: int) -> str:
 
 
 def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
-    """Write C++ constants that describe the bits of the buses."""
+    """Return C++ constants that describe the bits of the buses."""
     inputs = _placed(ports, is_input=True)
     heads: dict[str, int] = {}
     rows = []
@@ -267,7 +269,7 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
             f"constexpr MasterLines AXI = {{\n{chr(10).join(master)}\n}};",
             "struct Block { const char* name; int first; int bits; };",
             f"constexpr Line LINES[] = {{\n{chr(10).join(rows)}\n}};",
-            # An array must not be empty, so it has one more entry.
+            # Each array has one more entry, because C++ has no empty arrays.
             f"constexpr int BLOCK_COUNT = {len(blocks)};",
             f"constexpr int ENCODERS = {max(1, len(heads))};",
             f"constexpr int PULSES = {pulses};",
@@ -285,14 +287,14 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """The result of a run, with a sentence for each difference and figures by name."""
+    """Result of a run: a sentence for each difference, and figures by name."""
 
     differences: list[str]
     still: list[str]
     """DSPs, halves of block RAMs and outputs of look-up tables as RAM that never changed."""
     figures: Mapping[str, int]
     quiet: list[str] = field(default_factory=list)
-    """Outputs that never changed."""
+    """Names of outputs that never changed."""
     answers: Sequence[Answer] = ()
 
     @property
@@ -344,10 +346,10 @@ def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, fold
 
 
 def run(bench: Path, clocks: int, seed: int, accesses: Sequence[Access] = ()) -> Compared:
-    """Run the bench for at least this many clocks, and until the VHDL has had all ``accesses``.
+    """Run the bench for ``clocks`` clocks or more, until the VHDL has answered all ``accesses``.
 
-    Without accesses, all lines of the processor get random levels. Raises ToolError if the bench
-    ends without figures.
+    Without accesses, all signals from the processor get random levels. Raises ToolError if the
+    bench ends without figures.
     """
     command = [str(bench), str(clocks), str(seed)]
     answered = bench.with_name("answers.txt")

@@ -18,11 +18,11 @@ SHOWN: Final = 5
 INDEXED: Final = re.compile(r"(?P<name>.*)\[(?P<index>\d+)\]")
 
 Bits = Mapping[int, frozenset[int]]
-"""The set bits of each frame by its address, counted from bit 0 of word 0."""
+"""Numbers of the set bits of each frame, by its address; they count from bit 0 of word 0."""
 
 
 def bits_of_frames(path: Path) -> Bits:
-    """Return the bits of a file of frames, as scripts/fasm_frames.py and fasm2frames write it."""
+    """Return the set bits of a file of frames that scripts/fasm_frames.py or fasm2frames wrote."""
     found = {}
     for line in path.read_text(encoding="ascii").splitlines():
         address, _, words = line.partition(" ")
@@ -39,7 +39,7 @@ def bits_of_frames(path: Path) -> Bits:
 
 
 def bits_of_bitstream(bitstream: Path, reader: str, part_file: Path) -> Bits:
-    """Return the bits of a bitstream by Project X-Ray's ``bitread``.
+    """Return the set bits of a bitstream, read by Project X-Ray's ``bitread``.
 
     Raises ToolError if it fails.
     """
@@ -60,14 +60,14 @@ class Features:
     """The enabled features of every tile of a chip."""
 
     def __init__(self, chip: Chip, bits: Bits) -> None:
-        """Take ``bits``, the set bits of a whole configuration."""
+        """Store ``bits``, the set bits of a whole configuration."""
         self.chip = chip
         self._bits = bits
         self._found: dict[str, frozenset[str]] = {}
         self._drivers: dict[str, dict[str, str]] = {}
 
     def of(self, tile: str) -> frozenset[str]:
-        """Return the features of a tile that set bits, by the names of its type in the database."""
+        """Return the features of a tile whose bits are set, by their names in the tile's type."""
         if tile not in self._found:
             self._found[tile] = self._read(tile)
         return self._found[tile]
@@ -91,7 +91,8 @@ class Features:
         return frozenset(found)
 
     def _ones(self, tile: str, start: int) -> set[tuple[str, int, int]]:
-        """Return kind, frame within the tile and bit of every set bit."""
+        """Return the kind of frame, frame in the tile and bit in the tile of every set bit of a
+        tile."""
         found = set()
         for kind, block in self.chip.tiles[tile]["bits"].items():
             base = int(block["baseaddr"], 16)
@@ -106,11 +107,11 @@ class Features:
 
     @cached_property
     def tiles(self) -> list[str]:
-        """Return the tiles with a feature."""
+        """Return the tiles that have an enabled feature."""
         return [tile for tile in self.chip.tiles if self.of(tile)]
 
     def drivers(self, tile: str) -> dict[str, str]:
-        """Return for each wire the driver that a feature of the tile selects.
+        """Return, for each wire of a tile, the driver that an enabled feature selects.
 
         Raises ToolError if two features drive one wire.
         """
@@ -129,7 +130,7 @@ class Features:
 
     @staticmethod
     def _only(own: TileType, tile: str, wire: str, drivers: list[str]) -> str:
-        """Select the one of ``drivers`` whose bits are not a subset of another's."""
+        """Return the driver whose bits are not a subset of those of another one in ``drivers``."""
 
         def ones(driver: str) -> set[tuple[int, int]]:
             return {
@@ -142,7 +143,7 @@ class Features:
         return whole[0]
 
     def unexplained(self) -> list[str]:
-        """Return frame, word and bit of each set bit that no feature found here sets."""
+        """Return frame, word and bit of each set bit that belongs to no feature."""
         explained: dict[int, set[int]] = defaultdict(set)
         for tile in self.tiles:
             own = self.chip.type_of(tile)
@@ -168,7 +169,7 @@ class Features:
 
 
 def vector(features: frozenset[str], name: str) -> int:
-    """Return the number that ``name[0]``, ``name[1]`` … make, bit by bit."""
+    """Return the number whose bits are the features ``name[0]``, ``name[1]`` and so on."""
     value = 0
     for feature in features:
         found = INDEXED.fullmatch(feature)

@@ -1,4 +1,5 @@
-"""Checks that a bitstream is whole and made for the chip. The source is UG470, chapter 5."""
+"""Checks that a bitstream is complete and made for the chip; its format is that of UG470, chapter
+5."""
 
 from __future__ import annotations
 
@@ -17,8 +18,9 @@ TYPE_2_WORDS = 0x07FF_FFFF
 REVISION = 0xF000_0000  # the top four bits of an identification code are the silicon's revision
 WORDS_A_FRAME = 101
 
-# Identification code and number of configuration frames, with those that only pad the end of a row.
-# UG585's lengths of whole bitstreams are 2,332 bytes of commands more.
+# Identification code and number of configuration frames, including those that only fill the end of
+# a row. The length of a whole bitstream in UG585 is 2,332 bytes larger, because it contains the
+# commands.
 DIES = {
     "xc7z010": (0x0372_2093, 5_152),
     "xc7z020": (0x0372_7093, 10_008),
@@ -29,7 +31,7 @@ LONGEST_HEAD = 1024  # bytes before the sync word, or before the frames: tagged 
 def check_bitstream(path: Path, part: str) -> str:
     """Return one sentence about the bitstream of ``part``.
 
-    Raises ToolError for a file that is missing, cut off, or made for another chip.
+    Raises ToolError for a file that is missing, truncated, or made for another chip.
     """
     if not path.exists():
         raise ToolError(f"{path}: the flow ended without a bitstream")
@@ -58,7 +60,7 @@ def check_bitstream(path: Path, part: str) -> str:
 
 
 def _frame_words(data: bytes, start: int) -> tuple[int, int]:
-    """Return the stated and the actual number of frame words."""
+    """Return the number of frame words that the file states, and the number that it contains."""
     place = data.find(FRAMES_WRITE, start, start + LONGEST_HEAD)
     if place < 0:
         return 0, 0

@@ -17,17 +17,18 @@ OSCILLATOR_MHZ = 125  # oscillator of both boards, at their pin H16
 
 
 class TimingError(Exception):
-    """The design does not run at its clock. The text says by how much and where to read more."""
+    """The design does not reach its clock frequency. The message states by how much, and where to
+    read more."""
 
 
 @dataclass(frozen=True)
 class Top:
-    """A top level below rtl/top, and its requirements to a flow.
+    """A top level below rtl/top, and what a flow needs to build it.
 
-    ``primitives``: number of each cell that ties it to the chip. ``vivado`` and ``scoped`` are
-    files in constraints/vivado, which Vivado alone reads: ``vivado`` is for the top's pins,
-    ``scoped`` for the entities inside, in order; each is read for every instance of its entity.
-    ``has_core``: it has the generics of the core.
+    ``primitives``: number of each cell that connects it to the chip. ``vivado`` and ``scoped`` are
+    files in constraints/vivado that only Vivado reads: ``vivado`` is for the top's pins, ``scoped``
+    for the entities inside, in this order; each is read for every instance of its entity.
+    ``has_core``: whether the top has the generics of the core.
     """
 
     name: str
@@ -42,7 +43,7 @@ HEADS_TOPS = {
     "arctrue_zynq_top": "arctrue_zynq_heads_top",
     "encoder_source_top": "encoder_source_heads_top",
 }
-"""Maps each top level with two heads and pins for more to that for three and four heads."""
+"""Top level for three and four heads, by the name of the top level for two heads."""
 
 DEVICE_CLOCK_MHZ = number_formats.CLOCK_HZ // 1_000_000
 DEVICE_PRIMITIVES = {"PS7": 1, "BUFG": 1}
@@ -71,12 +72,13 @@ TOPS = {
     )
 }
 TWO_HEADS_TOPS = tuple(name for name in TOPS if name not in HEADS_TOPS.values())
-"""Top levels that the user chooses by name. HEADS chooses the others."""
+"""Names of the top levels that the user chooses directly. HEADS selects those for more heads."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One bitstream. ``pins`` is an XDC file, and ``folder`` takes every file that is made."""
+    """One bitstream to build. ``pins`` is an XDC file; ``folder`` is for all files that the flow
+    makes."""
 
     top: Top
     part: str
@@ -87,18 +89,18 @@ class Job:
 
     @property
     def reports(self) -> Path:
-        """Return the folder of logs and reports."""
+        """Return the folder for logs and reports."""
         return self.folder / "reports"
 
     @property
     def bitstream(self) -> Path:
-        """Return the file that the flow writes."""
+        """Return the path of the bitstream that the flow writes."""
         return self.folder / "arctrue.bit"
 
 
 @dataclass(frozen=True)
 class Tool:
-    """A program: how the user may name it, and what to do if it is missing.
+    """A program: its names, the variable by which a user chooses it, and advice if it is missing.
 
     ``folder`` of this tree is searched after PATH.
     """
@@ -109,7 +111,8 @@ class Tool:
     folder: Path | None = None
 
     def find(self) -> str | None:
-        """Return the variable's command if it is set, else the first one found, or None."""
+        """Return the command that the variable names, if it is set, else the first one found, or
+        None."""
         chosen = os.environ.get(self.variable)
         if chosen:
             return shutil.which(chosen)
@@ -119,7 +122,7 @@ class Tool:
         return next((command for command in found if command), None)
 
     def missing(self) -> str:
-        """Return one line that says what was searched, where, and what to do."""
+        """Return one line that states which command was searched, where, and what to do."""
         chosen = os.environ.get(self.variable)
         if chosen:
             looked = f"{self.variable}={chosen} is not a program that can be started"
@@ -131,8 +134,8 @@ class Tool:
 def all_found(tools: Sequence[Tool], others: Sequence[str] = ()) -> list[str]:
     """Return the commands of ``tools``, in their order.
 
-    Raises ToolError that names everything that is missing at once. ``others`` are sentences about
-    further missing things.
+    Raises ToolError, which names all missing tools at once. ``others`` are sentences about other
+    missing things.
     """
     found = [tool.find() for tool in tools]
     lines = [tool.missing() for tool, command in zip(tools, found, strict=True) if not command]
@@ -143,10 +146,10 @@ def all_found(tools: Sequence[Tool], others: Sequence[str] = ()) -> list[str]:
 
 
 def in_order_of_use(files: Sequence[Path]) -> list[Path]:
-    """Return VHDL files in an order in which each comes after those whose units it uses.
+    """Return VHDL files in an order in which each file comes after those whose units it uses.
 
-    A unit is used as ``work.<name>``, and a file is named like its unit. Raises ToolError where
-    files name each other in a circle.
+    A unit is used as ``work.<name>``, and a file is named like its unit. Raises ToolError if files
+    use each other in a circle.
     """
     by_name = {path.stem: path for path in files}
     names = {}

@@ -1,11 +1,13 @@
 """Writes look-up tables of a slice that are RAM as Verilog.
 
 The sources are the 7 Series Configurable Logic Block User Guide (UG474, "Distributed RAM") and
-Project X-Ray's page on the configuration of distributed RAM. The inputs of table D are the write
-address of all tables. A table is a RAM of 64 words, written from data input 1, or two RAMs of 32
-words (``SMALL``). With two, O5 reads what data input 1 wrote, O6 what data input 2 wrote, and input
-6 of the table and of table D must be 1. ``WA7USED`` and ``WA8USED`` make a deeper RAM of several
-tables. A table is then written at those addresses at which the wide multiplexers choose it.
+Project X-Ray's page on the configuration of distributed RAM.
+
+The inputs of table D are the write address of all tables. A table is one RAM of 64 words, which is
+written from data input 1, or two RAMs of 32 words (``SMALL``). With two RAMs, O5 reads the words
+written from data input 1 and O6 those from data input 2; input 6 of the table and of table D must
+be 1. ``WA7USED`` and ``WA8USED`` join several tables to a deeper RAM. A table is then written at
+those addresses at which the wide multiplexers select it.
 """
 
 from __future__ import annotations
@@ -18,26 +20,27 @@ from scripts.netlist import ToolError
 
 LETTERS: Final = "ABCD"
 CHAINED_DATA: Final = {"A": ("AI", "B"), "B": ("BI", "D"), "C": ("CI", "D")}
-"""Own pin of each table for data input 1, and the table whose data input 1 it takes otherwise."""
+"""Own pin of each table for data input 1, and the table whose data input 1 it shares otherwise."""
 ADDRESS_7: Final = ("WA7USED", "CX", {"A": 1, "B": 0, "C": 1, "D": 0})
 ADDRESS_8: Final = ("WA8USED", "BX", {"A": 1, "B": 1, "C": 0, "D": 0})
-"""Feature, its pin of the write address, and the level at which each table is written."""
+"""The feature, the pin of its bit of the write address, and the level of the bit at which each
+table is written."""
 
 Pin = Callable[[str], str]
 
 
 def is_ram(features: frozenset[str], letter: str) -> bool:
-    """Return True if a look-up table is a RAM."""
+    """Tell whether a look-up table is a RAM."""
     return f"{letter}LUT.RAM" in features
 
 
 def is_small(features: frozenset[str], letter: str) -> bool:
-    """Return True if a look-up table as RAM is two RAMs of 32 words."""
+    """Tell whether a look-up table as RAM is two RAMs of 32 words."""
     return f"{letter}LUT.SMALL" in features
 
 
 def check_rams(name: str, features: frozenset[str]) -> None:
-    """Raise ToolError if the tables of a slice are a RAM in a way that is not decoded."""
+    """Raise ToolError if this program cannot decode the RAMs of a slice."""
     rams = [letter for letter in LETTERS if is_ram(features, letter)]
     shifts = [letter for letter in LETTERS if f"{letter}LUT.SRL" in features]
     if not rams:
@@ -60,7 +63,7 @@ def check_rams(name: str, features: frozenset[str]) -> None:
 
 
 def data_pin(features: frozenset[str], letter: str) -> str:
-    """Return the pin of the slice at data input 1 of a table."""
+    """Return the pin of the slice that is data input 1 of a table."""
     if letter == "D":
         return "DI"
     own, other = CHAINED_DATA[letter]
@@ -68,12 +71,12 @@ def data_pin(features: frozenset[str], letter: str) -> str:
 
 
 def enable_pin(features: frozenset[str]) -> str:
-    """Return the pin of the slice that enables writing of RAMs and shift registers."""
+    """Return the pin of the slice that enables writes of its RAMs and shift registers."""
     return "CE" if "WEMUX.CE" in features else "WE"
 
 
 def ram_pins(features: frozenset[str]) -> list[str]:
-    """Return the input pins of a slice that its RAMs depend on."""
+    """Return the input pins of a slice on which its RAMs depend."""
     rams = [letter for letter in LETTERS if is_ram(features, letter)]
     if not rams:
         return []
@@ -91,7 +94,8 @@ class TableRam:
     """One look-up table that is a RAM."""
 
     def __init__(self, name: str, features: frozenset[str], pin: Pin, letter: str) -> None:
-        """``name`` is that of the slice, and ``pin`` gives the net at one of its inputs."""
+        """Store the RAM; ``name`` is that of the slice, and ``pin`` returns the net at one of its
+        inputs."""
         self.name = f"{name}_{letter}ram"
         self._place = name
         self._features = features
@@ -109,9 +113,9 @@ class TableRam:
                 )
 
     def register(self, output: str) -> tuple[str, int, int]:
-        """Return name, number of words and initial contents of the register that O5 or O6 reads.
+        """Return name, number of words and initial content of the memory that O5 or O6 reads.
 
-        Raises ToolError for an output that is not decoded.
+        Raises ToolError for an output that this program cannot decode.
         """
         init = vector(self._features, f"{self._letter}LUT.INIT")
         if not is_small(self._features, self._letter):
@@ -134,7 +138,7 @@ class TableRam:
         return f"1'b1 & ({register} >> {{{self._address(self._letter, depth)}}})"
 
     def write(self, output: str) -> str:
-        """Return the statement that writes, at the clock, the register that an output reads."""
+        """Return the statement that writes, at the clock, the memory that an output reads."""
         register, depth, _ = self.register(output)
         is_second = is_small(self._features, self._letter) and output == "O6"
         data = self._pin(

@@ -22,7 +22,7 @@ from scripts.fasm_frames import frames_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
 UNPACKED = ROOT / "build" / "place_and_route"
-"""Folder that scripts/install_place_and_route.sh makes."""
+"""Folder into which scripts/install_place_and_route.sh unpacks the tools."""
 INSTALL = "Run scripts/install_place_and_route.sh, "
 NEXTPNR = Tool(
     "NEXTPNR",
@@ -39,18 +39,19 @@ FRAMES2BIT = Tool(
     UNPACKED / "bin",
 )
 FASM2FRAMES = Tool("FASM2FRAMES", (), "It is utils/fasm2frames.py of github.com/f4pga/prjxray")
-"""fasm2frames, which is used only if the user names it: scripts/fasm_frames.py does the same,
-except for banks below 3.3 V."""
+"""Project X-Ray's fasm2frames, which is used only if the user names it. scripts/fasm_frames.py does
+the same, but not for banks below 3.3 V."""
 DATABASE = "PRJXRAY_DB_DIR"
 CHIPDB = "CHIPDB"
 FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""Options with which nextpnr's placer weighs wires on long paths more than by its defaults, 10 and
-2 (docs/timing.md)."""
+"""Options that give wires on long paths more weight in nextpnr's placer than the defaults, 10 and
+2, do (docs/timing.md)."""
 ROUTING = ("--tmg-ripup",)
-"""Option with which nextpnr's router routes a wire again if its detour makes a path too slow."""
+"""Option that lets nextpnr's router route a wire again if a detour of the wire makes a path too
+slow."""
 
 OTHER_SEEDS = (2, 3)
 """Seeds of the placements that are tried if the first one does not meet the timing."""
@@ -63,12 +64,13 @@ HOLD = re.compile(r"hold\s+-?[\d.]+\s+(?P<slack>-[\d.]+)\s+Source (?P<pin>\S+)")
 
 
 def is_himbaechel(nextpnr: str) -> bool:
-    """Tell from the program's name which of the two nextpnr it is, because their options differ."""
+    """Tell whether a program is nextpnr-himbaechel or nextpnr-xilinx, whose options differ, by its
+    name."""
     return "himbaechel" in Path(nextpnr).name
 
 
 def database_of(part: str) -> tuple[Path | None, str]:
-    """Return Project X-Ray's folder of the family, or None and advice."""
+    """Return Project X-Ray's folder of the family, or None, and advice for a missing folder."""
     named = os.environ.get(DATABASE)
     folder = Path(named) if named else UNPACKED / "database"
     if not named and not folder.exists():
@@ -84,7 +86,8 @@ def database_of(part: str) -> tuple[Path | None, str]:
 
 
 def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
-    """Return nextpnr's own database if it is named, and advice if it is needed and missing."""
+    """Return nextpnr's own database if the user names it, and advice if it is required and
+    missing."""
     named = os.environ.get(CHIPDB)
     if named and not Path(named).exists():
         return None, f"{CHIPDB}={named}: there is no such file"
@@ -100,7 +103,7 @@ def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
 
 
 def timing_of(log: str) -> dict[str, tuple[float, str]]:
-    """Return for each clock its frequency in MHz and its last verdict, which is that after
+    """Return the frequency of each clock in MHz and its last verdict, which is that after
     routing."""
     return {
         found["clock"]: (float(found["reached"]), found["verdict"])
@@ -109,12 +112,12 @@ def timing_of(log: str) -> dict[str, tuple[float, str]]:
 
 
 def hold_violations(log: str) -> list[tuple[float, str]]:
-    """Return slack (below 0) in ns and pin of each input that nextpnr says changes too early."""
+    """Return the negative slack in ns, and the pin, of each hold violation that nextpnr reports."""
     return [(float(found["slack"]), found["pin"]) for found in HOLD.finditer(log)]
 
 
 def check_timing(log: str, path: Path, asked_mhz: float) -> None:
-    """Raise TimingError if nextpnr's log says that a clock is too slow or data changes too early.
+    """Raise TimingError if nextpnr's log reports a clock that is too slow, or a hold violation.
 
     The message names ``path``, where the log is.
     """
@@ -136,7 +139,7 @@ def check_timing(log: str, path: Path, asked_mhz: float) -> None:
 
 
 def check_primitives(netlist: Path, top: Top) -> None:
-    """Raise ToolError if the mapped netlist lacks cells that tie it to the chip."""
+    """Raise ToolError if the mapped netlist lacks cells that connect it to the chip."""
     modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
     cells = Counter(cell["type"] for cell in modules[top.name]["cells"].values())
     for kind, count in top.primitives.items():
@@ -145,9 +148,9 @@ def check_primitives(netlist: Path, top: Top) -> None:
 
 
 def check_contents(netlist: Path, top: Top) -> None:
-    """Raise ToolError if look-up tables as RAM hold ones at power-up, which nextpnr loses.
+    """Raise ToolError if a look-up table as RAM contains ones at power-up, which nextpnr loses.
 
-    nextpnr looks for the contents of a RAM32M or RAM64M in ``INITA``, but the cell has ``INIT_A``.
+    nextpnr reads the contents of a RAM32M or RAM64M from ``INITA``, but the cell has ``INIT_A``.
     """
     modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
     for name, cell in modules[top.name]["cells"].items():
@@ -162,7 +165,7 @@ def check_contents(netlist: Path, top: Top) -> None:
 
 
 def _run(command: Sequence[str], log: Path) -> tuple[int, str]:
-    """Run a command and return exit code and output, which also goes to the log meanwhile."""
+    """Run a command; return exit code and output. The output also goes to the log while it runs."""
     with log.open("w", encoding="utf-8") as file:
         file.write(f"{' '.join(command)}\n")
         file.flush()
@@ -184,8 +187,7 @@ def _run_step(job: Job, name: str, command: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class Routed:
-    """The results of place and route are FASM, the placed netlist and a sentence about the
-    timing."""
+    """Results of place and route: FASM, placed netlist and a sentence about the timing."""
 
     fasm: Path
     netlist: Path
@@ -195,8 +197,8 @@ class Routed:
 def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
     """Run nextpnr.
 
-    Raises ToolError if nextpnr fails or times nothing, TimingError if a clock is too slow or
-    data changes too early.
+    Raises ToolError if nextpnr fails or reports no timing, TimingError for a clock that is too slow
+    or a hold violation.
     """
     fasm = job.folder / "arctrue.fasm"
     routed = job.folder / "arctrue.routed.json"
@@ -227,7 +229,7 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
 
 
 def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
-    """Run nextpnr, and without a seed of the job again where the timing is not met.
+    """Run nextpnr; if the timing is not met and the job has no seed, run it again with other seeds.
 
     Raises ToolError if nextpnr fails, TimingError if no placement meets the timing.
     """
@@ -242,7 +244,8 @@ def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path)
 
 @dataclass(frozen=True)
 class OpenTools:
-    """List the programs that are called after Yosys; ``fasm2frames`` only if the user names it."""
+    """List the programs that run after Yosys; ``fasm2frames`` is among them only if the user names
+    it."""
 
     nextpnr: str
     chipdb: str | None
@@ -252,8 +255,10 @@ class OpenTools:
 
 
 def find_open_tools(part: str) -> OpenTools:
-    """Find the programs. Raises ToolError that names everything that is missing, GHDL and Yosys
-    too."""
+    """Find the programs.
+
+    Raises ToolError, which names everything that is missing, GHDL and Yosys included.
+    """
     missing = []
     for find in (find_ghdl, find_yosys):
         try:
@@ -272,7 +277,7 @@ def find_open_tools(part: str) -> OpenTools:
 def write_frames(job: Job, tools: OpenTools, routed: Routed) -> Path:
     """Make the frames of a routed design, add features that nextpnr omits, and check them.
 
-    Raises ToolError for a feature that the database lacks and for a pin that nothing drives.
+    Raises ToolError for a feature that the database does not have and for an undriven pin.
     """
     chip = Chip(tools.family, job.part)
     fasm = job.folder / "arctrue.tied.fasm"
@@ -289,7 +294,7 @@ def write_frames(job: Job, tools: OpenTools, routed: Routed) -> Path:
 
 
 def write_bitstream_of(job: Job, tools: OpenTools, routed: Routed) -> None:
-    """Make the bitstream of a routed design. Raises ToolError for a step that fails."""
+    """Make the bitstream of a routed design. Raises ToolError if a step fails."""
     frames = write_frames(job, tools, routed)
     options = ["--part_file", str(tools.family / job.part / "part.yaml")]
     options += ["--part_name", job.part, "--frm_file", str(frames)]
@@ -300,7 +305,7 @@ def write_bitstream_of(job: Job, tools: OpenTools, routed: Routed) -> None:
 def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
     """Make the bitstream of a mapped netlist; return a sentence about the timing.
 
-    Raises ToolError for a step that fails, TimingError for a slow clock.
+    Raises ToolError if a step fails, TimingError if the timing is not met.
     """
     log = job.reports / "nextpnr.log"
     print(f"bitstream: place and route ({Path(tools.nextpnr).name}); log: {log}", flush=True)
@@ -313,7 +318,8 @@ def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
 def run_open(job: Job) -> str:
     """Make the bitstream and return a sentence about the timing.
 
-    Raises ToolError for what is missing (all at once) or fails, TimingError for a slow clock.
+    Raises ToolError if a step fails, or for everything that is missing at once; TimingError if the
+    timing is not met.
     """
     tools = find_open_tools(job.part)
     job.reports.mkdir(parents=True)

@@ -1,10 +1,10 @@
 """Checks that every input pin of DSPs, block RAMs and look-up tables as RAM is driven.
 
 A pin has a route from another pin, a constant by a route or a tie-off, or a default that the
-database documents (interconnect without a driver is 1). This module names the other pins that may
-stay open, each with its reason. A tie-off is refused where the pin's inverter is on, as Vivado
-refuses it. A signal at INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP is refused too: the database
-has no such feature.
+database documents (interconnect without a driver is 1). This module lists the pins that may stay
+open nevertheless, each with its reason. It refuses a tie-off if the pin's inverter is on, as Vivado
+does. It also refuses a signal at INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP: the database has
+no such feature.
 """
 
 from __future__ import annotations
@@ -28,21 +28,24 @@ OUTPUT_REGISTERS: Final = {
     "RDRCLK": "DOA_REG",
     "REGCLKB": "DOB_REG",
 }
-"""Clocks of a block RAM's output registers, open where the register is not used (UG473)."""
+"""Feature that uses an output register of a block RAM, by the register's clock. The clock may stay
+open if the register is not used (UG473)."""
 CASCADE_INPUTS: Final = ("ACIN", "BCIN", "PCIN", "CARRYCASCIN", "MULTSIGNIN")
-"""Inputs of a DSP that only the DSP below it can drive (UG479); those of a bus end in a number."""
+"""Inputs of a DSP that only the DSP below it can drive (UG479). The names of pins of a bus end in a
+number."""
 
 
 @cache
 def inputs_of(family: Path, site_type: str) -> frozenset[str]:
-    """List the input pins of a type of site."""
+    """Return the input pins of a type of site."""
     text = (family / f"site_type_{site_type}.json").read_text(encoding="utf-8")
     pins = json.loads(text)["site_pins"]
     return frozenset(pin for pin, entry in pins.items() if entry["direction"] == "IN")
 
 
 def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
-    """List tile, place in its type's sites and name in features of every DSP and half block RAM."""
+    """Yield tile, place in ``sites`` and name in the features of every used DSP and half block
+    RAM."""
     for tile in features.tiles:
         own = features.chip.type_of(tile)
         kind = own.name.partition("_")[0]
@@ -61,7 +64,7 @@ def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
 
 
 def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[str]]]:
-    """List tile, place in the tile and features of every slice with look-up tables as RAM."""
+    """Yield tile, place in ``sites`` and features of every slice with look-up tables as RAM."""
     for tile in features.tiles:
         for place, site in enumerate(features.chip.type_of(tile).sites):
             if site["type"] != "SLICEM":
@@ -74,7 +77,7 @@ def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[st
 
 
 def open_ram_pins(routes: Routes) -> list[str]:
-    """Give a sentence for every undriven pin on which look-up tables as RAM depend."""
+    """Return a sentence for every undriven pin on which look-up tables as RAM depend."""
     faults = []
     for tile, place, own in slices_with_ram(routes.features):
         wires = routes.chip.type_of(tile).sites[place]["site_pins"]
@@ -87,16 +90,16 @@ def open_ram_pins(routes: Routes) -> list[str]:
 
 
 def has_no_source(tile: str, name: str, pin: str) -> bool:
-    """Tell whether the chip has no wire to a pin: a cascade input of the lowest DSP of a column.
+    """Tell whether no wire of the chip leads to a pin: a cascade input of a column's lowest DSP.
 
-    The DSP must not depend on it: the decoded netlist has random levels there.
+    The DSP must not depend on this pin: it has random levels in the decoded netlist.
     """
     is_lowest = name == "DSP48.DSP_0" and tile.endswith("Y0")
     return is_lowest and pin.rstrip("0123456789") in CASCADE_INPUTS
 
 
 def open_pins(routes: Routes) -> list[str]:
-    """Give a sentence for every undriven pin, and for every inverted tie-off."""
+    """Return a sentence for every undriven pin, and for every tie-off behind an inverter."""
     features = routes.features
     chip = features.chip
     faults = open_ram_pins(routes)
@@ -123,15 +126,15 @@ def open_pins(routes: Routes) -> list[str]:
 
 @dataclass(frozen=True)
 class Driven:
-    """Counts of the blocks whose pins are all driven."""
+    """Numbers of the blocks whose pins are all driven."""
 
     blocks: int
-    """DSPs and halves of block RAMs."""
+    """Number of DSPs and halves of block RAMs."""
     slices: int
-    """Slices with look-up tables as RAM."""
+    """Number of slices with look-up tables as RAM."""
 
     def __str__(self) -> str:
-        """Return the counts as a part of a message."""
+        """Return the numbers as a part of a sentence."""
         return (
             f"{self.blocks} DSPs and halves of block RAMs and {self.slices} slices with look-up "
             "tables as RAM, every pin driven"

@@ -11,14 +11,15 @@ from scripts.bitstream_features import Features
 from scripts.netlist import ToolError
 
 TIE_OFF = {"HARD0": 0, "HARD1": 1}
-"""Output pins of the sites of type TIEOFF."""
+"""Level at each output pin of a site of type TIEOFF."""
 CASCADE: Final = re.compile(r"BRAM_CASCOUT_ADDR(?P<port>ARD|BWR)ADDRU\d+")
-"""Address that a block RAM passes to its neighbours if ``CASCOUT_…_ACTIVE`` is set."""
+"""Name of a wire by which a block RAM passes its address to a neighbour, if ``CASCOUT_…_ACTIVE`` is
+set."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """The driver of a wire: a pin of a site, or a constant (``level``)."""
+    """The driver of a wire: a pin of a site, or a constant of this ``level``."""
 
     tile: str = ""
     site: int = 0
@@ -27,18 +28,18 @@ class Source:
 
 
 class Routes:
-    """Sources of wires; each source is searched once."""
+    """Finds the drivers of wires and stores them, so that each is searched once."""
 
     def __init__(self, features: Features) -> None:
-        """Take the ``features`` of the whole chip."""
+        """Store the ``features`` of the whole chip."""
         self.features = features
         self.chip: Chip = features.chip
         self._known: dict[Wire, Source | None] = {}
 
     def source(self, tile: str, wire: str) -> Source | None:
-        """Find the driver of a wire; None if it has none.
+        """Find the driver of a wire; return None if it has none.
 
-        Raises ToolError if two drivers exist, or if a wire drives itself.
+        Raises ToolError if a wire has two drivers or drives itself.
         """
         passed: list[set[Wire]] = []
         seen: set[Wire] = set()
@@ -60,12 +61,13 @@ class Routes:
         return found
 
     def _is_active(self, tile: str, wire: str) -> bool:
-        """Tell whether a permanent connection passes its signal."""
+        """Tell whether a permanent connection passes a signal to this wire."""
         found = CASCADE.fullmatch(wire)
         return not found or f"CASCOUT_{found['port']}_ACTIVE" in self.features.of(tile)
 
     def _step(self, node: set[Wire]) -> tuple[Wire | None, Source | None]:
-        """Return the wire before a node, or the pin that drives it, or neither."""
+        """Return the wire that drives a node, or else the pin that drives it; None for each that is
+        missing."""
         chosen: set[Wire] = set()
         default: set[Wire] = set()
         pins: set[Source] = set()
@@ -73,7 +75,8 @@ class Routes:
             own = self.chip.type_of(tile)
             driver = self.features.drivers(tile).get(wire)
             if driver is None and wire not in own.driven_by_pin:
-                # If the node also has a pin, the connection leads through the pin's site.
+                # If a pin of the node is an output, the permanent connection leads through the
+                # pin's site.
                 driver = own.permanent.get(wire) if self._is_active(tile, wire) else None
             if driver is not None:
                 chosen.add((tile, driver))

@@ -2,7 +2,7 @@
 
 The 7 Series Configurable Logic Block User Guide defines the features of a slice (UG474, figures 2-3
 to 2-5, and "Shift Registers"). scripts/bitstream_lut_rams.py writes look-up tables as RAM. Latches
-and asynchronous resets are refused: the gateware has none.
+and asynchronous resets are refused, because the gateware has none.
 """
 
 from __future__ import annotations
@@ -21,35 +21,36 @@ SHIFT_CHAIN: Final = {
     "B": ("BI", "DI_CMC31", "C"),
     "C": ("CI", "DI_DMC31", "D"),
 }
-"""Own data pin, alternative choice, and the table that drives the alternative, by look-up table."""
+"""Own data pin of each look-up table as shift register, the feature that selects another source,
+and the table that is this source."""
 
 
 @dataclass
 class Text:
-    """Collects Verilog: declarations, assignments, and statements by their clock edge."""
+    """Collects Verilog: declarations, assignments, and the statements of each clock edge."""
 
     declarations: list[str] = field(default_factory=list)
     assignments: list[str] = field(default_factory=list)
     clocked: dict[str, list[str]] = field(default_factory=dict)
 
     def wire(self, name: str, expression: str) -> str:
-        """Declare a wire with this expression; return its name."""
+        """Declare a wire with the value of an expression; return its name."""
         self.declarations.append(f"wire {name};")
         self.assignments.append(f"assign {name} = {expression};")
         return name
 
     def register(self, name: str, bits: int, initial: int) -> str:
-        """Declare a register with this initial level; return its name."""
+        """Declare a register with an initial level; return its name."""
         self.declarations.append(f"reg [{bits - 1}:0] {name} = {bits}'d{initial};")
         return name
 
     def at(self, edge: str, statement: str) -> None:
-        """Add a statement at an edge (``posedge clock``) of a clock."""
+        """Add a statement that is executed at an edge (``posedge clock``) of a clock."""
         self.clocked.setdefault(edge, []).append(statement)
 
 
 class Slice:
-    """One slice; each signal is written once, when it is first used."""
+    """One slice; it writes each signal once, when the signal is first used."""
 
     def __init__(
         self,
@@ -58,7 +59,8 @@ class Slice:
         pin: Callable[[str], str],
         text: Text,
     ) -> None:
-        """Take a slice; ``features``: without the site's name; ``pin``: the net at an input."""
+        """Store a slice; ``features`` have no site name, and ``pin`` returns the net at an
+        input."""
         self.name = name
         self.features = features
         self._pin = pin
@@ -207,8 +209,8 @@ class Slice:
         return full
 
     def _f7(self, letter: str) -> str:
-        """Return the wide multiplexer of A and B (``letter`` A) or of C and D (C); X = 1 selects
-        the lower."""
+        """Return the net of the wide multiplexer of A and B (``letter`` A), or C and D (C); if X =
+        1 it selects the first table."""
         upper = LETTERS[LETTERS.index(letter) + 1]
 
         def make() -> str:
@@ -257,7 +259,7 @@ class Slice:
         def make() -> str:
             initial = int(f"{register}.ZINI" not in self.features)
             full = self._text.register(f"{self.name}_{register}", 1, initial)
-            # Set the name before reading the data, because the data may depend on it.
+            # The name is stored before the data are read, because the data may depend on it.
             self._made[register] = full
             self._text.at(self._edge(), self._update(register, letter, full))
             return full
@@ -283,7 +285,7 @@ class Slice:
 
 @cache
 def _halve(table: int, place: int, inputs: int, level: bool) -> int:
-    """Reduce a table of ``inputs`` bits by holding the input at ``place`` at a level."""
+    """Return the table of one input fewer that remains if the input at ``place`` has this level."""
     halved = 0
     for index in range(1 << (inputs - 1)):
         low = index & ((1 << place) - 1)

@@ -3,9 +3,9 @@
 Random levels at the bus rarely make an access. This list contains legal accesses and a few illegal
 ones. First, banks of the capture are filled and read. Then each round writes new settings, writes,
 reads and swaps every word of coefficients, and mixes snapshots, captured samples, commands and
-words. Each round has another number of counts a turn, so that the angles after a zero that was
-passed backwards have other upper bits. ``shortfalls`` lists the parts that the accesses did not
-reach, from the answers.
+words. Each round has another number of counts a turn, so that the angles after a backward pass of
+the zero have other upper bits. From the answers, ``shortfalls`` lists the parts that the accesses
+did not reach.
 """
 
 from __future__ import annotations
@@ -23,20 +23,22 @@ BASE: Final = 0x4000_0000
 BUS_BEYOND: Final = 0x4004_0000
 WORDS_A_LANE: Final = 4
 SETTLED_CLOCKS: Final = 300
-"""Clocks to wait after a re-arm, which takes 128 clocks (``command.rearm``)."""
+"""Number of clocks to wait after a re-arm, which takes 128 clocks (``command.rearm``)."""
 CLOCKS_A_ROUND: Final = 20_000
-"""Approximate clocks per round: CLOCKS divided by this give the number of rounds."""
+"""Approximate number of clocks in a round; the number of rounds is that of all clocks divided by
+this."""
 MIXED: Final = 220
-"""Number of mixed accesses in a round."""
+"""Number of accesses of mixed kinds in a round."""
 COUNTS_A_TURN: Final = 96
 """Counts per turn of the encoders of bench.cpp."""
 FILLINGS: Final = 8
-"""Number of fillings of a bank: every part of both banks gets positions of both signs."""
+"""Number of times that a bank is filled: positions of both signs then reach every part of both
+banks."""
 FEWEST_CORRECTIONS: Final = 50
-"""Least number of different corrections that must be read: every lane contributes to some of them.
-"""
+"""Smallest number of different corrections that must be read: every lane contributes to some of
+them."""
 FEWEST_SAMPLES: Final = 100
-"""Least number of captured words that must be read from each bank."""
+"""Smallest number of captured words that must be read from each bank."""
 
 SNAPSHOT: Final = range(
     registers.SNAPSHOT_TIME_ADDRESS, registers.SNAPSHOT_FOLLOWING_ERROR_ADDRESS + 4, 4
@@ -52,19 +54,19 @@ class Core:
 
     lanes: int
     depth: int
-    """Samples in a bank."""
+    """Return the number of samples in a bank."""
     fold: int
 
     @property
     def coefficients(self) -> list[int]:
-        """Addresses of all words of coefficients, the offset last."""
+        """Return the addresses of all words of coefficients; that of the offset is the last."""
         first = registers.COEFFICIENTS_ADDRESS
         words = range(first, first + 4 * WORDS_A_LANE * self.lanes, 4)
         return [*words, registers.COEFFICIENT_OFFSET_ADDRESS]
 
 
 def questions() -> list[Access]:
-    """Give accesses that read the generics of the core."""
+    """Return accesses that read the generics of the core."""
     places = (registers.CORE_CONFIGURATION_ADDRESS, registers.PIPELINE_ADDRESS)
     return [Access("n", data=SETTLED_CLOCKS), *(Access("r", BASE + place) for place in places)]
 
@@ -85,7 +87,7 @@ def core_of(answers: Sequence[Answer]) -> Core:
 
 
 def stored(address: int, value: int) -> int:
-    """Give the read-back of a coefficient word after a write, by the register map."""
+    """Return the value that a coefficient word has after a write, by the register map."""
     word = (address - registers.COEFFICIENTS_ADDRESS) // 4 % WORDS_A_LANE
     if address == registers.COEFFICIENT_OFFSET_ADDRESS or word == 3:
         sign = 1 << (number_formats.AMPLITUDE_WIDTH - 1)
@@ -95,19 +97,20 @@ def stored(address: int, value: int) -> int:
 
 
 class Stimulus:
-    """Writes the rounds; the same seed gives the same rounds."""
+    """Makes the rounds of accesses; the same seed always gives the same rounds."""
 
     def __init__(self, core: Core, seed: int) -> None:
-        """Take the generics of the core and any ``seed``."""
+        """Store the generics of the core; ``seed`` is that of the random numbers."""
         self.core = core
         self._random = random.Random(seed)
 
     def accesses(self, rounds: int) -> list[Access]:
-        """List accesses that fill and read whole banks, then those of so many rounds."""
+        """Return the accesses that fill and read whole banks, then those of ``rounds`` rounds."""
         made = list(self._full_banks())
         for place in range(rounds):
             made += self._settings()
-            # Every second round has large corrections: the output follows only small ones.
+            # Only every second round has large corrections, because the output can follow only
+            # small ones.
             made += self._all_coefficients(number_formats.AMPLITUDE_WIDTH if place % 2 else 13)
             for _ in range(MIXED):
                 made += self._mixed()
@@ -120,7 +123,7 @@ class Stimulus:
         return self._random.randrange(count) == 0
 
     def _of_any_size(self, bits: int) -> int:
-        """Draw a number; numbers with few bits are as frequent as those with many bits."""
+        """Draw a number of at most ``bits`` bits; every number of bits is equally likely."""
         return self._random.getrandbits(self._random.randint(1, bits))
 
     def _amplitude(self, bits: int) -> int:
@@ -134,13 +137,14 @@ class Stimulus:
         return Access("r", BASE + address, beats=beats, together=self._one_in(2))
 
     def _full_banks(self) -> Iterator[Access]:
-        """Capture a sample per clock until a bank is full, several times; read random places."""
+        """Yield accesses that fill a bank several times, one sample per clock, and read random
+        words of it."""
         yield self._write(registers.COUNTS_PER_REV_ADDRESS, 1 << 24)
         yield self._write(registers.FILTER_LENGTH_ADDRESS, 2)
         yield self._write(registers.SAMPLE_PERIOD_ADDRESS, 1)
         yield self._write(registers.COMMAND_ADDRESS, registers.COMMAND_REARM_MASK)
         yield self._write(registers.CONTROL_ADDRESS, CAPTURING)
-        # The first bank also waits for the index of both heads.
+        # Before the first bank, the core also waits for the index of both heads.
         yield Access("n", data=80 * COUNTS_A_TURN)
         for _ in range(FILLINGS):
             yield Access("n", data=self.core.depth)
@@ -161,7 +165,7 @@ class Stimulus:
         return max(4, self._of_any_size(24))
 
     def _setting(self) -> dict[int, int]:
-        """Give a value for every setting with which the core still counts."""
+        """Return a random value of every setting with which the core still counts correctly."""
         draw = self._random
         pins = [draw.getrandbits(4) if self._one_in(2) else 0 for _ in range(3)]
         filters = [self._random.randrange(8) << 8 if self._one_in(3) else 0 for _ in range(2)]
@@ -207,8 +211,8 @@ class Stimulus:
         return self._amplitude(bits) if is_amplitude else self._random.getrandbits(32)
 
     def _all_coefficients(self, bits: int) -> Iterator[Access]:
-        """Write the coefficients in any order, some lanes in one burst; read them in another order;
-        swap."""
+        """Yield accesses that write the coefficients in any order, some lanes in one burst, read
+        them in another order, and swap."""
         addresses = self.core.coefficients
         for address in self._random.sample(addresses, len(addresses)):
             if address % 16 == 0 and self._one_in(3):
@@ -288,7 +292,7 @@ class Stimulus:
         yield self._write(address, value)
 
     def _odd(self) -> Iterator[Access]:
-        """Give accesses that the bus or the map refuses, and bursts of other kinds and sizes."""
+        """Yield accesses that the bus or the map refuses, or bursts of other kinds and sizes."""
         draw = self._random
         anywhere = BASE + 4 * draw.randrange(1 << 16)
         scratch = BASE + registers.SCRATCH_ADDRESS
@@ -313,12 +317,13 @@ class Stimulus:
 
 
 def accesses_of(core: Core, clocks: int, seed: int) -> list[Access]:
-    """Give accesses for about this number of clocks."""
+    """Return accesses that take about this number of clocks."""
     return Stimulus(core, seed).accesses(-(-clocks // CLOCKS_A_ROUND))
 
 
 def shortfalls(core: Core, accesses: Sequence[Access], answers: Sequence[Answer]) -> list[str]:
-    """Give sentences about what the accesses did not reach, or read contrary to the map."""
+    """Return a sentence for everything that the accesses did not reach, or that contradicts the
+    map."""
     asked = {BASE + address: address for address in core.coefficients}
     held = dict.fromkeys(core.coefficients, 0)
     written: set[int] = set()
@@ -357,7 +362,7 @@ def shortfalls(core: Core, accesses: Sequence[Access], answers: Sequence[Answer]
         elif where >= BASE + registers.CAPTURE_ADDRESS:
             waiting += 1
         elif where == BASE + registers.CAPTURE_HEADER_SEQUENCE_NUMBER_ADDRESS and place == 0:
-            # The banks take turns, from a reset on.
+            # From a reset on, the two banks alternate.
             samples[answer.data % 2] += waiting
             waiting = 0
     lacking = [address for address in core.coefficients if address not in written & read]

@@ -1,11 +1,12 @@
 """Ties the constant pins of every DSP48E1 that place and route leaves open.
 
 nextpnr-himbaechel 0.11.1 (and nextpnr-xilinx: openXC7/nextpnr-xilinx, pull request 159) writes
-neither a tie-off nor an inverter bit for constants at INMODE, ALUMODE2, ALUMODE3 and OPMODE6. On
-hardware such a design multiplied wrongly. The right values of (connection to ground, connection to
+neither a tie-off nor an inverter bit for constants at INMODE, ALUMODE2, ALUMODE3 and OPMODE6. Such
+a design multiplied wrongly on hardware. The right values of (connection to ground, connection to
 the supply, ``ZIS_…_INVERTED``, which is set if the pin is *not* inverted) are 1 0 1 for a constant
-0 and 0 1 1 for a constant 1; the same pull request has them from Vivado on two parts. The database
-states which pins have these connections, and the routed netlist which constant each pin needs.
+0 and 0 1 1 for a constant 1; the same pull request states them, from Vivado on two parts. The
+database states which pins have these connections, and the routed netlist which constant each pin
+needs.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from scripts.bitstream_database import Chip, TileType
 from scripts.netlist import ToolError
 
 SUPPLIES: Final = ("GND", "VCC")
-"""Supply of each level, at the level's place."""
+"""Name of the supply at each level; the index is the level."""
 PLACE: Final = re.compile(r"X(?P<column>\d+)Y(?P<row>\d+)/DSP48_X\d+Y(?P<half>\d+)\.DSP48E1")
-"""Placement by nextpnr-himbaechel: a tile of the grid and the site within it."""
+"""Form of a placement by nextpnr-himbaechel: a tile of the grid and a site of the tile."""
 SITE: Final = re.compile(r"(?P<site>DSP48_X\d+Y(?P<half>\d+))/DSP48E1")
-"""Placement by nextpnr-xilinx: a site of the chip; each tile has two."""
+"""Form of a placement by nextpnr-xilinx: a site of the chip; each tile has two."""
 TIED: Final = re.compile(r"DSP_(?P<half>\d)_(?P<pin>\w+)\.DSP_(?P<supply>GND|VCC)_[LR]")
 BIT: Final = re.compile(r"(?P<port>[A-Z]+)(?P<bit>\d*)")
 
@@ -44,7 +45,7 @@ def inverter_feature(own: TileType, half: int, pin: str) -> str | None:
 
 
 def tied_pins(own: TileType, half: int) -> list[str]:
-    """List the pins of a DSP that the database can tie to ground and to the supply."""
+    """Return the pins of a DSP that the database can tie to ground and to the supply."""
     return sorted(
         found["pin"]
         for found in map(TIED.fullmatch, own.features)
@@ -53,7 +54,7 @@ def tied_pins(own: TileType, half: int) -> list[str]:
 
 
 def _tile_of(chip: Chip, cell: str, placed: str) -> tuple[str, int]:
-    """Return tile and half (0 or 1) of a placed DSP. Raises ToolError."""
+    """Return tile and half (0 or 1) of a placed DSP. Raises ToolError if it is not placed."""
     by_grid, by_site = PLACE.fullmatch(placed), SITE.fullmatch(placed)
     if by_grid:
         tile = chip.at.get((int(by_grid["column"]), int(by_grid["row"])), "")
@@ -88,7 +89,7 @@ def _is_inverted(cell: dict[str, Any], pin: str) -> bool:
 
 
 def ties(routed: Path, chip: Chip) -> list[str]:
-    """List the lines of FASM that the constant pins of the DSPs of a routed netlist need.
+    """Return the lines of FASM that the constant pins of a routed netlist's DSPs need.
 
     Raises ToolError for a netlist that is not placed.
     """

@@ -1,4 +1,4 @@
-"""Marks every tri-state pad's enable as not inverted, which place and route omits.
+"""Marks the enable of every tri-state pad as not inverted, which place and route omits.
 
 A pad's T comes from the fabric by the pin T1 of its OLOGIC, which inverts it unless ``ZINV_T1`` is
 set (Project X-Ray). nextpnr-himbaechel 0.11.1 routes T1 without setting that feature, as did
@@ -16,7 +16,7 @@ ROUTED: Final = re.compile(r"^(?P<tile>\w+)\.IOI_OLOGIC(?P<half>[01])_T1\.\w+$",
 
 
 def straight_enables(fasm: str) -> list[str]:
-    """List the missing lines of FASM: one for each routed T1 that has none."""
+    """Return the missing lines of FASM: one for each routed T1 without the feature."""
     wanted = (f"{found['tile']}.OLOGIC_Y{found['half']}.ZINV_T1" for found in ROUTED.finditer(fasm))
     there = set(fasm.splitlines())
     return [line for line in wanted if line not in there]

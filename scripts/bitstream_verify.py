@@ -1,9 +1,9 @@
 """``make verify-bitstream``: checks that a bitstream computes the same as its VHDL.
 
 It decodes the finished bitstream back into a netlist, except the PS7, and runs it in parallel with
-GHDL's netlist of its VHDL. Both get the same random levels and, if there is a core, the same
-accesses; docs/device.md. It reads the folder that ``make bitstream FLOW=open`` made. Exit code 1:
-an output differs, or a DSP, a RAM or a word of coefficients was not reached. 2: something is
+GHDL's netlist of the VHDL. Both get the same random levels and, if there is a core, the same
+accesses (docs/device.md). It reads the folder that ``make bitstream FLOW=open`` made. Exit code 1:
+an output differs, or the test did not reach a DSP, a RAM or a word of coefficients. 2: something is
 missing, is not driven or is not decoded.
 """
 
@@ -53,7 +53,7 @@ BITREAD = Tool(
 
 @dataclass(frozen=True)
 class Design:
-    """Sources of a bitstream: GHDL's netlist, and the same netlist mapped by Yosys."""
+    """The two netlists of a design: GHDL's, and the same netlist mapped by Yosys."""
 
     top: str
     netlist: Path
@@ -61,8 +61,10 @@ class Design:
 
     @staticmethod
     def read(folder: Path, top: str) -> Design:
-        """Read a design from ``<top>.v`` and ``<top>.flat.json`` in ``folder``. Raises ToolError
-        without them."""
+        """Read a design from ``<top>.v`` and ``<top>.flat.json`` in ``folder``.
+
+        Raises ToolError if a file is missing.
+        """
         netlist, mapped = folder / f"{top}.v", folder / f"{top}.flat.json"
         for path in (netlist, mapped):
             if not path.exists():
@@ -72,7 +74,7 @@ class Design:
 
     @property
     def pads(self) -> list[str]:
-        """Ports that are pads."""
+        """Return the ports of the design that are pads."""
         names = [port.name for port in self.ports if not port.is_processor]
         return list(dict.fromkeys(names))
 
@@ -80,9 +82,10 @@ class Design:
 def decode(
     chip: Chip, bits: Bits, design: Design, pins: Mapping[str, str]
 ) -> tuple[Decoded, Routes]:
-    """Return the netlist in a configuration; ``pins``: port to pin of the package.
+    """Decode the netlist of a configuration; ``pins``: the pin of the package by its port.
 
-    Raises ToolError for a bit without a meaning in the database, or a cell that is not decoded.
+    Raises ToolError for a bit without a meaning in the database, or a cell that this program cannot
+    decode.
     """
     features = Features(chip, bits)
     strange = features.unexplained()
@@ -106,10 +109,10 @@ def decode(
 
 
 def faults_of(compared: Compared, *, are_rams_written: bool = True) -> list[str]:
-    """List the faults of a bitstream, or of its test, as sentences.
+    """Return the faults of a bitstream, or of its test, as sentences.
 
-    ``are_rams_written`` is False if the design writes constants into its look-up tables as RAM:
-    their outputs then need not change.
+    ``are_rams_written`` is False if the design writes only constants into its look-up tables as
+    RAM: their outputs then need not change.
     """
     faults = []
     if not compared.is_equal:
@@ -126,9 +129,9 @@ def faults_of(compared: Compared, *, are_rams_written: bool = True) -> list[str]
 
 
 def run_core(bench: Path, clocks: int, seed: int) -> tuple[Compared, list[str]]:
-    """Run the bench with accesses to the core; also list what these did not reach.
+    """Run the bench with accesses to the core; also return what these did not reach.
 
-    Raises ToolError as ``run`` does.
+    Raises ToolError like ``run``.
     """
     core = core_of(run(bench, 1, seed, questions()).answers)
     accesses = accesses_of(core, clocks, seed)
@@ -195,7 +198,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (ToolError, ConstraintError) as error:
         print(f"verify-bitstream: {error}", file=sys.stderr)
         return 2
-    # The encoder source writes its coefficients once, and they are constants.
+    # The encoder source writes its coefficients only once, and they are constants.
     faults = [*faults_of(compared, are_rams_written=TOPS[chosen.top].has_core), *lacking]
     for fault in faults:
         print(f"verify-bitstream: {fault}", file=sys.stderr)

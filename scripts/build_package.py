@@ -1,8 +1,8 @@
 """Generates the Python modules of registers and number formats while setuptools builds the package.
 
-pyproject.toml and setup.py name this step, so ``pip install .`` from a fresh clone, ``pip wheel``,
-an install from a git address and one from the source distribution all contain the generated
-modules.
+pyproject.toml and setup.py name this step. Therefore ``pip install .`` from a fresh clone, ``pip
+wheel``, an install from a git address and one from the source distribution all contain the
+generated modules.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class BuildPackage(build_py):
     """Build step of setuptools that also generates modules."""
 
     def run(self) -> None:
-        """Copy the package into the folder of the build and generate there.
+        """Copy the package into the build folder and generate the modules there.
 
         An editable install has no such folder: its modules are generated in the source tree.
         """
@@ -30,13 +30,14 @@ class BuildPackage(build_py):
             super().run()
             write_python(ROOT, ROOT / "sim" / GENERATED)
             return
-        # Modules that have moved since an earlier build would get into this wheel.
+        # Remove old modules: those that have moved since an earlier build would get into this
+        # wheel.
         shutil.rmtree(self.build_lib, ignore_errors=True)
         super().run()
         write_python(ROOT, Path(self.build_lib) / GENERATED)
 
     def get_outputs(self, include_bytecode: bool = True) -> list[str]:
-        """List the files of the build, including the generated ones."""
+        """Return the files of the build, including the generated ones."""
         folder = Path(self.build_lib) / GENERATED
         generated = [str(path) for path in sorted(folder.glob("*.py"))]
         return [*super().get_outputs(include_bytecode), *generated]

@@ -1,12 +1,13 @@
 """Counts what the forward search finds in logs of noise alone.
 
 ``python -m scripts.calibrate_line_search`` makes N logs (--logs) of each kind of noise in
-sim/tests/workbench/noisy_logs.py, which has none of the search's own kernels. It prints how many
-show a line, a step, or residuals that are not white. With --short it searches steps in stations and
-in logs of few rows, with 20 orders in the model. With --orders it searches lines in logs with up to
-20 orders in the model. With --oscillator it prints the gain of each place that passes all other
-tests over an oscillator at its frequency, in noise and in logs with one line: the threshold
-OSCILLATOR_GAIN of arctrue.workbench.inference.forward.search is above the gains in noise.
+sim/tests/workbench/noisy_logs.py, whose noise processes differ from the kernels of the search. It
+prints in how many logs the search finds a line, a step, or residuals that are not white. With
+--short it searches steps in stations and in logs of few rows, with 20 orders in the model. With
+--orders it searches lines in logs with up to 20 orders in the model. With --oscillator it lists the
+lines that pass all other tests, in noise and in logs with one true line, and prints the gain of
+each over an oscillator at its frequency: the threshold OSCILLATOR_GAIN of
+arctrue.workbench.inference.forward.search is above the gains in noise.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ ROWS, STEP_S = 1200, 3.0
 CLOCKS = ("even", "jitter", "pause")
 SEED = 26
 LINE_S, LINE_SHARE = 97.0, 0.7
-"""Period of the true line, and its amplitude in standard deviations of the noise."""
+"""Period of the true line, and its amplitude divided by the noise's standard deviation."""
 
 
 def log_of(kind: str, number: int, *, line: bool) -> Record:
-    """Make a log of noise, with or without a line."""
+    """Return a log of noise, with a true line or without it."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number))
     time_s = clock(random, ROWS, STEP_S, CLOCKS[number % len(CLOCKS)])
     error = NULLS[kind](random, time_s)
@@ -53,12 +54,13 @@ SHORT = {
     "60 rows": (60, 1, False),
     "120 rows": (120, 1, False),
 }
-"""Stations, cycles, and whether every other cycle goes back; the stations of one cycle cover 17°.
-"""
+"""Number of stations, number of cycles, and whether every other cycle goes back, by design. The
+stations of one cycle cover 17°."""
 
 
 def short_of(kind: str, design: str, number: int) -> Record:
-    """Return noise at few stations, 10 s each, or in a short log, together with orders 1 to 20."""
+    """Return noise at few stations, 10 s each, or in a short log; orders 1 to 20 are in the
+    model."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number, *design.encode()))
     stations, cycles, back = SHORT[design]
     row = np.arange(stations * cycles)
@@ -76,17 +78,17 @@ def short_of(kind: str, design: str, number: int) -> Record:
 
 
 def steps_of(record: Record) -> int:
-    """Return the number of steps that the search finds in a record."""
+    """Return the number of steps that the search finds in the noise of a record."""
     none = np.zeros((record.clock.size, 0))
     return len(search_steps(record, none, noise_with(record, none)))
 
 
 ORDER_ROWS, ORDERS = (150, 300, 600), (0, 6, 20)
-"""Numbers of rows of a log over 0.95 turns, and numbers of orders in its model."""
+"""Numbers of rows of logs over 0.95 turns, and numbers of orders in their models."""
 
 
 def log_with_orders(kind: str, rows: int, orders: int, number: int) -> Record:
-    """Return a log of noise over an hour, with orders in the model."""
+    """Return a log of noise over an hour, with ``orders`` orders in the model."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number, rows))
     time_s = clock(random, rows, 3600.0 / rows, CLOCKS[number % len(CLOCKS)])
     waves = np.outer(np.arange(rows) * (0.95 * 2.0 * np.pi / rows), np.arange(1, orders + 1))
@@ -96,7 +98,7 @@ def log_with_orders(kind: str, rows: int, orders: int, number: int) -> Record:
 
 
 def orders_main(logs: int, kinds: str) -> int:
-    """Print how many logs of noise show a line when orders are in the model."""
+    """Print in how many logs of noise the search finds a line while orders are in the model."""
     every = total = 0
     for rows, orders in product(ORDER_ROWS, ORDERS):
         own = 0
@@ -111,7 +113,7 @@ def orders_main(logs: int, kinds: str) -> int:
 
 
 def short_main(logs: int, kinds: str) -> int:
-    """Print how many short sets of noise show a step."""
+    """Print in how many short sets of noise the search finds a step."""
     every = total = 0
     for design in SHORT:
         for kind in (kind for kind in NULLS if kinds in kind):
@@ -124,8 +126,8 @@ def short_main(logs: int, kinds: str) -> int:
 
 
 def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
-    """Return the gains over an oscillator of lines that pass all other tests: of noise, of true
-    lines."""
+    """Return the gains over an oscillator of the lines that pass all other tests: those of lines in
+    noise, and those of true lines."""
     false: list[float] = []
     true: list[float] = []
     for number in range(logs):
@@ -139,8 +141,7 @@ def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the findings in each kind of noise with the present thresholds, or the figures for a
-    new one."""
+    """Print what the search finds in each kind of noise, or the figures for a new threshold."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--logs", type=int, default=6, help="logs of each kind (default: 6)")
     parser.add_argument("--kinds", default="", help="only kinds whose name has this word")

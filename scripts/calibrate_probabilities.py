@@ -2,11 +2,11 @@
 
 ``python -m scripts.calibrate_probabilities`` reads the answers of ``stated.csv`` in
 ``studies/benchmark``. It prints the scores of coefficients on answers that were not used for the
-fit: answers of the other generator, of a left-out world, and of a left-out fifth within each
-generator. ``--write`` writes the coefficients fitted to all answers into
-``workbench/diagnose/calibrated.json``. ``--collect FOLDER`` (repeated) takes the answers of a
-benchmark's runs in place of those in the table. Answers ``bad_data`` state the probabilities
-beforehand and do not count.
+fit: answers of the other generator, of a left-out world, and of a left-out fifth of each generator.
+``--write`` writes the coefficients fitted to all answers into
+``workbench/diagnose/calibrated.json``. ``--collect FOLDER`` (may be repeated) takes the answers of
+a benchmark's runs in place of those in the table. Answers ``bad_data`` do not count: their
+probabilities were stated without these coefficients.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ DIGITS = 5
 
 
 def within(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer, for each fifth by coefficients of the other four
-    fifths."""
+    """Return the probability of every answer; the coefficients for each fifth are fitted to the
+    other four."""
     found = np.empty(len(rows))
     for fold in range(FOLDS):
         learned = fitted([row for place, row in enumerate(rows) if place % FOLDS != fold])
@@ -51,8 +51,8 @@ def within(rows: Sequence[Stated]) -> list[float]:
 
 
 def without_their_world(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer by coefficients of all other worlds, of both
-    generators."""
+    """Return the probability of every answer; the coefficients are fitted to all other worlds of
+    both generators."""
     found = np.empty(len(rows))
     for world in {row.world for row in rows}:
         own = [place for place, row in enumerate(rows) if row.world == world]
@@ -62,7 +62,8 @@ def without_their_world(rows: Sequence[Stated]) -> list[float]:
 
 
 def across(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer by coefficients of the other generator."""
+    """Return the probability of every answer; the coefficients are fitted to the other
+    generator."""
     found = np.empty(len(rows))
     for generator in GENERATORS:
         own = [place for place, row in enumerate(rows) if row.generator == generator]
@@ -72,7 +73,7 @@ def across(rows: Sequence[Stated]) -> list[float]:
 
 
 def words(found: Estimate) -> str:
-    """Format the value and its 95 % interval."""
+    """Format a value and its 95 % interval."""
     return f"{found.value:.3f} ({found.low:.3f} … {found.high:.3f})"
 
 
@@ -87,7 +88,8 @@ def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
 
 
 def table(rows: Sequence[Stated]) -> list[str]:
-    """Tabulate the scores by the answers from which the coefficients were fitted, in Markdown."""
+    """Return a table in Markdown: the scores, by the answers to which the coefficients were
+    fitted."""
     found = [
         "| Answers | Number | Right | Calibration error | Log score above a constant |",
         "|---|---|---|---|---|",
@@ -112,7 +114,7 @@ def table(rows: Sequence[Stated]) -> list[str]:
 
 
 def kinds(rows: Sequence[Stated]) -> list[str]:
-    """Return for each kind of answer how many were right, by generator."""
+    """Return the number of right answers of each kind, by generator."""
     found = []
     for kind in KINDS:
         said = []
@@ -140,7 +142,7 @@ def data(learned: Calibration) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the scores, and write the requested files."""
+    """Measure the scores, and write the files that the options request."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--collect",

@@ -1,8 +1,9 @@
 """Gives each place of a carry chain its own look-up table, for nextpnr.
 
-nextpnr 0.11.1 puts a look-up table into the slice of the carry chain if no other cell reads it.
-Otherwise nextpnr adds a second one there, with a long wire between the two. Yosys
-shares such look-up tables; this script makes one for the chain and one for the others.
+nextpnr 0.11.1 puts a look-up table into the slice of the carry chain only if no other cell reads
+the table. Otherwise nextpnr adds a second table in the slice, with a long wire between the two.
+Yosys shares such look-up tables between the chain and other cells; this script makes one for the
+chain and one for the others.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from pathlib import Path
 from typing import Any, Final
 
 MOST_INPUTS: Final = 4
-"""Limit of inputs: a slice has five inputs for the look-up table and the chain's other input, so
-that a larger look-up table does not fit into a chain."""
+"""Largest number of inputs of a copied look-up table. A slice has five inputs for the table and for
+the chain's other input, so that a larger table does not fit into a chain."""
 
 Cell = dict[str, Any]
 
@@ -37,8 +38,8 @@ def _is_look_up_table(cell: Cell) -> bool:
 def split_shared_inputs(netlist: Path, top: str) -> int:
     """Rewrite a flat netlist of Yosys (JSON) and return the number of added look-up tables.
 
-    Each look-up table of at most four inputs that drives an S of a CARRY4 and something else is
-    doubled: the copy drives that S alone.
+    Each look-up table of at most four inputs that drives an S of a CARRY4 and another input is
+    copied: the copy drives this S alone.
     """
     design = json.loads(netlist.read_text(encoding="utf-8"))
     module = design["modules"][top]

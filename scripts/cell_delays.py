@@ -1,9 +1,9 @@
 """Defines the delays of the cells of the 7 series, and the pins at which a path begins and ends.
 
 The delays are those of Yosys for its cells (``share/yosys/xilinx/cells_sim.v``), which come from
-the Artix-7 data of Project X-Ray; if they differ from pin to pin, a mean or the larger one. Wire
-delays are guesses, since nothing is placed: 0.4 ns, plus 0.1 ns for each doubling of the fan-out.
-The results are estimates that order the paths, not a sign-off.
+the Artix-7 data of Project X-Ray; if they differ from pin to pin, a mean or the largest one is
+used. Wire delays are guesses, because nothing is placed: 0.4 ns, plus 0.1 ns for each doubling of
+the fan-out. The results are estimates from which paths can be sorted, but no sign-off.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ DSP_MULTIPLY_THROUGH_NS: Final = 3.9
 
 @dataclass(frozen=True)
 class Arc:
-    """A path between two bits of a cell; ``levels`` counts LUTs, ``multipliers`` DSPs."""
+    """A path between two bits of a cell; ``levels`` and ``multipliers`` are its numbers of LUTs and
+    DSPs."""
 
     start: int
     end: int
@@ -64,12 +65,13 @@ class Arc:
     is_carry_entry: bool = False
     """Whether the path leads from a LUT or a register into a carry chain."""
     is_direct: bool = False
-    """Whether the arc starts at a neighbour in the slice and needs no wire."""
+    """Whether the path's input comes from a neighbour in the slice and needs no wire."""
 
 
 @dataclass(frozen=True)
 class Pin:
-    """The start of a path (``delay_ns`` after the clock) or its end (``delay_ns`` before it)."""
+    """The start of a path, ``delay_ns`` after the clock edge, or its end, ``delay_ns`` before
+    it."""
 
     bit: int
     delay_ns: float
@@ -86,12 +88,12 @@ class CellTiming:
 
 
 def wire_ns(fan_out: int) -> float:
-    """Estimate the delay of a net with this number of loads."""
+    """Estimate the delay of a net that drives ``fan_out`` inputs."""
     return WIRE_NS + WIRE_DOUBLING_NS * math.log2(max(fan_out, 1))
 
 
 def _bits(cell: dict[str, Any], port: str) -> list[int]:
-    """Return the nets at a port, without constants, which are text."""
+    """Return the nets at a port, but not its constants, which are texts."""
     return [bit for bit in cell["connections"].get(port, []) if isinstance(bit, int)]
 
 
@@ -106,8 +108,7 @@ def _parameter(cell: dict[str, Any], name: str) -> int:
 
 
 def _clocked(cell: dict[str, Any], out_ns: float, setup_ns: float) -> CellTiming:
-    """Return the timing of a cell at whose inputs all paths end, and at whose outputs all paths
-    begin."""
+    """Return the timing of a cell: paths end at all its inputs and begin at all its outputs."""
     timing = CellTiming()
     for port in _ports(cell, "output"):
         timing.begins += [Pin(bit, out_ns) for bit in _bits(cell, port)]
@@ -158,7 +159,7 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
             end = bits[place]
             timing.arcs += [Arc(bit, end, through) for bit in _bits(cell, "CI")]
             entries = _bits(cell, "CYINIT")
-            # A place's own S and DI do not affect its sum through the carry.
+            # The S and DI of a place do not affect the sum of this place through the carry.
             below = {"S": place + 1, "DI": place + (port == "CO")}
             for source, count in below.items():
                 entries += [
@@ -171,7 +172,8 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
 def _multiplier(cell: dict[str, Any]) -> CellTiming:
     """Return the timing of a DSP.
 
-    Its registers determine the ends of paths; multiplication and addition each count.
+    Its registers determine where paths begin and end; a multiplication and an addition each add a
+    delay.
     """
     timing = CellTiming()
     is_added = bool(_parameter(cell, "PREG"))
@@ -210,7 +212,7 @@ def _multiplier(cell: dict[str, Any]) -> CellTiming:
 
 
 def _lut_ram(cell: dict[str, Any]) -> CellTiming:
-    """Return the timing of a LUT as RAM: writes are clocked, reads are not."""
+    """Return the timing of a LUT as RAM, whose writes are clocked and whose reads are not."""
     written = [port for port in _ports(cell, "input") if re.match(r"DI|D$|WE|ADDRD$", port)]
     timing = _clocked(cell, LUT_RAM_OUT_NS, MEMORY_SETUP_NS)
     addresses = [
@@ -225,7 +227,8 @@ def _lut_ram(cell: dict[str, Any]) -> CellTiming:
 
 
 def timing_of(cell: dict[str, Any]) -> CellTiming:
-    """Give starts, ends and arcs of a cell of Yosys' JSON; raises ValueError for an unknown one."""
+    """Return starts, ends and arcs of a cell in Yosys' JSON. Raises ValueError for an unknown
+    cell."""
     kind = str(cell["type"]).removeprefix("\\")
     if FLIP_FLOP.fullmatch(kind):
         return _clocked(cell, FLIP_FLOP_OUT_NS, 0.0)

@@ -37,13 +37,13 @@ WORK: Final = ROOT / "build" / "cordic-comparison"
 PAGE: Final = ROOT / "docs" / "cordic-comparison.md"
 BEGIN = "<!-- written by make compare-lanes -->\n"
 AMPLITUDE: Final = 2.0**16
-"""Number of units of the last bit in a cosine s1.16 of 1."""
+"""Value of a cosine of 1 in units of the last bit of s1.16."""
 WIDTH: Final = 18
 LARGEST_ERROR: Final = 0.01
-"""Largest error of an output that can be a cosine; a larger error is refused."""
+"""Largest error with which an output still counts as a cosine."""
 SWEEP_BITS: Final = 20
 SETTLING: Final = 64
-"""Number of clocks before the sweep."""
+"""Number of clocks that the simulation runs before the sweep."""
 LATENCIES: Final = range(48)
 TIMEOUT_S: Final = 1800
 PHASE_FRACTION: Final = 24
@@ -77,15 +77,15 @@ int main() {{
 
 
 class WrongOutputError(ToolError):
-    """The output of a lane is not the cosine of any earlier phase."""
+    """The output of a lane is not the cosine of any of the preceding phases."""
 
 
 @dataclass(frozen=True)
 class Measured:
     """Resources of a lane, its longest path by the estimate, its latency and its largest errors.
 
-    ``error`` holds at the angles that the lane accepts, ``error_any_angle`` at any angle after its
-    rounding to one of them.
+    ``error`` is the largest one at phases that the lane can represent, ``error_any_angle`` at any
+    angle, which is first rounded to such a phase.
     """
 
     resources: Resources
@@ -96,8 +96,8 @@ class Measured:
 
 
 def _lane_of(rotation: str) -> str:
-    """Return Verilog of quadrant_fold and ``rotation``, with the rounding and sign of
-    harmonic_lane."""
+    """Return Verilog of quadrant_fold and ``rotation``, with the rounding and the sign that
+    harmonic_lane adds."""
     parts = [
         write_netlist(entity, WORK / entity).read_text(encoding="utf-8")
         for entity in ("quadrant_fold", rotation)
@@ -136,10 +136,9 @@ def table_lane() -> str:
 def verilog_table(
     name: str, inputs: int, outputs: int, values: Sequence[int] | NDArray[np.int64]
 ) -> str:
-    """Return a Verilog function of ``inputs`` bits; its values have ``outputs`` bits, two's
-    complement.
+    """Return a Verilog function that looks ``values`` up by ``inputs`` bits.
 
-    Beyond the end of ``values`` it is 0.
+    Its result has ``outputs`` bits, two's complement; beyond the end of ``values`` it is 0.
     """
     mask = (1 << outputs) - 1
     cases = "\n".join(
@@ -158,7 +157,8 @@ def verilog_table(
 
 
 def table_middles() -> NDArray[np.float64]:
-    """Return the angle in the middle of each interval of the table, rad, in the first quadrant."""
+    """Return the angle in the middle of each interval of the table, rad; the table covers a
+    quadrant."""
     index = np.arange(1 << ADDRESS_BITS)
     middles: NDArray[np.float64] = (index + 0.5) * (math.pi / 2) / (1 << ADDRESS_BITS)
     return middles
@@ -173,10 +173,10 @@ def table_slopes() -> Integers:
 
 
 def table_values() -> Integers:
-    """Return the tangents to the cosine at the starts of their intervals, plus half of the last
-    bit, s1.20.
+    """Return the values of the tangents to the cosine at the starts of their intervals, s1.20.
 
-    Half of the largest z**2/2 is subtracted; half of the last bit rounds the product.
+    Half of the largest z**2/2 is subtracted, which balances the errors; half of the last bit of the
+    result is added, which rounds the product.
     """
     middles = table_middles()
     reach_turn = 2.0 ** (OFFSET_BITS - 1 - PHASE_FRACTION)
@@ -189,7 +189,8 @@ def table_values() -> Integers:
 
 
 def table_product_lane() -> str:
-    """Return Verilog of a table in LUTs and one product in a DSP, 5 clocks."""
+    """Return Verilog of a lane with a table in LUTs and one product in a DSP; its latency is 5
+    clocks."""
     slope_bits = SLOPE_FRACTION + 4
     product_fraction = SLOPE_FRACTION + PHASE_FRACTION
     values = table_values()
@@ -229,7 +230,7 @@ LANES: Final[dict[str, Callable[[], str]]] = {
 
 
 def measure(make: Callable[[], str], folder: Path) -> Measured:
-    """Map a lane and run it, in an empty folder. Raises ToolError."""
+    """Map a lane, and run it in an empty folder. Raises ToolError if a tool fails."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     source = folder / f"{make.__name__}.v"
@@ -263,8 +264,8 @@ def verilator_version() -> str:
 
 
 def _phases() -> Integers:
-    """Return the phases of the sweep: 2**20 values spread evenly over the turn, u0.24 turn; the low
-    bits take all values."""
+    """Return the phases of the sweep, u0.24 turn: 2**20 values spread evenly over the turn, whose
+    low bits take all values."""
     k = np.arange(1 << SWEEP_BITS, dtype=np.int64)
     shift = PHASE_FRACTION - SWEEP_BITS
     phases: Integers = (k << shift) | (((k * 2654435761) & 0xFFFFFFFF) >> (32 - shift))
@@ -272,8 +273,10 @@ def _phases() -> Integers:
 
 
 def sweep(source: Path) -> Integers:
-    """Return the outputs of a lane at all clocks, from that of the first phase on. Raises
-    ToolError."""
+    """Return the outputs of a lane in all clocks, from the clock of the first phase on.
+
+    Raises ToolError if the simulation fails.
+    """
     shift = PHASE_FRACTION - SWEEP_BITS
     text = MAIN.format(
         top=source.stem,
@@ -296,8 +299,8 @@ def sweep(source: Path) -> Integers:
 def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
     """Return the latency in clocks, and the largest errors of the sweep, of a cosine of size 1.
 
-    The errors are |cosine - exact| at the lane's own angles, and at the angles half of the last bit
-    to each side. The latency is the delay at which the outputs fit the phases. Raises
+    The errors are |cosine - exact| at the phases of the sweep, and at the angles half of the last
+    bit to each side of them. The latency is the delay with which the outputs fit the phases. Raises
     WrongOutputError if no delay fits.
     """
     phases = _phases()
@@ -311,7 +314,8 @@ def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
     any_angle = max(
         _largest_error(cosines, phases.astype(np.float64) + side) for side in (-0.5, 0.0, 0.5)
     )
-    # An output that is read after the edge of its phase has passed one register.
+    # An output is read after the clock edge that takes its phase, which adds one register to the
+    # delay.
     return delay + 1, errors[delay], any_angle
 
 

@@ -2,7 +2,7 @@
 
 ``python -m scripts.conditions_table measure`` runs them on the virtual instrument (2¹⁸ counts, some
 minutes) and writes docs/data/conditions.json and the page; ``page`` writes the page from the stored
-figures, and ``check`` compares it with them.
+figures, and ``check`` compares the page with them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ ROWS: Final = {
     "warm_ovality": "2.5 K warmer, order 2",
     "all_at_once": "down, 2.5 K warmer, speed to a half and back, largest error",
 }
-"""Fresh turn and judged figures of each case, by the name of the case."""
+"""Description of the judged turn, and of the judged figures, by the name of the case."""
 
 
 def small_settings() -> HiddenSettings:
@@ -53,7 +53,7 @@ def figures(result: HiddenResult) -> dict[str, Any]:
 
 
 def measure(names: Sequence[str]) -> dict[str, Any]:
-    """Measure each case; return its figures."""
+    """Run each case on the virtual instrument; return the figures."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in names:

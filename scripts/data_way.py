@@ -1,4 +1,4 @@
-"""Draws docs/images/data_way.svg: the path of the data through the system, with folders and
+"""Draws docs/images/data_way.svg: the path of the data through the units, with folders and
 latencies."""
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ BOXES = (
     Box(800, 405, 160, "software", "Firmware", "firmware", "ε from R₂ − R₁, gate, swap"),
 )
 
-# Way of an arrow in pixels, and what goes along it (with the place of the words).
+# Each arrow: its points in pixels, the text on it, and the place of the text.
 ARROWS: tuple[tuple[tuple[tuple[int, int], ...], str, tuple[int, int]], ...] = (
     (((150, 132), (200, 132)), "", (0, 0)),
     (((150, 332), (200, 332)), "", (0, 0)),

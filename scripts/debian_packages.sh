@@ -1,12 +1,12 @@
 # shellcheck shell=bash
-# Sourced by the install scripts: packages of another Debian release, unpacked into a folder of this
-# tree. Nothing is installed and the system's packages are not asked; apt checks the signatures.
+# Functions for the install scripts: they unpack packages of another Debian release into a folder of
+# this tree. They install nothing and do not use the system's packages; apt checks the signatures.
 #
-# The script that sources it sets TAG (what its messages begin with), SUITE (the release), TARGET
-# (the folder) and LOG, and may set BY_HAND (lines of what to do without it).
+# A script that sources this file sets TAG (prefix of the messages), SUITE (the release), TARGET
+# (the folder) and LOG. It may set BY_HAND: lines that tell the user what to do if a step fails.
 #
-# DEBIAN_MIRROR=http://…/debian takes another mirror than that of the machine's apt sources.
-# APT_SOURCES: where apt's sources are, for tests.
+# DEBIAN_MIRROR=http://…/debian selects another mirror than that of the machine's apt sources.
+# APT_SOURCES is the folder of apt's sources; tests set it.
 
 KEYRING=/usr/share/keyrings/debian-archive-keyring.gpg
 APT_SOURCES=${APT_SOURCES:-/etc/apt}
@@ -25,8 +25,8 @@ give_up() {
     exit 1
 }
 
-# The first Debian archive in the machine's own sources: of both kinds of files, without security.
-# $1: ubuntu for Ubuntu's.
+# Prints the first Debian archive in the machine's own apt sources, in files of both formats; the
+# archive of security updates does not count. $1: ubuntu for the first archive of Ubuntu.
 machine_mirror() {
     {
         sed -n 's/^[[:space:]]*URIs:[[:space:]]*//p' "$APT_SOURCES"/sources.list.d/*.sources 2>/dev/null || true
@@ -42,7 +42,8 @@ fetch_failed() {
         "The whole log: $LOG" "${BY_HAND[@]}"
 }
 
-# Sets architecture, loader and triplet; $1: what there is for amd64 alone.
+# Sets architecture, loader and triplet. Ends the script if the machine is not amd64; $1: name of
+# what exists for amd64 only.
 need_debian_amd64() {
     for tool in apt-get dpkg-deb dpkg; do
         command -v "$tool" >/dev/null || give_up \
@@ -58,7 +59,7 @@ need_debian_amd64() {
         "apt-get install debian-archive-keyring, then start again."
 }
 
-# The lists of packages of $SUITE, in $work, which becomes $TARGET when all is well.
+# Fetches the lists of packages of $SUITE into the folder $work; take_into_use moves it to $TARGET.
 open_archive() {
     mirror=${DEBIAN_MIRROR:-$(machine_mirror)}
     mirror=${mirror:-$DEFAULT_MIRROR}
@@ -81,20 +82,20 @@ open_archive() {
         fetch_failed "The list of packages could not be fetched."
 }
 
-# The packages named, and no other.
+# Fetches the named packages only.
 fetch_packages() {
     (cd "$work/packages" && apt-get "${apt_options[@]}" download "$@") >>"$LOG" 2>&1 ||
         fetch_failed "The packages could not be fetched."
 }
 
-# The packages named and all that they need.
+# Fetches the named packages and all packages on which these depend.
 fetch_with_dependencies() {
     apt-get "${apt_options[@]}" -y --download-only install "$@" >>"$LOG" 2>&1 ||
         fetch_failed "The packages could not be fetched."
     mv "$work"/apt/cache/archives/*.deb "$work/packages"
 }
 
-# $1: a package file; $2 …: what of it, as patterns of tar; nothing: all of it.
+# Unpacks the package file $1; $2 …: tar patterns of the files to unpack; without them all files.
 unpack_package() {
     local package=$1
     shift
@@ -102,7 +103,8 @@ unpack_package() {
         give_up "$(basename "$package") could not be unpacked: is the disk full?" "The log: $LOG"
 }
 
-# bin/$1 starts the program $2 of the packages with their own libraries; $3 …: lines before it.
+# Writes bin/$1, which starts the program $2 with the libraries of the unpacked packages; $3 …:
+# lines that bin/$1 executes before.
 write_starter() {
     local name=$1 program=$2 ld
     shift 2
@@ -121,7 +123,7 @@ write_starter() {
     chmod +x "$work/bin/$name"
 }
 
-# What was unpacked takes the place of what was there.
+# Replaces $TARGET by the folder into which the packages were unpacked.
 take_into_use() {
     rm -rf "$work/apt" "$work/packages" "$TARGET"
     mv "$work" "$TARGET"

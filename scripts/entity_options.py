@@ -7,7 +7,7 @@ import re
 
 
 def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add ``--entity`` and ``--generic``; ``default``: the entity that is used without
+    """Add the options ``--entity`` and ``--generic``; ``default`` is the entity without
     ``--entity``."""
     parser.add_argument("--entity", default=default, help=f"entity that is mapped ({default})")
     parser.add_argument(
@@ -23,7 +23,10 @@ def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
 def generics_of(
     parser: argparse.ArgumentParser, chosen: argparse.Namespace
 ) -> dict[str, int | str]:
-    """Return the values by name in upper case. Ends the program for a text of another form."""
+    """Return the values of the generics by name in upper case.
+
+    Ends the program for a text that is not NAME=VALUE.
+    """
     found: dict[str, int | str] = {}
     for entry in chosen.generic:
         name, _, value = entry.partition("=")

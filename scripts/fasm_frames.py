@@ -31,10 +31,10 @@ BASES: Final = {"b": 2, "h": 16, "d": 10, None: 10}
 
 
 class Frames:
-    """The frames of a chip, all zero at first."""
+    """The configuration frames of a chip; at first all bits are zero."""
 
     def __init__(self, chip: Chip) -> None:
-        """Take a ``chip`` of the database."""
+        """Store the ``chip`` of the database."""
         self.chip = chip
         self.set_by: dict[tuple[int, int, bool], str] = {}
         self.words: dict[int, list[int]] = {}
@@ -45,9 +45,9 @@ class Frames:
                     self.words.setdefault(address, [0] * WORDS_A_FRAME)
 
     def enable(self, tile_name: str, feature: str, index: int | None, line: str) -> bool:
-        """Set the bits of a feature; return False if the database does not know it.
+        """Set the bits of a feature; return False if the database does not have the feature.
 
-        Raises ToolError if two features disagree.
+        Raises ToolError if two features disagree about a bit.
         """
         tile = self.chip.tiles.get(tile_name)
         if tile is None:
@@ -85,9 +85,9 @@ class Frames:
             self.words[address][bit // WORD_BITS] |= 1 << bit % WORD_BITS
 
     def add(self, lines: Iterable[str], name: str) -> None:
-        """Enable the features of ``lines``, one a line; ``name`` is the file's name in messages.
+        """Enable the features of ``lines``, one per line; messages contain the file's ``name``.
 
-        Raises ToolError for a line that is not a feature or that the database does not know.
+        Raises ToolError for a line that is not a feature or that the database does not have.
         """
         unknown = []
         for number, whole in enumerate(lines, start=1):
@@ -114,7 +114,7 @@ class Frames:
             )
 
     def write(self, path: Path) -> None:
-        """Write the frames as xc7frames2bit reads them: address and words, in order."""
+        """Write the frames in the form that xc7frames2bit reads: address and words, in order."""
         with path.open("w", encoding="ascii") as file:
             for address in sorted(self.words):
                 words = ",".join(f"0x{word:08X}" for word in self.words[address])
@@ -122,7 +122,7 @@ class Frames:
 
 
 def _indices(found: re.Match[str]) -> list[int | None]:
-    """Return the enabled indices: [None] for a feature without an index, none for a value of 0."""
+    """Return the enabled indices: [None] for a feature without an index, [] if the value is 0."""
     value = int(found["value"].replace("_", ""), BASES[found["base"]]) if found["value"] else 1
     if found["high"] is None:
         return [None] if value else []
@@ -131,7 +131,8 @@ def _indices(found: re.Match[str]) -> list[int | None]:
 
 
 def frames_of(fasm: Path, chip: Chip) -> Frames:
-    """Return the frames of a FASM file and of features that the part requires. Raises ToolError."""
+    """Return the frames of a FASM file, plus the features that the part requires. Raises
+    ToolError."""
     frames = Frames(chip)
     required = chip.family / chip.part / "required_features.fasm"
     for path in (fasm, required):

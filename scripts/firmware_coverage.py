@@ -1,9 +1,9 @@
 """Measures which lines of the firmware's C the host tests run, and fails below 90 %.
 
-``python -m scripts.firmware_coverage`` (``make coverage-firmware``): the host build of
-sim/tests/firmware with gcc's ``--coverage``, its tests and those of the images once, and gcov's
-counts. Code that needs the processor (firmware/board) is not included. It prints a line a file and
-writes every line that was not run to build/firmware/coverage/lines.txt.
+``python -m scripts.firmware_coverage`` (``make coverage-firmware``) makes the host build of
+sim/tests/firmware with gcc's ``--coverage``, runs its tests and those of the images once, and reads
+gcov's counts. Code that needs the processor (firmware/board) is not included. It prints a line for
+each file and writes every line that was not run to build/firmware/coverage/lines.txt.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ OTHER_BUILDS: Final = (
     "test_sanitizers.py",
     "test_fuzz_corpus.py",
 )
-"""Tests that need the image, or builds of their own."""
+"""Tests that are left out: they need the image, or builds of their own."""
 LEAST: Final = 0.9
 TESTS_TIMEOUT_S: Final = 1800
 GCOV_TIMEOUT_S: Final = 120
 
 Counts = dict[str, dict[int, int]]
-"""Number of executions, by file below firmware/ and by line."""
+"""Number of executions of each line, by file below firmware/ and line number."""
 
 
 def run_tests() -> None:
@@ -62,7 +62,8 @@ def run_tests() -> None:
 
 
 def counted(answers: list[str]) -> Counts:
-    """Return gcov's counts of the files below firmware/; a line keeps its largest count."""
+    """Return gcov's counts of the files below firmware/; of several counts of a line the largest
+    one."""
     found: Counts = defaultdict(dict)
     for answer in answers:
         for entry in json.loads(answer)["files"]:
@@ -77,7 +78,7 @@ def counted(answers: list[str]) -> Counts:
 
 
 def read_counts() -> Counts:
-    """Return the counts of every object of the host build. Raises RuntimeError if gcov fails."""
+    """Return the counts from all objects of the host build. Raises RuntimeError if gcov fails."""
     answers = []
     for data in sorted(BUILT.glob("*.gcda")):
         done = subprocess.run(
@@ -100,7 +101,7 @@ def share(lines: dict[int, int]) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; return the exit code, 1 below the least share."""
+    """Run the command line; return the exit code, 1 if the share of executed lines is too small."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     try:
         run_tests()

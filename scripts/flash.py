@@ -18,13 +18,14 @@ import click
 
 ROOT = Path(__file__).resolve().parent.parent
 JTAG = ROOT / "scripts" / "jtag"
-# gdb speaks to OpenOCD through a pipe; the other ports may belong to another OpenOCD.
+# gdb speaks to OpenOCD through a pipe. OpenOCD's ports stay closed, because another OpenOCD may use
+# them.
 ONLY_THE_PIPE = "gdb_port pipe; telnet_port disabled; tcl_port disabled"
 GDB_REMOTE_SECONDS = 30
 ONBOARD_ADAPTER = JTAG / "ft2232h.cfg"
 SECONDS = 120.0
 
-# A part of OpenOCD's message, and advice for the person at the board.
+# Pairs of a part of OpenOCD's message, and advice for the user at the board.
 ADVICE = (
     ("unable to open ftdi device", "is the board's USB cable in, and is the board on?"),
     ("LIBUSB_ERROR_ACCESS", "no right to the USB device: install OpenOCD's udev rules"),
@@ -36,7 +37,7 @@ ADVICE = (
 
 
 class FlashError(Exception):
-    """States what failed, in words for the person at the board."""
+    """A command failed; the message states what failed for the user at the board."""
 
 
 def tool(names: tuple[str, ...], package: str) -> str:
@@ -84,7 +85,7 @@ def run(command: list[str], seconds: float) -> str:
 
 
 def last_lines(said: str) -> str:
-    """Return the end of a tool's output, and the advice that fits."""
+    """Return the end of a tool's output, and the advice that belongs to it."""
     lines = [f"  {line}" for line in said.strip().splitlines()[-12:]]
     lines += [f"  -> {advice}" for sign, advice in ADVICE if sign.lower() in said.lower()]
     return "\n".join(lines)
@@ -93,10 +94,10 @@ def last_lines(said: str) -> str:
 def load_firmware(
     elf: Path, adapter: Path, remote: str | None, seconds: float = SECONDS
 ) -> tuple[int, int]:
-    """Load, compare and start. Returns the bytes and the sections that gdb found equal.
+    """Load, compare and start; return the numbers of bytes and sections that gdb found equal.
 
     Raises:
-        FlashError: a tool or file is missing, nothing answers, or what is read back differs.
+        FlashError: a tool or file is missing, nothing answers, or the loaded memory differs.
     """
     gdb = tool(("gdb-multiarch", "arm-none-eabi-gdb"), "gdb-multiarch")
     existing(elf, "make firmware")
@@ -126,13 +127,13 @@ def load_bitstream(bitstream: Path, adapter: Path, seconds: float = SECONDS) -> 
     """
     existing(bitstream, "make bitstream")
     command = [tool(("openocd",), "openocd"), "-f", str(adapter), "-f", str(JTAG / "fabric.cfg")]
-    # Tcl does not interpret the text between braces.
+    # Tcl does not interpret text between braces.
     run([*command, "-c", f"load_bitstream {{{bitstream.resolve()}}}"], seconds)
 
 
 @click.group(help=(__doc__ or "").splitlines()[0])
 def main() -> None:
-    """Define two commands with the same adapter option."""
+    """Define the two commands, which have the same adapter option."""
 
 
 @main.command()

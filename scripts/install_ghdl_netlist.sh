@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Unpacks GHDL 5 beside the system's GHDL, for netlists only: scripts/install_ghdl_netlist.sh
+# Unpacks GHDL 5 in addition to the system's GHDL, for netlists only: scripts/install_ghdl_netlist.sh
 #
-# GHDL 2.0, which Debian 12 has, writes wrong Verilog (a `case` loses its `when others`, GHDL issue
-# 2041), and so does GHDL 4.1 of Ubuntu 24.04 (signed numbers shift to the right without their sign,
-# issue 2750); but 2.0 simulates faster than GHDL 5. So simulation keeps the system's GHDL, and
-# netlists are made with the one that this script takes from Debian 13's packages. Nothing is
-# installed: the packages are unpacked into build/ghdl5, and build/ghdl5/bin/ghdl starts GHDL with
-# the libraries of the same packages. When it is there already, this does nothing.
+# GHDL 2.0 of Debian 12 writes wrong Verilog (a `case` loses its `when others`, GHDL issue 2041).
+# GHDL 4.1 of Ubuntu 24.04 does so too (signed numbers shift to the right without their sign, issue
+# 2750). But GHDL 2.0 simulates faster than GHDL 5. Therefore simulations use the system's GHDL, and
+# netlists the one that this script takes from Debian 13's packages. Nothing is installed: the
+# packages are unpacked into build/ghdl5, and build/ghdl5/bin/ghdl starts GHDL with the libraries of
+# the same packages. If this GHDL is already there, the script does nothing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -23,16 +23,17 @@ BY_HAND=(
     "or the Debian 13 packages ${PACKAGES[*]}"
     "unpacked with dpkg-deb -x into one folder, and its usr/bin/ghdl-mcode through its own loader.")
 
-# The version line, if the GHDL runs, knows its libraries and can synthesise.
+# Prints the version line; fails if GHDL does not run, does not find its libraries or cannot
+# synthesise.
 version() {
     [ -x "$GHDL" ] || return 1
     local line folder
-    # Not through head: what goes on writing when head has ended fails, now and then.
+    # The output does not go through head: a program that writes after head has ended may fail.
     line=$("$GHDL" --version 2>/dev/null) || return 1
     line=${line%%$'\n'*}
     case $line in "GHDL "[5-9].* | "GHDL "[1-9][0-9].*) ;; *) return 1 ;; esac
     folder=$(mktemp -d)
-    # `when others` is what GHDL 2.0 drops.
+    # The probe contains a `when others`, which GHDL 2.0 loses.
     cat >"$folder/probe.vhd" <<'VHDL'
 library ieee;
   use ieee.std_logic_1164.all;

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Unpacks the open place and route for the XC7Z020: scripts/install_place_and_route.sh
+# Unpacks the open place-and-route tools for the XC7Z020: scripts/install_place_and_route.sh
 #
-# nextpnr with the chip's database, and Project X-Ray's database and bitstream writer, are packages
-# since Debian 14 (testing when this was written). Nothing is installed: they are unpacked into
-# build/place_and_route, of the databases only what is for this chip, and its bin/ starts the
-# programs with the libraries of the same packages. When it is there already, this does nothing.
+# Debian 14 (testing when this was written) has packages of nextpnr with the chip's database, and of
+# Project X-Ray's database and bitstream writer. Nothing is installed: the packages are unpacked into
+# build/place_and_route, the databases only as far as they concern this chip. The programs in its
+# bin/ use the libraries of the same packages. If the tools are already there, the script does nothing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -19,7 +19,7 @@ TAG=place_and_route
 . scripts/debian_packages.sh
 BY_HAND=("By other means: docs/device.md, 'Open tools', tells where each program is looked for.")
 
-# A line about what is there, when every part of it runs.
+# Prints the version line of nextpnr; fails if one of the programs or databases is missing.
 version() {
     local line
     line=$("$TARGET/bin/nextpnr-himbaechel-xilinx" --version 2>&1) &&

@@ -1,5 +1,4 @@
-"""Counts how often the 95 % intervals of a drift contain the true drift, with a reference that
-wanders.
+"""Counts how often the 95 % interval of a drift contains the true drift if the reference wanders.
 
 Run ``python -m scripts.interval_coverage --sets 40``: each set has six cycles of 24 stations, a
 drift of 1″/h, a random walk of 0.05″ a reading and 0.1″ of white noise.

@@ -1,8 +1,8 @@
-"""Judges the forecast of ``arctrue life`` on simulated lives.
+"""Tests the forecast of ``arctrue life`` on simulated lives.
 
 Run ``python -m scripts.judge_life``; ``--write`` puts the table into docs/life.md. The exit code is
 1 if fewer than 95 % of the failing lives have an alarm before the limit, or if there is more than
-one false alarm a machine-year: these are the requirements of the prognosis.
+one false alarm per machine and year: these are the requirements of the forecast.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from scripts.marked_section import MarkedSection
 PAGE = Path("docs/life.md")
 SECTION = MarkedSection(PAGE, "<!-- lives: python -m scripts.judge_life --write -->\n")
 IN_TIME, FALSE_A_YEAR = 0.95, 1.0
-"""Required share of alarms before the limit, and permitted false alarms a machine-year."""
+"""Required share of failing lives with an alarm in time, and permitted false alarms a
+machine-year."""
 HEADINGS = (
     "life",
     "lives",
@@ -66,7 +67,7 @@ def table(rows: Sequence[Mapping[str, Any]], lives: int, seed: int) -> list[str]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Judge, print, and with --write update the page."""
+    """Evaluate the lives and print the table; with ``--write`` update the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lives", type=int, default=300, help="lives, of all kinds together")
     parser.add_argument("--seed", type=int, default=1, help="of the first life")

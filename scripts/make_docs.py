@@ -26,7 +26,7 @@ WORKBENCH = Path("docs/workbench.md")
 RULES, END_OF_RULES = "<!-- The rules: made by scripts/make_docs.py -->\n", "<!-- End -->\n"
 NUMBER_FORMATS = Path("rtl/formats/number_formats_pkg.vhd")
 
-# The folders of rtl/ in the order of the data's path.
+# The folders of rtl/ in the order in which data pass through them.
 WAY = (
     "decoder",
     "sampler",
@@ -48,7 +48,7 @@ MODE = re.compile(r"^(?P<mode>inout|in|out|buffer)\s+(?P<type>.+)$", re.IGNORECA
 
 @dataclass(frozen=True)
 class Item:
-    """A generic or a port; ``mode`` is empty for a generic, ``heading`` groups the items below."""
+    """A generic or a port; ``mode`` is empty for a generic, ``heading`` is that of its group."""
 
     names: str
     mode: str
@@ -109,7 +109,8 @@ def _clause(text: str, keyword: str) -> str | None:
 
 
 def read_items(clause: str, source: Path) -> tuple[Item, ...]:
-    """Return the declarations of a generic or port clause: one a line, its comment after it."""
+    """Return the declarations of a generic or port clause, each on one line and with its
+    comment."""
     items: list[Item] = []
     heading = ""
     for line in clause.splitlines():
@@ -164,7 +165,7 @@ def find_records(root: Path) -> dict[str, tuple[Item, ...]]:
 
 
 def find_entities(root: Path) -> list[Entity]:
-    """Return all entities below rtl/, in the order of the data's path."""
+    """Return all entities below rtl/, in the order in which data pass through their folders."""
     entities: list[Entity] = []
     for path in sorted((root / "rtl").rglob("*.vhd")):
         if re.search(
@@ -198,7 +199,7 @@ def _generics_table(items: tuple[Item, ...]) -> list[str]:
 
 
 def _ports_table(items: tuple[Item, ...], records: Mapping[str, tuple[Item, ...]]) -> list[str]:
-    """Make a table row for each port; the elements of a record port follow it."""
+    """Return the table of the ports; the rows of a record's elements follow that of its port."""
     lines = ["| Port | Direction | Type | |", "|---|---|---|---|"]
     for item in items:
         elements = [
@@ -215,7 +216,8 @@ def _ports_table(items: tuple[Item, ...], records: Mapping[str, tuple[Item, ...]
 
 
 def _related(root: Path, entity: Entity, entities: list[Entity]) -> list[str]:
-    """Make links to source, model, test bench and the entities above and below."""
+    """Return links to source, model and test bench of an entity, and to the entities above and
+    below."""
 
     def link(path: Path) -> str:
         return f"[{path}](../../{path})"
@@ -257,7 +259,7 @@ def entity_page(root: Path, entity: Entity, entities: list[Entity]) -> str:
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of a header, for lists."""
+    """Return the first sentence of a header, for the list of entities."""
     paragraph = " ".join(text.split("\n\n", 1)[0].split())
     found = re.match(r"(.+?[.:])(?:\s+[A-Z`*(]|$)", paragraph)
     return (found[1] if found else paragraph).rstrip(":.") + "."
@@ -335,7 +337,7 @@ def number_formats_page(package: str) -> str:
 
 
 def with_rules(page: str) -> str:
-    """Return the page of the workbench with the program's rules of the verdict."""
+    """Return the page of the workbench with the rules by which the program reaches a verdict."""
     before, _, rest = page.partition(RULES)
     after = rest.partition(END_OF_RULES)[2]
     return "".join(
@@ -344,7 +346,7 @@ def with_rules(page: str) -> str:
 
 
 def documents(root: Path) -> dict[Path, str]:
-    """Make every generated document: its path below ``root`` and its text."""
+    """Return every generated document: its text by its path below ``root``."""
     entities = find_entities(root)
     made = {
         ENTITIES / f"{entity.name}.md": entity_page(root, entity, entities) for entity in entities
@@ -363,8 +365,8 @@ def documents(root: Path) -> dict[Path, str]:
 
 
 def stale_documents(root: Path) -> list[Path]:
-    """List generated documents that differ from their sources, are missing, or have lost their
-    source."""
+    """Return the generated documents that differ from their sources, are missing, or have no source
+    any more."""
     made = documents(root)
     stale = [
         path

@@ -1,6 +1,6 @@
-"""Writes docs/effects.md, the catalogue of physical effects, from the effects' declarations.
+"""Writes docs/effects.md, the catalogue of physical effects, from the declarations of the effects.
 
-docs/data/taken_away.json contains the remaining error after the lanes
+docs/data/taken_away.json contains the error that remains after the lanes
 (scripts/measure_taken_away.py). Run ``python -m scripts.make_effects_page``. With ``--check`` it
 writes nothing and names a page that differs from the declarations (exit code 1).
 """
@@ -61,7 +61,7 @@ is 3.82″.
 
 
 def compensation_words(effect: type[Effect]) -> str:
-    """State whether the gateware can correct the effect."""
+    """Return a text that states whether the gateware can correct the effect."""
     words = COMPENSATED[effect.compensation]
     return f"{words}; {effect.compensation_note}" if effect.compensation_note else words
 
@@ -82,7 +82,7 @@ def _summary(effects: dict[str, type[Effect]]) -> list[str]:
 
 
 def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
-    """Tabulate what corrects each effect, and the remaining error, from simulated tables."""
+    """Return a table: what corrects each effect on a simulated table, and the remaining error."""
     measured = stored()
     lines = [
         "",
@@ -166,7 +166,7 @@ def _section(name: str, effect: type[Effect]) -> list[str]:
 
 
 def _setting(value: object) -> str:
-    """Format a default as in a model file; shorten long runs of numbers."""
+    """Format a default value as in a model file; shorten a long sequence of numbers."""
     if isinstance(value, list | tuple) and len(value) > 6:
         return f"`{value[0]}` … `{value[-1]}`"
     return f"`{list(value)}`" if isinstance(value, tuple) else f"`{value}`"

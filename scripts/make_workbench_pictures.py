@@ -39,7 +39,7 @@ def _run(words: str) -> None:
 
 
 def tutorial() -> None:
-    """Run the commands of the tutorial that write pictures, in a folder of their own."""
+    """Run, in a separate folder, the commands of the tutorial that write pictures."""
     start = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)

@@ -1,4 +1,5 @@
-"""The part of a hand-written page that a script writes: between its own mark and `<!-- end -->`."""
+"""The part of a hand-written page that a script writes: between a mark of its own and `<!-- end
+-->`."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ END = "<!-- end -->\n"
 
 @dataclass(frozen=True, slots=True)
 class MarkedSection:
-    """The lines of ``page`` after the line ``begin`` and before the next ``END``."""
+    """Return the lines of ``page`` between the line ``begin`` and the next line ``END``."""
 
     page: Path
     begin: str
@@ -29,9 +30,10 @@ class MarkedSection:
         return before + begin + lines + end + after
 
     def is_current(self, lines: str) -> bool:
-        """Tell whether the page has ``lines`` as its section. Raises ValueError as ``inserted``."""
+        """Tell whether the section of the page consists of ``lines``. Raises ValueError like
+        ``inserted``."""
         return self.inserted(lines) == self.page.read_text(encoding="utf-8")
 
     def write(self, lines: str) -> None:
-        """Replace the section by ``lines``. Raises ValueError as ``inserted``."""
+        """Replace the section of the page by ``lines``. Raises ValueError like ``inserted``."""
         write_whole_text(self.page, self.inserted(lines))

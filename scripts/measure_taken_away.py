@@ -1,16 +1,15 @@
-"""Measures on simulated tables which part corrects each effect, and the remaining error.
+"""Measures on simulated tables which part corrects each effect, and which error remains.
 
 Each effect is simulated alone on a table with an eccentric disc, recorded as a measurement set with
 noise, and fitted with and without the effect in the model. Both models are exported. The lanes are
 compared with the true error of head 1 on other turns, up and down, at a temperature that was never
-measured: this error comes from the table's geometry and not from any model.
+measured; the true error comes from the table's geometry and not from any model. An effect whose
+file declares ``modulators`` is exported for a gateware with MODULATORS. In each of the other turns
+direction and speed are constant, and the model of ``amplitude_sweep`` multiplies the amplitudes by
+them. The line of periodic_error is exported for a gateware with REAL_ORDERS.
 
-An effect whose file declares ``modulators`` is exported for a gateware with MODULATORS. Direction
-and speed are settled in each fresh turn, and the model of ``amplitude_sweep`` multiplies the
-amplitudes by them. The line of periodic_error is exported for a gateware with REAL_ORDERS.
-
-Run ``python -m scripts.measure_taken_away``, some minutes. It writes docs/data/taken_away.json,
-from which ``python -m scripts.make_effects_page`` makes docs/effects.md.
+Run ``python -m scripts.measure_taken_away``, which takes some minutes. It writes
+docs/data/taken_away.json, from which ``python -m scripts.make_effects_page`` makes docs/effects.md.
 """
 
 from __future__ import annotations
@@ -55,39 +54,41 @@ Float = NDArray[np.float64]
 STORED = Path(__file__).resolve().parents[1] / "docs" / "data" / "taken_away.json"
 SEED = 13
 FRESH_C = USUAL_TEMPERATURE_C + 2.2
-"""Temperature of the fresh turns, between those of the set's runs."""
+"""Temperature of the judged turns, between those of the set's runs."""
 ROWS = 20_000
-"""Number of fresh rows; their angles are random, so that no order is an alias."""
+"""Number of rows of the judged turns; their angles are random, so that no order is an alias."""
 DENSE_STATIONS = 4096
-"""Number of stations per turn of a reference that is read on the move."""
+"""Number of stations per turn of a reference that is read while the table moves."""
 SIMULATED_BY = {"graduation_harmonics": None, "periodic_error": "drive_gear_error"}
-"""Recipe of an effect, if it does not have the effect's name; None: every table has the effect."""
+"""Recipe that simulates an effect, if its name differs from the effect's; None: every table has the
+effect."""
 
 
 def measured_effects() -> list[str]:
-    """List the effects that a simulated table can have: not those of a mount with a second axis."""
+    """Return the effects that a simulated table can have; an effect of a mount's second axis is not
+    among them."""
     return [name for name in built_in() if name in SIMULATED_BY or name in REGISTRY]
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Result for one effect; RMS about the mean, arcseconds, at the output on the fresh turns."""
+    """Result for one effect: RMS about the mean, arcseconds, at the output in the judged turns."""
 
     effect: str
     simulated: str
     """Size and unit of the cause."""
     part_arcsec: float
-    """Contribution of the cause to the error of head 1; for the disc's own error, the whole error.
-    """
+    """RMS of what the cause adds to the error of head 1; for the disc's own error, that of the
+    whole error."""
     left_without_arcsec: float
-    """Remaining error with the lanes of a model without the effect."""
+    """Error that remains after the lanes of a model without the effect."""
     left_with_arcsec: float
-    """Remaining error with the effect in the model."""
+    """Error that remains after the lanes of a model with the effect."""
     taken_away_by: str
-    """Part of the system that corrects it, as the export states."""
+    """Part of the system that corrects the effect, as the export states."""
 
     def data(self) -> dict[str, Any]:
-        """Return the figures for JSON, to a thousandth of an arcsecond."""
+        """Return the figures for JSON, rounded to a thousandth of an arcsecond."""
         return {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
@@ -95,7 +96,8 @@ class Measured:
 
 
 def measure(name: str, seed: int = SEED) -> Measured:
-    """Measure one effect of the catalogue. Raises KeyError for a name that the catalogue lacks."""
+    """Measure one effect of the catalogue. Raises KeyError for a name that is not in the
+    catalogue."""
     cause = SIMULATED_BY.get(name, name)
     experiment = _experiment(name)
     plain = simulate_set([], experiment, seed)
@@ -120,8 +122,8 @@ def measure(name: str, seed: int = SEED) -> Measured:
 
 
 def _experiment(name: str) -> Experiment:
-    """Return runs up, down, fast and warm, and a polygon; a line at a high order needs more
-    stations."""
+    """Return an experiment: runs up, down, fast and warm, and a polygon; for the line of a high
+    order, a moving reference with more stations."""
     experiment = short()
     if name != "periodic_error":
         return experiment
@@ -131,7 +133,7 @@ def _experiment(name: str) -> Experiment:
 
 
 def _fresh_turns(seed: int) -> Conditions:
-    """Return a turn up and a turn down."""
+    """Return the conditions of a turn up and a turn down."""
     random = np.random.default_rng([seed, ROWS])
     angle = np.sort(random.uniform(0.0, 2.0 * np.pi, (2, ROWS // 2)), axis=1)
     angle[1] = angle[1][::-1]
@@ -150,7 +152,8 @@ def _fresh_turns(seed: int) -> Conditions:
 
 
 def _error_arcsec(table: RotaryTable, fresh: Conditions) -> Float:
-    """Return the error of head 1 minus its mean, which depends on the place of the zero."""
+    """Return the error of head 1 minus its mean, because the mean depends on the place of the
+    zero."""
     error = (table.reading_rad(0, fresh) - fresh.angle_rad) * ARCSEC_PER_RAD
     return np.asarray(error - error.mean())
 
@@ -158,7 +161,8 @@ def _error_arcsec(table: RotaryTable, fresh: Conditions) -> Float:
 def _left(
     model: Model, made: SimulatedSet, fresh: Conditions, error_arcsec: Float, name: str
 ) -> tuple[float, str]:
-    """Return the RMS of the error after the exported lanes, and the part that corrects ``name``."""
+    """Return the RMS error after the correction by the exported model, and the part that corrects
+    ``name``."""
     if not model.effects:
         return float(error_arcsec.std()), ""
     observations, effects = observations_of(made.measurement), built_in()
@@ -186,7 +190,7 @@ def _left(
 
 
 def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -> Float:
-    """Return the correction at each fresh row, with its amplitudes for the row's motion."""
+    """Return the correction at each judged row; the amplitudes are those for the row's motion."""
     warm = export.at(FRESH_C)
     if export.extension is None or export.extension.conditions is None:
         return warm.error_counts(counts)
@@ -204,7 +208,7 @@ def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -
 
 
 def stored() -> dict[str, Any]:
-    """Return the figures of the last run."""
+    """Return the figures that the last run stored."""
     found: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
     return found
 

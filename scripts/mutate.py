@@ -1,8 +1,8 @@
 """Applies one mutation at a time to VHDL, C or the diagnosis; checks that the named test fails.
 
-``make mutate``, or ``python -m scripts.mutate NAME ...`` for some of them; ``--every 6`` takes
-each sixth of the list. It works in a copy of the tree. Exit code 1: a mutation survives. 2: the
-list does not fit the tree, or a test fails without a mutation.
+``make mutate`` runs all mutations, ``python -m scripts.mutate NAME ...`` some of them; ``--every
+6`` takes each sixth of the list. The script works in a copy of the tree. Exit code 1: a mutation
+survives. 2: the list does not fit the tree, or a test fails without a mutation.
 """
 
 from __future__ import annotations
@@ -36,15 +36,16 @@ COPIED = (
     "conftest.py",
 )
 GHDL_OF_NETLISTS = ROOT / "build/ghdl5/bin/ghdl"
-"""Path of the GHDL that scripts/install_ghdl_netlist.sh unpacks; the copy does not contain it."""
+"""Path of the GHDL that scripts/install_ghdl_netlist.sh unpacks; the copy of the tree does not
+contain it."""
 TIMEOUT_S = 600
 BUILD_FAILED = ("in _built", "the firmware does not compile")
-"""Signs of a failed build: a function of tb/support, a message of the firmware build."""
+"""Texts that show a failed build: a function of tb/support, a message of the firmware build."""
 
 
 def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
-    """Return the list's entries that do not fit the tree: texts not found exactly once, missing
-    tests."""
+    """Return the mutations that do not fit the tree: a text is not found exactly once, or a test is
+    missing."""
     faults: list[str] = []
     for mutation in mutations:
         path = root / mutation.file
@@ -69,7 +70,7 @@ def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
 
 
 def copy_tree(root: Path, copy: Path) -> None:
-    """Copy the files that the tests need."""
+    """Copy the files of the tree that the tests need."""
     for name in COPIED:
         source = root / name
         if source.is_dir():
@@ -79,7 +80,7 @@ def copy_tree(root: Path, copy: Path) -> None:
 
 
 def run_test(copy: Path, test: str) -> tuple[int, str]:
-    """Return exit code and output of one pytest run in the copy; a test that hangs counts as
+    """Run pytest once in the copy; return exit code and output. A test that hangs counts as
     failed."""
     command = [
         sys.executable,
@@ -105,7 +106,7 @@ def run_test(copy: Path, test: str) -> tuple[int, str]:
 
 
 def say(words: str) -> None:
-    """Print at once, so that a long run shows its progress."""
+    """Print without a buffer, so that a long run shows its progress."""
     print(words, flush=True)
 
 
@@ -148,7 +149,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
             code, output = run_test(copy, mutation.test)
             path.write_text(text, encoding="utf-8")
-            # A mutation that GHDL rejects, or a test that cannot start, proves nothing.
+            # A mutation that GHDL rejects, or a test that cannot start, shows nothing about the
+            # test.
             if code not in (0, 1) or (code and any(text in output for text in BUILD_FAILED)):
                 print(output, file=sys.stderr)
                 print(f"{mutation.name}: no test ran on the mutated file", file=sys.stderr)

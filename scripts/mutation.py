@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class Mutation:
     """A wrong text in a file, and the pytest test that fails because of this text.
 
-    ``old`` occurs exactly once in ``file``. A mutation belongs to a list if a person could make
-    this error and no other test would show it at once.
+    ``old`` occurs exactly once in ``file``. A mutation belongs in a list if a person could make
+    this error and no other test would fail at once.
     """
 
     name: str

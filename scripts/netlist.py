@@ -25,9 +25,9 @@ __all__ = [
     "write_netlist",
 ]
 
-# Entities that Yosys maps separately before it flattens the design. Its look-up table mapper
-# (abc) saves area on each path that has fewer levels than the deepest path of its input: given
-# the whole core, it makes every path as deep as the worst.
+# Entities that Yosys maps separately before it flattens the design. Its look-up table mapper (abc)
+# saves area on each path that is shorter than the deepest path of the whole input. If the input is
+# the whole core, it makes every path as deep as the worst one.
 MAPPED_ALONE = (
     "cordic_rotation",
     "table_rotation",
@@ -69,8 +69,9 @@ def find_yosys() -> tuple[str, str]:
 def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
     """Return Yosys' commands that map a netlist.
 
-    ``for_nextpnr``: a comparison takes two bits of both numbers for each place of its carry chain.
-    Yosys takes three; nextpnr 0.11.1 sets their look-up tables apart from the chain.
+    ``for_nextpnr``: each place of a comparison's carry chain compares two bits of both numbers. By
+    default Yosys compares three; nextpnr 0.11.1 then places the look-up tables apart from the
+    chain.
     """
     synth = f"synth_xilinx -family xc7 {'-flatten ' if flatten else ''}-top {top}"
     if not for_nextpnr:
@@ -82,8 +83,8 @@ def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
 def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Path:
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
-    ``for_nextpnr`` is for a flat netlist alone: its carry chains suit nextpnr, see ``mapping`` and
-    ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a latch.
+    ``for_nextpnr`` is for a flat netlist only: its carry chains then suit nextpnr, see ``mapping``
+    and ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a latch.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"

@@ -1,11 +1,11 @@
 """Runs the long checks of one commit and writes docs/nightly.md: ``python -m scripts.nightly``.
 
 ``make nightly`` runs all checks one after the other; ``--only NAME`` runs some of them. A check
-that has ended for this commit is not repeated, so that a second run continues an interrupted one
-(``--again`` repeats the check). ``--sample`` runs only the stated part of a check that has one;
-each row of the page states which part ran, on which commit, and how it ended. Uncommitted changes
-are refused: a figure must belong to a commit. Exit code 1: a check failed. 2: the tree differs from
-its commit, or the record of earlier runs is damaged.
+that has already ended for this commit is not repeated, so that a second run continues an
+interrupted one (``--again`` repeats such checks). ``--sample`` runs only the stated part of a check
+that has one; each row of the page states which part ran, on which commit, and how it ended.
+Uncommitted changes are refused, because a figure must belong to a commit. Exit code 1: a check
+failed. 2: the tree differs from its commit, or the record of earlier runs is damaged.
 """
 
 from __future__ import annotations
@@ -33,12 +33,13 @@ WRITTEN_BY_CHECKS = (
     "docs/proofs.md",
     "docs/systems.md",
 )
-"""Files that a check may change although the tree must equal its commit."""
+"""Files that a check may change; the rest of the tree must equal its commit."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One long check: command, what its success shows, and a shorter sample for a small machine."""
+    """One long check: its command, what its success shows, and a shorter sample for a small
+    machine."""
 
     name: str
     command: tuple[str, ...]
@@ -109,7 +110,7 @@ CHECKS = (
 
 
 def read_outcomes(path: Path) -> dict[str, Outcome]:
-    """Return the outcomes in a record file, by the name of the check; none without the file.
+    """Return the outcomes in a record file, by the name of the check; none if there is no file.
 
     Raises ContentError, which names the file and the key, for wrong content.
     """
@@ -120,7 +121,10 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
 
 
 def commit_of(root: Path) -> str:
-    """Return the short hash of the commit in ``root``. Raises RuntimeError for changed files."""
+    """Return the short hash of the commit in ``root``.
+
+    Raises RuntimeError if files differ from the commit.
+    """
     command = ("git", "status", "--porcelain", "--untracked-files=no")
     changed = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
     files = [line[3:] for line in changed.stdout.splitlines()]
@@ -137,7 +141,8 @@ def commit_of(root: Path) -> str:
 
 
 def run(check: Check, *, sample: bool, commit: str, root: Path, logs: Path) -> Outcome:
-    """Run one check with its output in ``logs``; the outcome keeps the last line of the output."""
+    """Run one check and write its output into ``logs``; the outcome keeps the last line of the
+    output."""
     part = check.sample_is if sample else ""
     command = check.sample if part else check.command
     logs.mkdir(parents=True, exist_ok=True)
@@ -162,7 +167,7 @@ def run(check: Check, *, sample: bool, commit: str, root: Path, logs: Path) -> O
 
 
 def page(outcomes: Mapping[str, Outcome]) -> str:
-    """Return the page with one row a check; a check without an outcome is shown as *not run*."""
+    """Return the page with a row for each check; without an outcome the row states *not run*."""
     lines = [
         "<!-- Made by scripts/nightly.py. Do not edit: make nightly -->",
         "",
@@ -190,7 +195,7 @@ def page(outcomes: Mapping[str, Outcome]) -> str:
 
 
 def keep(outcomes: Mapping[str, Outcome]) -> None:
-    """Write record and page, in the order of the list of checks."""
+    """Write record and page; both list the checks in their order."""
     rows = [asdict(outcomes[check.name]) for check in CHECKS if check.name in outcomes]
     write_whole_text(RECORD, json.dumps(rows, indent=1, ensure_ascii=False) + "\n")
     write_whole_text(PAGE, page(outcomes))

@@ -1,7 +1,7 @@
 """Takes the picture of the page for README.md and docs/page.md: docs/images/page.png.
 
-Run ``python -m scripts.page_screenshot``. It generates a table with a hidden effect in the page
-itself and waits for the diagnosis. It needs Chromium.
+Run ``python -m scripts.page_screenshot``. It generates a table with a hidden effect in the page and
+waits for the diagnosis. It needs Chromium.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def all_drawn(page: Page) -> None:
 
 
 def take(page: Page, address: str) -> None:
-    """Open the page, click through it and save the picture."""
+    """Open the page, go through its steps and save the picture."""
     page.goto(address)
     page.get_by_label("Measured").select_option("short")
     page.get_by_label("Seed", exact=True).fill(str(SEED))

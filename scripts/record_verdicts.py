@@ -1,8 +1,8 @@
 """Records the diagnosis of 40 benchmark sets: python -m scripts.record_verdicts.
 
-``--check`` compares all sets with the record and writes nothing, for a change that must not change
-verdicts. After a change that is meant to change verdicts, write a new record and review its
-differences.
+``--check`` compares all sets with the record and writes nothing; use it after a change that must
+not change verdicts. After a change that is meant to change verdicts, write a new record and review
+its differences.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ def _command(
 
 
 def _paragraphs(text: str) -> str:
-    """Return the paragraphs of a help text, one line each."""
+    """Return the paragraphs of a help text, each in one line."""
     blocks = re.split(r"\n\s*\n", inspect.cleandoc(text))
     return "\n\n".join(" ".join(block.split()) for block in blocks)
 
@@ -73,7 +73,7 @@ def _option(param: click.Parameter, context: click.Context) -> str:
 
 
 def _default(param: click.Option) -> tuple[str, str]:
-    """Return the help without its statement of the default, and the default."""
+    """Return the help text of an option without the default value, and the default value."""
     described = param.help or ""
     found = re.search(r"\s*\[default: (.*)\]$", described)
     if found:
@@ -90,7 +90,7 @@ def _cell(text: str) -> str:
 
 
 def api_page() -> str:
-    """Return ``docs/api.md``: the public names, their arguments and results."""
+    """Return ``docs/api.md``: the public names, with their arguments and results."""
     from arctrue import api
     from arctrue.importing import FileContent
     from arctrue.instrument import Instrument
@@ -155,7 +155,7 @@ def _methods(kind: type) -> Iterator[tuple[str, Any]]:
 
 
 def _signature(function: Any) -> str:
-    """Return the arguments with their types, as in the source."""
+    """Return the arguments with their types in the form of the source."""
     shown = []
     before: Any = None
     for item in inspect.signature(function).parameters.values():
@@ -177,11 +177,12 @@ def _signature(function: Any) -> str:
 
 
 SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}$", re.MULTILINE)
-"""Pattern of the heading of a part of a docstring, as numpydoc underlines it."""
+"""Pattern of the heading of a numpydoc section, which is underlined."""
 
 
 def _words(what: Any) -> str:
-    """Return the docstring as Markdown: ``code`` and Sphinx roles as code, numpydoc's as lists."""
+    """Return the docstring as Markdown: ``code`` and Sphinx roles as code, numpydoc sections as
+    lists."""
     text = inspect.cleandoc(what.__doc__ or "")
     headings = list(SECTION.finditer(text))
     ends = [*(item.start() for item in headings[1:]), len(text)][: len(headings)]
@@ -206,5 +207,5 @@ def _entry(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Convert ``code`` and roles of Sphinx to code of Markdown."""
+    """Convert ``code`` and Sphinx roles to code of Markdown."""
     return re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text).replace("``", "`")

@@ -1,10 +1,10 @@
 """Generates the register block with a port that has one select bit per word.
 
 The generator's own block decodes the address in the clock of the access, and selects the read word
-after that decoder. In this block the bits ``s_cpuif_word`` arrive decoded, and the read word has a
-register, so that only an OR of words lies between two registers. register_access.vhd makes these
-bits while it checks the access, so a read takes no additional clock. All other parts are the
-generator's output.
+after that decoder. In this block the select bits ``s_cpuif_word`` arrive decoded, and each read
+word has a register, so that only an OR of words lies between two registers. register_access.vhd
+computes the select bits while it checks the access, so a read takes no additional clock. All other
+parts are the generator's output.
 """
 
 from __future__ import annotations
@@ -27,23 +27,24 @@ COMPARISON = re.compile(r"\(cpuif_addr = ([^()]+)\)")
 
 
 class _Words(ReadbackMuxGenerator):  # type: ignore[misc]
-    """Assigns each readable word to its place in an array, without a selection."""
+    """Generates VHDL that assigns each readable word to an element of an array, without a
+    selection."""
 
     def get_addr_compare_conditional(self, addr: str) -> str:
-        """Replace the generator's address comparison: every word is always present."""
+        """Return "true" in place of the generator's address comparison: every word is assigned."""
         return "true"
 
     def get_readback_data_var(self, addr: str) -> str:
-        """Return the place of the word at ``addr``, bytes."""
+        """Return the array element for the word at ``addr``, bytes."""
         return f"words(({addr}) / {self.exp.cpuif.data_width_bytes})"
 
 
 class _DecodedPort(PassthroughCpuif):  # type: ignore[misc]
-    """The generator's port without a bus, and with one select bit per word."""
+    """The generator's port without a bus protocol, and with one select bit per word."""
 
     @property
     def word_count(self) -> int:
-        """Number of words in the block's range of addresses."""
+        """Return the number of words in the block's range of addresses."""
         return int(2**self.addr_width // self.data_width_bytes)
 
     @property
@@ -53,8 +54,8 @@ class _DecodedPort(PassthroughCpuif):  # type: ignore[misc]
 
     @property
     def port_declaration(self) -> str:
-        """Ports: those of the generator and ``s_cpuif_word``, which belongs to the clock of the
-        request."""
+        """Return the ports: those of the generator, and ``s_cpuif_word``, which is valid in the
+        clock of the request."""
         chosen = f"s_cpuif_word : in std_logic_vector(0 to {self.word_count - 1});"
         return f"{chosen}\n{super().port_declaration}"
 
@@ -62,7 +63,7 @@ class _DecodedPort(PassthroughCpuif):  # type: ignore[misc]
 def decoded_before(text: str) -> str:
     """Replace each comparison of the address in the block's VHDL by a bit of ``s_cpuif_word``.
 
-    The generator has no hook for this. Raises ValueError if the generator's text has changed.
+    The generator has no option for this. Raises ValueError if the generator's text has changed.
     """
     text, replaced = COMPARISON.subn(r"s_cpuif_word((\1) / 4)", text)
     if not replaced or "cpuif_addr =" in text:
@@ -82,9 +83,9 @@ def write_register_block(block: AddrmapNode, folder: Path) -> None:
     exporter.export(
         block,
         str(folder),
-        cpuif_cls=_DecodedPort,  # register_access has the bus
-        reuse_hwif_typedefs=False,  # types named by their place, not by a hash
-        copy_utils_pkg=True,  # it refuses nothing: access_guard does
+        cpuif_cls=_DecodedPort,  # register_access contains the bus
+        reuse_hwif_typedefs=False,  # names of types contain their place, not a hash
+        copy_utils_pkg=True,  # access_guard refuses accesses, not this block
     )
     made = folder / f"{block.inst_name}.vhd"
     made.write_text(decoded_before(made.read_text(encoding="utf-8")), encoding="utf-8")

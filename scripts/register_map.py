@@ -13,10 +13,10 @@ REGISTERS = Path("rtl/registers/arctrue_registers.rdl")
 
 
 def compile_registers(source: Path, *, block_only: bool = False) -> AddrmapNode:
-    """Return the elaborated register map of a SystemRDL file; ``block_only``: without external
-    parts.
+    """Return the elaborated register map of a SystemRDL file.
 
-    Raises systemrdl.RDLCompileError, after the compiler has printed where and why.
+    ``block_only`` leaves out external parts. Raises systemrdl.RDLCompileError after the compiler
+    has printed the place of the error and its reason.
     """
     compiler = RDLCompiler()
     for definition in ALL_UDPS:
@@ -37,7 +37,7 @@ def registers_of(node: Node) -> Iterator[RegNode]:
 
 
 def memories_of(top: AddrmapNode) -> list[MemNode]:
-    """Return the memory windows of the map."""
+    """Return the memory windows of the register map."""
     return [child for child in top.children(unroll=True) if isinstance(child, MemNode)]
 
 

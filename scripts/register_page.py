@@ -1,4 +1,4 @@
-"""Makes docs/registers.md, the register map as a page to read, from the SystemRDL file."""
+"""Makes docs/registers.md, a readable page of the register map, from the SystemRDL file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scripts.register_map import (
 
 
 def _words(node: FieldNode | MemNode | RegNode | RegfileNode) -> str:
-    """Return the description of a node in one line."""
+    """Return the description of a node, joined to one line."""
     return " ".join((node.get_property("desc") or "").split())
 
 

@@ -1,7 +1,7 @@
 """Writes a VHDL entity with one port per register, in place of the records of the register block.
 
-cocotb cannot access elements of a record. The bench of the registers runs this entity; the units
-that drive it are in ``tb/registers/register_access_harness.vhd``.
+The bench of the registers runs this entity, because cocotb cannot access elements of a record. The
+units that drive it are in ``tb/registers/register_access_harness.vhd``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ def _slice(field: FieldNode) -> str:
 
 
 def _inputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
-    """Assign the fields that the gateware drives, each from its bits of the port."""
+    """Return lines that assign the fields that the gateware drives, each from its bits of the
+    port."""
     lines = []
     for field in register.fields():
         if field.is_hw_writable:
@@ -33,8 +34,8 @@ def _inputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
 
 
 def _outputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
-    """Assign the bits of the port from the fields that the gateware reads; 0 for bits without a
-    field."""
+    """Return lines that assign each bit of the port the field that the gateware reads, or 0 without
+    a field."""
     lines, free = [], set(range(32))
     for field in register.fields():
         if field.is_hw_readable and not field.is_hw_writable:

@@ -28,7 +28,7 @@ FLIP_FLOPS = re.compile(r"FD[RSCP]E(_1)?")
 LATCHES = re.compile(r"LD[CP]E|\$_?dlatch.*|\$_DLATCH.*", re.IGNORECASE)
 RAMB36 = {"RAMB36E1": 1.0, "RAMB18E1": 0.5}
 
-# Yosys writes one name or type per line, so the whole file need not be in memory.
+# Yosys writes one name or type per line, so that the file can be read line by line.
 MODULE_LINE = re.compile(r'^    "([^"]+)": \{$')
 BOX_LINE = re.compile(r'^        "(?:blackbox|whitebox)": ')
 TYPE_LINE = re.compile(r'^          "type": "([^"]+)",?$')
@@ -47,7 +47,8 @@ class Resources:
 
     @staticmethod
     def of_cells(cells: Counter[str]) -> Resources:
-        """Sum the resources of cells counted by type; other types need no resources."""
+        """Return the sum of the resources of cells, counted by type; other types need no
+        resources."""
         return Resources(
             lut=sum(LUTS.get(kind, 0) * count for kind, count in cells.items()),
             ff=sum(count for kind, count in cells.items() if FLIP_FLOPS.fullmatch(kind)),
@@ -58,7 +59,7 @@ class Resources:
         )
 
     def __add__(self, other: Resources) -> Resources:
-        """Return the sum of both."""
+        """Return the sum of both resources."""
         return Resources(
             self.lut + other.lut,
             self.ff + other.ff,
@@ -89,7 +90,7 @@ class Design:
                     module = found[1]
                     design.cells[module] = Counter()
                 elif BOX_LINE.match(line):
-                    del design.cells[module]  # the model of a cell of the family
+                    del design.cells[module]  # it is the model of a cell of the family
                     module = ""
                 elif module and (found := TYPE_LINE.match(line)):
                     design.cells[module][found[1].removeprefix("\\")] += 1
@@ -98,7 +99,7 @@ class Design:
         return design
 
     def total(self, module: str) -> Resources:
-        """Return the resources of a module with everything below it."""
+        """Return the resources of a module, including those of all modules below it."""
 
         @cache
         def below(name: str) -> Resources:
@@ -112,8 +113,8 @@ class Design:
         return below(module)
 
     def units(self, top: str) -> list[tuple[str, int, int, Resources]]:
-        """List module, depth, number of instances in its parent and resources of one, in reading
-        order."""
+        """Return, in reading order, each module with its depth, number of instances in its parent,
+        and resources of one instance."""
         rows: list[tuple[str, int, int, Resources]] = []
 
         def walk(name: str, depth: int, count: int) -> None:

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Makes ready what the Makefile's targets need, and touches nothing else of the machine:
+# Installs everything that the Makefile's targets need, and changes nothing else on the machine:
 #   1. system packages (GHDL, Verilator, Yosys, Python's venv and shared library, gcc for the host
-#      and the Cortex-A9, QEMU, the keys of Debian's archive for 3.), only those that are missing;
+#      and the Cortex-A9, QEMU, the keys of Debian's archive for 3.), as far as they are missing;
 #   2. the Python environment .venv, exactly as requirements.lock says (with hashes);
-#   3. a GHDL for netlists in build/ghdl5, where the system's is too old;
+#   3. a GHDL for netlists in build/ghdl5, if that of the system is too old;
 #   4. the name under which Ubuntu's GHDL looks for LLVM, in build/llvm_names.
-# Run as often as you like: when all is there it says nothing and takes a blink.
+# It may run any number of times: if nothing is missing, it prints nothing and ends at once.
 #
-# PYTHON=/usr/bin/python3.12 scripts/setup.sh takes another Python. It must be 3.11 or newer and
-# have a shared libpython, because GHDL loads it; Pythons that pyenv or conda build have none.
+# PYTHON=/usr/bin/python3.12 scripts/setup.sh uses another Python. It must be 3.11 or newer and have
+# a shared libpython, because GHDL loads this library; Pythons from pyenv or conda have none.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -68,7 +68,8 @@ install_packages() {
     mkdir -p "$(dirname "$LOG")"
     local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -y -q
         -o Acquire::Retries=2 -o Acquire::http::Timeout=30 -o DPkg::Lock::Timeout=300)
-    # A broken foreign source makes `update` fail although ours is fine: the install decides.
+    # A broken apt source of another program makes `update` fail although the needed archive is
+    # fine. Only the result of the installation counts.
     "${apt[@]}" update >"$LOG" 2>&1 || true
     if ! "${apt[@]}" install --no-install-recommends "${missing[@]}" >>"$LOG" 2>&1; then
         log_tail
@@ -83,7 +84,7 @@ has_ghdl() {
     version=$(GHDL_BACKEND=$1 ghdl --version 2>/dev/null) && grep -qi "$1.* code generator" <<<"$version"
 }
 
-# On a system whose packages this script does not know: are the tools there all the same?
+# Checks the tools on a system whose packages this script does not know.
 check_tools() {
     local missing=()
     command -v gcc >/dev/null || missing+=("gcc, and the development files of zlib")
@@ -109,7 +110,7 @@ check_python() {
 
 checksum() { sha256sum "$1" | cut -d ' ' -f 1; }
 
-# Made with this Python, in this folder?
+# Tells whether .venv was made with this Python and in this folder.
 venv_fits() {
     [ "$(.venv/bin/python -c "$VERSION" 2>/dev/null)" = "$("$PYTHON" -c "$VERSION")" ] &&
         head -n 1 .venv/bin/pip 2>/dev/null | grep -qF "$PWD/.venv/bin/"
@@ -124,7 +125,7 @@ install_python_packages() {
     if [ -x .venv/bin/python ] && [ "$(cat "$stamp" 2>/dev/null)" = "$wanted" ]; then
         return
     fi
-    # Without a stamp, what is there may be a start that was broken off: it is completed.
+    # A .venv without a stamp may come from an interrupted run of this script: it is completed.
     if [ -e .venv ] && { [ -e "$stamp" ] || ! venv_fits; }; then
         say "making .venv anew: the lock file, the Python or the folder has changed"
         rm -rf .venv
@@ -147,7 +148,7 @@ install_python_packages() {
     rm -f .venv/.setup-package
 }
 
-# The package itself, editable; needs no network.
+# Installs this package in editable mode; this needs no network.
 install_package() {
     local stamp=.venv/.setup-package
     local wanted
@@ -162,8 +163,8 @@ install_package() {
     say "ready"
 }
 
-# Netlists need GHDL 5 or newer (sim/arctrue/base/netlist.py says why); without it all works but the virtual
-# instrument and its tests.
+# Netlists need GHDL 5 or newer for the reason in sim/arctrue/base/netlist.py. Without it everything
+# works except the virtual instrument and its tests.
 install_netlist_ghdl() {
     local ghdl
     for ghdl in build/ghdl5/bin/ghdl ghdl; do
@@ -175,8 +176,8 @@ install_netlist_ghdl() {
         say "going on without it: the virtual instrument and its tests will ask for it"
 }
 
-# Ubuntu 24.04's ghdl-llvm asks for libLLVM-18.so.18.1, which Ubuntu's own package of LLVM installs
-# as libLLVM.so.18.1: without the other name it cannot compile anything.
+# Ubuntu 24.04's ghdl-llvm loads libLLVM-18.so.18.1, but Ubuntu's own package of LLVM installs this
+# library as libLLVM.so.18.1. Without a link of the other name ghdl-llvm cannot compile anything.
 name_llvm_for_ghdl() {
     local wanted library
     wanted=$(ldd "$GHDL_LLVM" 2>/dev/null | grep -oE 'libLLVM-[0-9]+\.so\.[0-9.]+ => not found') || return 0
@@ -191,7 +192,8 @@ name_llvm_for_ghdl() {
 
 case $(system_name) in
 "debian 12" | "debian 13")
-    # Tests of the page in a browser. Ubuntu's chromium is a snap stub: they are skipped there.
+    # Chromium is for tests of the page in a browser. Ubuntu's package is only a stub for a snap, so
+    # that these tests are skipped on Ubuntu.
     PACKAGES+=(chromium)
     install_packages
     ;;

@@ -1,7 +1,7 @@
 """Replaces links to files outside docs/ by the name of the file when mkdocs builds the site.
 
-People read the pages in the source tree and on code hosts, where such links lead to the sources,
-and on the site, which contains no sources.
+People read the pages in the source tree, on code hosts and on the site. The site contains no
+sources to which such a link could lead.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ LINK = re.compile(r"(?<!!)\[(?P<text>[^\]]+)\]\((?P<target>[^)\s]+)\)")
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Return the text of a page as the site shows it. mkdocs calls this function."""
+    """Return the text of a page for the site. mkdocs calls this function."""
     folder = Path(page.file.src_uri).parent
     return LINK.sub(lambda link: _shown(link, folder, Path(config["docs_dir"])), markdown)
 

@@ -1,6 +1,6 @@
 """``make synth``: counts the resources of the gateware on an XC7Z020 and checks the budget.
 
-GHDL makes a netlist, Yosys maps it twice: flattened, for the sum that the budget limits, and unit
+GHDL makes a netlist. Yosys maps it twice: flattened, for the sum that the budget limits, and unit
 by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md. With
 ``--folds 2 4 8`` the core is also mapped with each of these folds, flattened; one table compares
 them with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded. 2: a
@@ -28,14 +28,14 @@ LANE_PARTS = ("phase_lane", "harmonic_lane")
 
 @dataclass(frozen=True)
 class Budget:
-    """Largest permitted use of one kind of resource by a part."""
+    """Largest permitted number of one kind of resource in a part of the gateware."""
 
     part: str
     kind: str
     limit: float
 
 
-# These budgets are for 32 lanes with register block and headers; the XC7Z020 has 53,200 LUT,
+# These budgets apply to 32 lanes with register block and headers; the XC7Z020 has 53,200 LUT,
 # 106,400 FF, 220 DSP48E1, 140 RAMB36.
 BUDGETS = (
     Budget("core", "lut", 38_000),
@@ -47,12 +47,12 @@ BUDGETS = (
 )
 
 
-# The purpose of the table is to save resources: 10,000 LUT below the budget of the CORDIC.
+# The table rotation is meant to save resources: its budget is 10,000 LUT below that of the CORDIC.
 SAVED_BY_A_TABLE = 10_000
 
 
 def budgets_of(generics: Mapping[str, int | str]) -> tuple[Budget, ...]:
-    """Give the budgets of the rotation that is built."""
+    """Return the budgets for a ROTATION."""
     if generics.get("ROTATION") != "table":
         return BUDGETS
     return tuple(
@@ -64,8 +64,8 @@ def budgets_of(generics: Mapping[str, int | str]) -> tuple[Budget, ...]:
 
 
 def lane_of(units: Design) -> Resources | None:
-    """Return the resources of a lane: phase lane and the larger kind of harmonic lane; None without
-    lanes."""
+    """Return the resources of a lane: its phase lane and the larger kind of harmonic lane; None
+    without lanes."""
     parts = []
     for part in LANE_PARTS:
         kinds = [
@@ -80,7 +80,7 @@ def lane_of(units: Design) -> Resources | None:
 
 
 def exceeded(core: Resources, lane: Resources | None, budgets: tuple[Budget, ...]) -> list[str]:
-    """Return a sentence for every budget that is exceeded."""
+    """Return a sentence for every exceeded budget."""
     parts = {"core": core, "lane": lane}
     faults = []
     for budget in budgets:
@@ -127,11 +127,10 @@ def table(title: str, core: Resources, lane: Resources | None, units: Design, to
 def report(
     entity: str, generics: dict[str, int | str], folder: Path
 ) -> tuple[Resources, list[str]]:
-    """Synthesise, write and print the table; return the resources of the whole, and exceeded
-    budgets.
+    """Synthesise, write and print the table; return total resources and exceeded budgets.
 
-    Budgets are those of 32 lanes. They are checked for arctrue_core with 32 lanes only; the lane's
-    budget is always checked. Raises ToolError.
+    The budgets apply to 32 lanes. The budget of the core is checked only for arctrue_core with 32
+    lanes, that of a lane always. Raises ToolError.
     """
     versions = f"{find_ghdl()[1]}, {find_yosys()[1]}"
     netlist = write_netlist(entity, folder, generics=generics)
@@ -182,7 +181,8 @@ def fold_table(cores: dict[int, Resources], generics: Mapping[str, int | str]) -
 
 
 def wasted_folds(cores: dict[int, Resources]) -> list[str]:
-    """Give a sentence for every fold that uses as much of a resource as a smaller fold."""
+    """Return a sentence for every fold that needs no less of a resource than the next smaller
+    fold."""
     faults = []
     for less, more in pairwise(sorted(cores)):
         for kind in ("lut", "dsp"):
@@ -202,7 +202,7 @@ def report_folds(
 ) -> tuple[dict[int, Resources], list[str]]:
     """Map the core for each of ``folds``; write and print a table that also has ``unfolded``.
 
-    ``generics``: other generics than FOLD, the same for all. Returns the resources by fold, and
+    ``generics``: all generics except FOLD, equal for all folds. Returns the resources by fold, and
     exceeded budgets. Raises ToolError.
     """
     cores = {1: unfolded} if unfolded else {}

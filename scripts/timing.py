@@ -1,7 +1,7 @@
 """``python -m scripts.timing``: estimates the longest paths of an entity.
 
-It reads the flat netlist of scripts/synth.py, or makes one, and gives for each of the longest paths
-its delay, its levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz). The netlist is
+It reads the flat netlist of scripts/synth.py, or makes one. For each of the longest paths it states
+the delay, the levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz). The netlist is
 not placed, and wire delays are estimates: see scripts/cell_delays.py. It also checks a rule that
 needs no estimate: no path has more than one wide adder or DSP, except those listed here. Result:
 timing.md next to the netlist. Exit code 1: the rule is broken or a path is longer than ``--limit``.
@@ -24,14 +24,14 @@ TOP: Final = "arctrue_core"
 PERIODS_NS: Final = (10.0, 5.0)
 SHOWN: Final = 15
 
-# Registers that may end a path with more than one wide adder, and the reason.
+# Registers at which a path with more than one wide adder may end, and the reason for each.
 EXCEPTIONS: Final[tuple[tuple[str, str], ...]] = ()
 
 
 def split_exceptions(
     crowded: list[Crowded], exceptions: tuple[tuple[str, str], ...] = EXCEPTIONS
 ) -> tuple[list[Crowded], list[tuple[Crowded, str]]]:
-    """Split the paths that break the rule from the permitted ones, which have a reason."""
+    """Separate the paths that break the rule from those that are permitted for a stated reason."""
     broken, excused = [], []
     for entry in crowded:
         reasons = [reason for pattern, reason in exceptions if re.search(pattern, entry.end)]
@@ -43,7 +43,7 @@ def split_exceptions(
 
 
 def table(paths: list[LongPath], shown: int = SHOWN) -> str:
-    """Return the longest paths in Markdown, one a register."""
+    """Return the longest paths in Markdown, one for each register."""
     head = " | ".join(f"left of {period:g} ns" for period in PERIODS_NS)
     lines = [
         f"| from | to | ns | LUT levels | CARRY4 | wires | {head} |",
@@ -61,7 +61,7 @@ def table(paths: list[LongPath], shown: int = SHOWN) -> str:
 def report(
     netlist: Path, top: str, title: str, shown: int = SHOWN
 ) -> tuple[str, list[Crowded], float]:
-    """Give the text of timing.md, the paths that break the rule, and the longest path in ns.
+    """Return the text of timing.md, the paths that break the rule, and the longest path in ns.
 
     Raises ValueError for an unknown cell.
     """

@@ -1,7 +1,7 @@
 """Finds the longest paths between registers of a flat netlist, and the adders on each.
 
 For every bit that enters a register it determines the longest path to this bit, and the largest
-number of wide adders and DSPs on any path to this bit.
+number of wide adders and DSPs on any path to it.
 """
 
 from __future__ import annotations
@@ -15,16 +15,17 @@ from typing import Any, Final
 
 from scripts.cell_delays import Arc, timing_of, wire_ns
 
-# A carry chain of at least this many CARRY4 belongs to a wide adder: 16 bits and more.
+# Smallest number of CARRY4 in the carry chain of a wide adder, which has 16 bits or more.
 WIDE_CARRY4: Final = 4
 
-# Names that tools gave to nets; names of the source are preferred.
+# Pattern of names that tools gave to nets; names from the source are preferred.
 GIVEN_BY_TOOL: Final = re.compile(r"(^|\.)(n\d+(_\w)?$|\$)|\$(auto|abc|iopadmap|techmap)")
 
 
 @dataclass(frozen=True)
 class LongPath:
-    """Longest path to one register. ``levels``: LUTs on it; ``carry4``: CARRY4 on it."""
+    """Longest path to one register; ``levels`` and ``carry4`` are its numbers of LUTs and of
+    CARRY4."""
 
     start: str
     end: str
@@ -36,7 +37,7 @@ class LongPath:
 
 @dataclass(frozen=True)
 class Crowded:
-    """A register with a path through more than one wide adder or DSP, and their number."""
+    """A register to which a path leads through ``adders`` wide adders or DSPs, more than one."""
 
     start: str
     end: str
@@ -45,7 +46,7 @@ class Crowded:
 
 @dataclass
 class _Reached:
-    """Longest path to a bit up to now, and the path with the most adders."""
+    """Longest path to a bit found so far, and the path with the most adders."""
 
     delay_ns: float = 0.0
     longest: Arc | None = None
@@ -55,16 +56,16 @@ class _Reached:
 
 @dataclass
 class Netlist:
-    """The flat module of a Yosys JSON file, as bits connected by arcs."""
+    """The flat module of a Yosys JSON file: bits, and the arcs that connect them."""
 
     names: dict[int, str] = field(default_factory=dict)
     begins: dict[int, tuple[float, int]] = field(default_factory=dict)
     ends: list[tuple[int, float, int, str]] = field(default_factory=list)
-    """End of a path: bit, set-up time in ns, DSPs, name of the register."""
+    """Ends of paths: bit, set-up time in ns, number of DSPs, and name of the register."""
     arcs_from: dict[int, list[Arc]] = field(default_factory=lambda: defaultdict(list))
     fan_out: Counter[int] = field(default_factory=Counter)
     wide_bits: set[int] = field(default_factory=set)
-    """Outputs of the carry chains of wide adders."""
+    """Output bits of the carry chains of wide adders."""
     carry_bits: set[int] = field(default_factory=set)
 
     @staticmethod
@@ -88,7 +89,7 @@ class Netlist:
         return netlist
 
     def _name_bits(self, netnames: dict[str, Any]) -> None:
-        """Give each bit its best name: from the source, of few bits (no record), short."""
+        """Choose each bit's best name: from the source, with few bits (no record), and short."""
         rank: dict[int, tuple[bool, int, int]] = {}
         for name, net in netnames.items():
             quality = (bool(GIVEN_BY_TOOL.search(name)), len(net["bits"]), len(name))
@@ -98,7 +99,8 @@ class Netlist:
                     self.names[bit] = name
 
     def _name_of(self, cell: dict[str, Any]) -> str:
-        """Name a register after the net that it drives, a memory after its first named output."""
+        """Return the name of a register: the net that it drives; that of a memory: its first named
+        output."""
         directions = cell.get("port_directions", {})
         kind = str(cell["type"])
         for port, bits in cell["connections"].items():
@@ -140,7 +142,8 @@ class Netlist:
                         }
 
     def _wire_ns(self, arc: Arc, bit: int) -> float:
-        """Give the wire delay: 0 within a carry chain, and from a LUT to its multiplexer."""
+        """Return the delay of the wire at an arc; 0 within a carry chain, and from a LUT to its
+        multiplexer."""
         if arc.is_direct:
             return 0.0
         if not arc.is_carry_entry and bit in self.carry_bits and arc.end in self.carry_bits:
@@ -148,7 +151,8 @@ class Netlist:
         return wire_ns(self.fan_out[bit])
 
     def reached(self) -> dict[int, _Reached]:
-        """Give longest delay and most adders, with arcs, for every bit that a register reaches."""
+        """Return, for every bit that a register reaches, longest delay and most adders, with the
+        arcs of both."""
         waiting: Counter[int] = Counter()
         for arcs in self.arcs_from.values():
             for arc in arcs:
@@ -177,7 +181,7 @@ class Netlist:
         return found
 
     def name(self, bit: int) -> str:
-        """Give the name of the net without its bit number."""
+        """Return the name of a net without its bit number."""
         return self.names.get(bit, "?")
 
 
@@ -190,7 +194,8 @@ def _walk(found: dict[int, _Reached], bit: int, attribute: str) -> tuple[int, li
 
 
 def longest_paths(netlist: Netlist, found: dict[int, _Reached]) -> list[LongPath]:
-    """Return the longest path to each register, longest first; bits of a name are one register."""
+    """Return the longest path to each register, longest first; bits of one name are one
+    register."""
     worst: dict[str, tuple[float, int, str]] = {}
     for bit, setup_ns, _, end in netlist.ends:
         if bit in found:
@@ -208,7 +213,8 @@ def longest_paths(netlist: Netlist, found: dict[int, _Reached]) -> list[LongPath
 
 
 def crowded_registers(netlist: Netlist, found: dict[int, _Reached]) -> list[Crowded]:
-    """Return every register with a path through more than one wide adder or DSP, most first."""
+    """Return every register with a path through more than one wide adder or DSP, most adders
+    first."""
     worst: dict[str, Crowded] = {}
     for bit, _, multipliers, end in netlist.ends:
         if bit in found:

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Installs a copy of the last commit with pip into a new environment, takes the copy away, and lets
-# the installed program diagnose a simulated set. Needs Python's venv, git and the package index.
-# PYTHON=python3.12 scripts/try_install.sh takes another Python.
+# Installs a copy of the last commit with pip into a new environment and deletes the copy; the
+# installed program then diagnoses a simulated set. Needs Python's venv, git and the package index.
+# PYTHON=python3.12 scripts/try_install.sh uses another Python.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 folder=$PWD/build/try_install
 rm -rf "$folder"
 mkdir -p "$folder/tree"
-# A hosted runner's tree belongs to somebody else.
+# On a hosted runner the tree belongs to another user, which git refuses without this option.
 git -c safe.directory="$PWD" archive HEAD | tar -x -C "$folder/tree"
 cd "$folder"
 "${PYTHON:-python3}" -m venv environment

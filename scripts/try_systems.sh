@@ -46,7 +46,7 @@ if [ "${TRY_SYSTEMS_INSIDE:-}" != yes ]; then
         printf '[systems] Only root may change into another system: sudo %s\n' "$0 $*" >&2
         exit 2
     fi
-    # With the first process of the namespace all others in it end, and its mounts.
+    # When the first process of the namespace ends, all others in it and its mounts end too.
     TRY_SYSTEMS_INSIDE=yes unshare --mount --pid --fork --kill-child --propagation private -- \
         "$BASH" "$0" "$@" </dev/null &
     inside=$!
@@ -102,7 +102,7 @@ mkdir -p "$results"
 DEBIAN_MIRROR=${DEBIAN_MIRROR:-$(machine_mirror)}
 DEBIAN_MIRROR=${DEBIAN_MIRROR:-$DEFAULT_MIRROR}
 
-# Suite, archive and debootstrap's script of a system, in variables of these names.
+# Sets variables for the system $1: title, suite, archive, keys, and debootstrap's script ($steps).
 describe() {
     components=main
     case $1 in
@@ -115,7 +115,7 @@ describe() {
         variable=DEBIAN_MIRROR
         archive=$DEBIAN_MIRROR
         keys=$KEYRING
-        # The script of every release of Debian.
+        # This script is the same for all releases of Debian.
         steps=/usr/share/debootstrap/scripts/sid
         ;;
     ubuntu*)
@@ -123,13 +123,13 @@ describe() {
         archive=${UBUNTU_MIRROR:-$(machine_mirror ubuntu)}
         archive=${archive:-http://archive.ubuntu.com/ubuntu}
         keys=$folder/keys/usr/share/keyrings/ubuntu-archive-keyring.gpg
-        # The script of every release of Ubuntu.
+        # This script is the same for all releases of Ubuntu.
         steps=/usr/share/debootstrap/scripts/gutsy
         ;;
     esac
 }
 
-# The keys of Ubuntu's archive, from Debian 13's package of them.
+# Fetches the keys of Ubuntu's archive, which are in a package of Debian 13.
 fetch_ubuntu_keys() {
     [ -r "$keys" ] && return
     local SUITE=trixie TARGET=$folder/keys LOG=$results/keys.log
@@ -140,7 +140,7 @@ fetch_ubuntu_keys() {
     take_into_use
 }
 
-# Makes the system $1 in $root, unless it is there.
+# Makes the system $1 in $root unless it is already there.
 make_system() {
     if [ -n "$fresh" ] || [ ! -e "$root/.complete" ]; then
         if grep -qF " $root/" /proc/self/mountinfo; then
@@ -169,7 +169,8 @@ make_system() {
     fi
 }
 
-# Mounts, and how this machine reaches the network: names, proxies, certificates, pip's indexes.
+# Mounts what the system needs, and copies this machine's network settings: names, proxies,
+# certificates, pip's indexes.
 open_system() {
     local file
     mount -t proc proc "$root/proc"
@@ -188,8 +189,8 @@ open_system() {
     done
 }
 
-# $1: the folder; $2 ...: a command in the system, with nothing of this shell's environment but the
-# way to the network.
+# Runs the command $2 ... in the folder $1 of the system. Of this shell's environment, the command
+# gets only the variables of the network.
 in_system() {
     local place=$1 name
     local network=()
@@ -198,7 +199,7 @@ in_system() {
         PIP_INDEX_URL PIP_EXTRA_INDEX_URL PIP_TRUSTED_HOST DEBIAN_MIRROR; do
         [ -z "${!name:-}" ] || network+=("$name=${!name}")
     done
-    # Whoever starts this in the background makes Ctrl-C unheard, which tests send.
+    # A shell that starts this script in the background disables Ctrl-C, but tests send this signal.
     env --ignore-environment --default-signal HOME=/root LANG=C.UTF-8 TERM=dumb PATH=/usr/sbin:/usr/bin:/sbin:/bin "${network[@]}" \
         "$(command -v chroot)" "$root" sh -c 'cd "$1" && shift && exec "$@"' sh "$place" "$@"
 }
@@ -209,12 +210,12 @@ clone_tree() {
     git -C "$root$TREE" checkout --quiet --detach "$commit"
 }
 
-# The first number of what a tool in the system says of its version.
+# Prints the first number in the output of a tool's version command in the system.
 version_of() {
     in_system "$TREE" "$@" 2>/dev/null | grep -oE '[0-9]+\.[0-9]+(\.[0-9]+)?' | head -n 1 || true
 }
 
-# An attribute of the one test suite in pytest's report.
+# Prints the attribute $1 of the test suite in pytest's report.
 reported() {
     grep -oE "<testsuite [^>]*" "$root$TREE/build/reports/junit.xml" 2>/dev/null |
         grep -oE " $1=\"[0-9]+" | grep -oE '[0-9]+$' || printf 0
@@ -227,7 +228,7 @@ run_target() {
     esac
 }
 
-# Runs $2 on the system $1; its lines of the result file go to stdout.
+# Runs the target $2 on the system $1; prints the lines for the result file.
 try_target() {
     local log=$results/$1.$2.log begun=$SECONDS code=0 tests failed skipped
     rm -f "$root$TREE/build/reports/junit.xml"
@@ -250,7 +251,7 @@ try_target() {
     fi
 }
 
-# One system from the archive to its result file.
+# Makes the system $1, runs the targets on it, and writes its result file.
 try_system() {
     local root=$folder/$1 file=$results/$1.toml target lines log kept=''
     local title suite components archive variable keys steps
@@ -260,7 +261,7 @@ try_system() {
     clone_tree
     log=$results/$1.setup.log
     say "$title: set-up (log: $log)"
-    # Packages half installed by a set-up that was broken off would be in the way for good.
+    # If the set-up is interrupted, half-installed packages may remain: the system is then made anew.
     rm -f "$root/.complete"
     if ! in_system "$TREE" make setup >"$log" 2>&1; then
         tail -n 12 "$log" >&2
@@ -276,7 +277,7 @@ try_system() {
         printf "gcc = '%s'\n" "$(version_of gcc -dumpfullversion)"
         printf "arm_gcc = '%s'\n" "$(version_of arm-none-eabi-gcc -dumpfullversion)"
     )
-    # What was run before, of the same commit, stays.
+    # Results of earlier runs of the same commit are kept.
     if grep -qF "'$commit'" "$file" 2>/dev/null; then
         kept=$(grep -E '^(test|demo|install)\.' "$file" || true)
     fi
@@ -293,12 +294,12 @@ try_system() {
     done
 }
 
-# The value of a key in a result file.
+# Prints the value of the key $2 in the result file $1.
 value() {
     sed -nE "s/^$2 = '?([^']*)'?$/\1/p" "$1"
 }
 
-# How a target ended, in words.
+# Prints in words how the target $2 ended, from the result file $1.
 ended() {
     local file=$1 target=$2 words minutes
     words=$(value "$file" "$target.exit")
@@ -331,7 +332,7 @@ table() {
 try_all() {
     local failed=() name code
     for name in "${systems[@]}"; do
-        # Not `if try_system`: bash would then go on after errors in it.
+        # In `if try_system`, bash would continue after an error in the function.
         set +e
         (set -e && try_system "$name")
         code=$?
@@ -354,5 +355,6 @@ try_all() {
     fi
 }
 
-# In one line: bash reads on in a file that may have changed in the hours of a run.
+# Both commands are in one line, because bash would read the next line from a file that may have
+# changed during the hours of a run.
 try_all; exit

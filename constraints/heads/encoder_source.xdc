@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Pins of heads 3 and 4 of encoder_source_heads_top, for a PYNQ-Z2 or an Arty Z7-20: on the Arduino (ChipKit) header where
-# arctrue_zynq_heads_top takes them in. Its other ports have those of ../encoder_source.xdc.
+# arctrue_zynq_heads_top takes them in. Its other ports have the pins of ../encoder_source.xdc.
 
 set_property LOC V13 [get_ports head3_a]
 set_property IOSTANDARD LVCMOS33 [get_ports head3_a]

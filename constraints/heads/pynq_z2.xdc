@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Pins of heads 3 and 4 of arctrue_zynq_heads_top, on the Arduino header of the TUL PYNQ-Z2; its other ports have those of
-# ../pynq_z2.xdc. make bitstream HEADS=4 reads both files.
-# Both Pmods are full. IO3 to IO8: no two of them are a pair of the package, and IO2 is left out, because during the
-# configuration it is the strap of the pull-ups (PUDC_B).
+# Pins of heads 3 and 4 of arctrue_zynq_heads_top, on the Arduino header of the TUL PYNQ-Z2; its other ports have the
+# pins of ../pynq_z2.xdc. make bitstream HEADS=4 reads both files.
+# Both Pmods are full. The heads use IO3 to IO8, because no two of these pins are a pair of the package; IO2 is left
+# out, because during the configuration it is the strap of the pull-ups (PUDC_B).
 # An open input is pulled low, so that it counts no edges.
 
 # Head 3: receivers' outputs on IO3, IO4, IO5.

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Alarms for the operator: those of a turn, and those between two turns. */
+/* Raises the operator's alarms, both at the end of a turn and between two turns. */
 
 #ifndef ARCTRUE_ALARMS_H
 #define ARCTRUE_ALARMS_H

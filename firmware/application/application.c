@@ -51,8 +51,8 @@ void application_use_flash(struct application *application, struct save *save) {
     save->point_context = application;
 }
 
-/* A core in use always has its output enabled: without it, the core was reset. After a reset the line drivers drive
-   for some milliseconds only. */
+/* A core in use always has its output enabled. If the output is disabled, the core was reset; after a reset the line
+   drivers stay on for a few milliseconds only. */
 static void watch_reset(struct application *application) {
     if (!core_output_enabled(&application->core)) {
         application_start(application);
@@ -63,7 +63,7 @@ static void watch_reset(struct application *application) {
 static void wait_for_index(struct application *application) {
     if (core_indices_seen(&application->core)) {
         application->phase = PHASE_CAPTURE;
-        /* After a fault of the firmware the armed compare continues from its present place. */
+        /* An armed compare is kept: after a fault of the firmware it continues from its present place. */
         if (!core_status(&application->core).compare_armed) {
             control_arm_compare(application);
         }

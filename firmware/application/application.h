@@ -13,10 +13,10 @@
 #include "saving.h"
 #include "state.h"
 
-/* Sets all parameters to their presets; nothing is known yet. */
+/* Sets all parameters to their presets and clears all other state. */
 void application_prepare(struct application *application, const struct core_access *core);
 
-/* Sets the function that reads the die's temperature of a turn. */
+/* Sets the function that reads the temperature of the die for each turn. */
 void application_use_temperature(struct application *application, temperature_read *read,
                                  void *context);
 
@@ -37,8 +37,8 @@ void application_use_flash(struct application *application, struct save *save);
 /* Does one piece of work and never waits. A calibration is one piece. */
 void application_step(struct application *application);
 
-/* Notes an interrupt of the core; call it before the step that the interrupt causes. The interrupt only says when to
-   look: a step without it finds the same, so a lost interrupt only delays the work. */
+/* Notes an interrupt of the core; call it before the step that the interrupt causes. An interrupt only requests an
+   early step: later steps find the same work without it, so a lost interrupt only delays the work. */
 void application_interrupt(struct application *application);
 
 /* True while there is more to do at once: do not sleep before the next step. */

@@ -35,8 +35,8 @@ void bank_watch(struct application *application) {
     }
 }
 
-/* The angle is known at the present position, the word at the first sample. Their difference is the travel between
-   them, also when words wrap. */
+/* The angle is known at the present position, the word at the first sample. `travel` is the number of counts from the
+   first sample to the present position; it is right even if words wrap. */
 static uint32_t bank_angle_offset(const struct core_position *position, int32_t first_word,
                                   uint32_t counts_per_rev) {
     int64_t travel = counts_apart(position->head1_turn_position, first_word);
@@ -45,8 +45,7 @@ static uint32_t bank_angle_offset(const struct core_position *position, int32_t 
     return (uint32_t)(offset < 0 ? offset + counts_per_rev : offset);
 }
 
-/* Computes the angle of each head at the first sample. As for head 1, the travel since then is right when words
-   wrap. */
+/* Computes the angle of each head at the first sample. The travel since that sample is right even if words wrap. */
 static void bank_start_angles(const struct core_turns *turns, struct capture *capture) {
     for (uint32_t head = 0; head < capture->heads && capture->words != NULL; head++) {
         const volatile int32_t *words = head < 2 ? capture->words : capture->further;

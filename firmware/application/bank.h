@@ -7,8 +7,8 @@
 
 #include "state.h"
 
-/* Runs while no bank is ready. If the table has turned for long without a bank, the capture is stuck and is
-   restarted. Samples that an external signal triggers may stay away without a fault of the capture. */
+/* Runs while no bank is ready. If the table has made several turns without a ready bank, the capture is stuck and is
+   restarted. A capture that an external signal triggers is not watched, because the signal may be absent. */
 void bank_watch(struct application *application);
 
 /* Fills `header` and `capture` from the bank that is ready. */

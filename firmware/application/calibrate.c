@@ -14,7 +14,7 @@
 #include "separation.h"
 #include "units.h"
 
-/* After this many noisy turns in a row their noise is taken as the usual noise. */
+/* After this many noisy turns in a row the firmware takes their noise as the usual noise. */
 enum { NOISY_TURNS_MOST = 5 };
 /* Weight of one turn in the running mean of the noise. */
 #define NOISE_SHARE 0.2
@@ -33,7 +33,8 @@ static enum refusal calibrate_estimate(struct application *application, struct t
     union calibration_workspace *workspace = &application->workspace;
     double apart_rad = turn_align(turn, settings.nominal_separation_rad);
     if (separation_is_exchanged(settings.nominal_separation_rad, apart_rad)) {
-        /* Only reported, not corrected: any value derived from this turn would be wrong for exchanged heads. */
+        /* The separation is only reported: if the heads are exchanged, every other value derived from this turn is
+           wrong. */
         application->measured.measured_separation_rad = apart_rad;
         return REFUSED_HEADS_EXCHANGED;
     }
@@ -92,7 +93,7 @@ static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
-/* Number of lanes that are left after the active lanes that follow a condition. */
+/* Returns the number of lanes that no active lane with a condition occupies. */
 static uint32_t calibrate_plain_lanes(const struct application *application) {
     const struct followed followed = load_followed_at_work(&application->load);
     return application->configuration.lanes - followed_all_lanes(&followed);
@@ -119,8 +120,8 @@ static void calibrate_combine(struct application *application, const struct coef
     }
 }
 
-/* The active coefficients if their lanes correct head 1, otherwise NULL: lanes of a mean do not describe head 1's
-   error. */
+/* Returns the active coefficients if their lanes correct head 1, otherwise NULL: lanes of a mean do not describe head
+   1's error. */
 static const struct coefficients *calibrate_active_of_head1(const struct application *application) {
     const struct coefficients *active = state_active(application);
     return active != NULL && active->mean.heads != 0 ? NULL : active;
@@ -141,8 +142,8 @@ static bool calibrate_has_dropped(const struct coefficients *active,
 /* A change counts as real, not noise, above this multiple of the variance of a component. */
 #define CHANGED 18.0
 
-/* The largest change of an order since the previous turn: measured for the calibration's own orders, computed from
-   the model for the orders that follow the temperature. */
+/* Returns the largest change of an order since the previous turn. The calibration measures the change of its own
+   orders; the thermal model gives the change of the orders that follow the temperature. */
 static double calibrate_change_arcsec(const struct application *application) {
     const struct estimate *estimate = &application->measured;
     const struct coefficients *active = calibrate_active_of_head1(application);
@@ -214,7 +215,8 @@ static void calibrate_watch_loaded(struct application *application, const struct
     }
 }
 
-/* Adds the error that the loaded orders leave to both predictions: it does not depend on the choice between them. */
+/* Adds the error that remains at the loaded orders to both predictions, because both choices leave the same error
+   there. */
 static void calibrate_add_loaded(struct application *application) {
     struct gate_prediction *prediction = &application->report.prediction;
     double square = application->load.watch.mean_square;
@@ -225,7 +227,8 @@ static void calibrate_add_loaded(struct application *application) {
     prediction->candidate_arcsec = sqrt(candidate * candidate + square);
 }
 
-/* `mean`: heads of which the estimate is the mean; if it has no heads, the estimate is of head 1. */
+/* Makes the candidate from the error of the mean that `mean` describes; if `mean` has no heads, from the error of head
+   1. */
 static enum refusal calibrate_make_candidate(struct application *application,
                                              struct mean_set *mean) {
     const struct parameters *parameters = &application->parameters;
@@ -255,10 +258,10 @@ static enum refusal calibrate_make_candidate(struct application *application,
     }
     own.mean = *mean;
     calibrate_combine(application, &own);
-    /* Active lanes of other heads do not predict the error that is left now. */
+    /* Active lanes that were made for other heads do not predict the error that remains now. */
     application->report.prediction =
         gate_predict(estimate, other_heads ? NULL : active, &application->candidate);
-    /* The gate compares lanes; a new offset of a head that has moved is no lane. */
+    /* The gate compares lanes only, so it cannot judge the new offset of a head that has moved. */
     bool is_needed = other_heads || application->report.moved_head != 0;
     reason = is_needed ? NOT_REFUSED : gate_judge(&application->report.prediction);
     calibrate_add_loaded(application);
@@ -288,10 +291,11 @@ static void calibrate_take_candidate(struct application *application,
     }
 }
 
-/* Tolerance of a head's place, counts: an index mark repeats within one count, in this turn and in that of the set. */
+/* Tolerance of a head's place in counts: an index mark repeats within one count, both in this turn and in the turn from
+   which the set was made. */
 #define PLACE_COUNTS 2.0
 
-/* The lanes of a mean do not describe head 1's error, which is all that two heads can judge. A turn shows only
+/* A turn of two heads can judge only lanes that describe head 1's error; the lanes of a mean do not. A turn shows only
    whether the heads are at the places that the mean's offsets give. */
 static enum judgement calibrate_judge_mean(struct application *application, const struct turn *turn,
                                            const struct mean_set *set) {
@@ -319,7 +323,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
     uint32_t lanes = application->configuration.lanes;
     if (saved->table.place.choice != 0 &&
         (application->load.state == LOAD_RECEIVING || application->load.whole)) {
-        /* The idle bank belongs to the points that arrive. */
+        /* The points that arrive occupy the idle bank. */
         return;
     }
     bool fits = saved_lanes(saved) <= lanes &&
@@ -427,8 +431,8 @@ static void calibrate_judge_pending(struct application *application, const struc
     }
 }
 
-/* A loaded mean is active, or a set waits for its turn: no candidate is made for head 1, but the report still shows
-   head 1's error. */
+/* Runs while a loaded mean is active or a set waits for its turn. It makes no candidate for head 1, but reports head
+   1's error. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)calibrate_judge_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;
@@ -449,8 +453,8 @@ static void calibrate_judge_sets(struct application *application, const struct t
     }
 }
 
-/* Estimates the error of the mean of all heads if the device calibrates the mean. Otherwise, and if heads 3 and 4
-   cannot be used and no mean is active, estimates the error of head 1. */
+/* Estimates the error of the mean of all heads if the device calibrates the mean. Estimates the error of head 1 if the
+   device does not, or if heads 3 and 4 cannot be used and no mean is active. */
 static enum refusal calibrate_estimate_heads(struct application *application, struct turn *turn,
                                              struct mean_set *mean) {
     if (calibrate_mean_wanted(application)) {

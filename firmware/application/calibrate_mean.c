@@ -8,11 +8,12 @@
 #include "moved_head.h"
 #include "units.h"
 
-/* +-0.1 mm on the paper's radius of 53.975 mm, rectangular. */
+/* Relative standard uncertainty of a radius: a rectangular distribution of +-0.1 mm on the paper's radius of 53.975
+   mm. */
 #define U_RADIUS (0.1 / 1.7320508075688772 / 53.975)
 /* The weights are computed anew if more than this share of an axis motion enters the mean. */
 #define LEAK_LIMIT 1e-3
-/* u24.4 word of one count. */
+/* One count as a u24.4 word. */
 #define OFFSET_ONE 16.0
 
 static double place_deg(const struct application *application, uint32_t head) {
@@ -45,7 +46,8 @@ static void offset_words(struct mean_set *mean, const struct heads_geometry *geo
     }
 }
 
-/* Tells whether the device's own mean can keep its words. */
+/* Fills `mean` with the active words if they belong to these heads and delays. Returns true if these words still
+   suppress an axis motion. */
 static bool mean_goes_on(const struct application *application, const struct heads_found *found,
                          struct mean_set *mean) {
     const struct coefficients *active = state_active(application);

@@ -42,10 +42,10 @@ struct capture_copy {
     } kept;
 };
 
-/* Copies the capture; false, without a copy, if a step or difference does not fit into its word. */
+/* Copies the capture. Makes no copy and returns false if a step or difference does not fit into its word. */
 bool capture_copy_take(struct capture_copy *copy, const struct capture *capture);
 
-/* Counts of every head at `sample`, continued where words wrap. */
+/* Computes the counts of every head at `sample`; the counts do not wrap as the words do. */
 void capture_copy_counts(struct capture_copy *copy, uint32_t sample, int64_t counts[HEADS_MOST]);
 
 #endif

@@ -14,23 +14,23 @@
 #define BIT(name) ((uint32_t)ARCTRUE_REGISTERS__##name##_bm)
 #define FIELD(word, name) (((word) & BIT(name)) >> ARCTRUE_REGISTERS__##name##_bp)
 
-/* A fault of head 1 interrupts too, because lost counts must be looked at immediately. */
+/* A fault of head 1 also raises the interrupt, because the firmware must examine lost counts immediately. */
 #define INTERRUPTS (BIT(INTERRUPT_ENABLE__CAPTURE_READY) | BIT(INTERRUPT_ENABLE__HEAD1_FAULT))
 
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
 enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
-/* Word offsets in the window of the mean: offsets first, then weights, then the choice of heads. */
+/* Places of the words in the window of the mean: the offsets begin at word 0, then follow the weights and the choice of
+   heads. */
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
-/* s1.16 value 1 of the words that lanes follow. */
+/* Value 1 as an s1.16 word that lanes follow. */
 #define WORD_ONE 65536.0
-/* Divisor of a turn: the table may move by turn / 1024 between the reading of its position and the write that
-   depends on it. */
+/* The table may move by 1/1024 turn between the reading of its position and the write that depends on this position. */
 enum { COMPARE_MARGIN = 1024 };
 /* A re-arm takes 128 clocks of the fabric, a register read at least one clock. */
 enum { REARM_READS = 128 };
-/* Bits of a head's register file; the generated mask names differ from head to head. */
+/* Bits of the flags of a head; these names serve all heads, while the generated mask names differ from head to head. */
 enum { INDEX_SEEN = 1, INDEX_ERROR = 2 };
 
 const char *core_capture_name(enum core_capture capture) {
@@ -134,7 +134,8 @@ struct core_origin core_origin(const struct core_access *core) {
     };
 }
 
-/* After a fault of the firmware the output is in use: switching it off would lose the counts of that time. */
+/* After a fault of the firmware the output is in use: if it were switched off, the controller would lose the counts of
+   that time. */
 void core_hold(const struct core_access *core) {
     bool output = (core_read(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
     core_control(core, false, output, CAPTURE_OFF);
@@ -323,8 +324,8 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Stops waiting for heads 3 and 4 once head 1 has made a whole turn, because a head without an index would block
-   everything. */
+/* Returns true as well once head 1 has made a whole turn: a further head without an index must not block the
+   calibration. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);
     if (heads == HEADS) {
@@ -532,7 +533,7 @@ bool core_verify_followed(const struct core_access *core, const struct followed 
 
 enum { TURN_STEP_WORDS = 2 };
 
-/* The lane stays switched off while its phase is not known. */
+/* The words keep the lane switched off while its phase is not known. */
 static void core_real_words(const struct real_lane *lane, uint32_t counts_per_rev,
                             uint32_t words[WORDS_A_LANE]) {
     uint64_t step = real_lane_phase_step(lane, counts_per_rev);
@@ -601,8 +602,8 @@ int32_t core_turn_number(const struct core_access *core) {
     return core_has_real_orders(core) ? (int32_t)core_read(core, AT(turn_number)) : 0;
 }
 
-/* The count of turns and the latched angle come from different stages of the pipeline: its latency is 33 clocks at
-   most, in which the angle moves by a count each at most. */
+/* The count of turns and the latched angle come from different stages of the pipeline. Its latency is at most 33
+   clocks, and in each clock the angle moves by at most one count. */
 enum { TURN_UNCERTAIN_COUNTS = 64 };
 
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
@@ -660,7 +661,7 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
     core_write(core, place, (uint32_t)(int32_t)rint(value * WORD_ONE));
 }
 
-/* Loading a set takes up to 6 us; each look takes at least one bus access, 0.1 us. */
+/* Limit of the wait: loading a set takes up to 6 us, and each read takes at least one bus access, 0.1 us. */
 enum { FAILOVER_LOOKS_MOST = 1000 };
 
 void core_failover_off(const struct core_access *core) {

@@ -19,7 +19,7 @@ typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
 /* Returns `number` words of the ready bank; they do not change until the bank is released. */
 typedef const volatile int32_t *core_capture_words(void *context, uint32_t number);
 
-/* Called before core_identify() accesses a core, because the answering device may have changed. */
+/* Called before core_identify() accesses a core, because another device may answer now. */
 typedef void core_look(void *context);
 
 struct core_access {
@@ -27,9 +27,9 @@ struct core_access {
     core_write_word *write;
     core_capture_words *capture;
     void *context;
-    /* NULL: the device never changes. */
+    /* NULL if always the same device answers. */
     core_look *look;
-    /* Like `capture`, for heads 3 and 4; NULL if no core has them. */
+    /* Like `capture`, for heads 3 and 4; NULL if the device has two heads only. */
     core_capture_words *further_capture;
 };
 
@@ -37,7 +37,7 @@ struct core_configuration {
     uint32_t lanes;
     uint32_t capture_depth;
     uint32_t clock_hz;
-    /* Two to four; heads that the firmware cannot read are not counted. */
+    /* Number of heads, two to four, without those that the firmware cannot read. */
     uint32_t heads;
     bool has_mean;
     /* The gateware leaves a failed head out of the mean. */
@@ -48,7 +48,7 @@ struct core_origin {
     uint32_t major;
     uint32_t minor;
     uint32_t patch;
-    /* Lanes that share a pipeline. */
+    /* Number of lanes that share a pipeline. */
     uint32_t fold;
     /* The lanes read their cosine from a table instead of calculating it by CORDIC. */
     bool has_table;
@@ -65,7 +65,7 @@ struct core_origin {
 
 struct core_setup {
     uint32_t counts_per_rev;
-    /* Distance of two samples: clocks, and counts of head 1. */
+    /* Distance of two samples: `sample_period` in clocks, `angle_step` in counts of head 1. */
     uint32_t sample_period;
     uint32_t angle_step;
     uint32_t ramp_rate;
@@ -76,7 +76,7 @@ struct core_setup {
     uint32_t index_tolerance;
     /* The core adds counts that head 1 lost to the count of the output. */
     bool heal;
-    /* Words of the registers. */
+    /* The following members are words of the registers. */
     uint32_t head1_input;
     uint32_t head2_input;
     /* Only for cores with heads 3 and 4 or delays. */
@@ -124,7 +124,7 @@ struct core_probe {
 struct core_event {
     /* Bit 0: an edge of the probe; bit 1: a pulse of the position compare. */
     uint32_t kind;
-    /* Events since the reset of the core, also lost ones, modulo 2^16. */
+    /* Number of events since the reset of the core, including lost ones, modulo 2^16. */
     uint32_t number;
     uint64_t time;
     int32_t position;
@@ -137,8 +137,8 @@ struct core_status {
     bool capture_ready;
     bool cannot_keep_up;
     bool compare_armed;
-    /* Bits of enum core_fault: the faults that released the line drivers (0: they drive), and the present faults that
-       would release them. */
+    /* Bits of enum core_fault. `release_causes`: the faults that switched the line drivers off (0: the drivers are on);
+       `release_present`: the present faults that would switch them off. */
     uint32_t release_causes;
     uint32_t release_present;
 };
@@ -156,7 +156,7 @@ enum core_fault {
     CORE_FAULT_HEAD4 = 128,
 };
 
-/* Angle and turn position of every head, of the same clock as the previous core_position(). */
+/* Angle and turn position of every head at the clock of the previous core_position(). */
 struct core_turns {
     uint32_t angle[HEADS_MOST];
     int32_t turn_position[HEADS_MOST];
@@ -171,12 +171,12 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
 /* Version and chip of an identified core. */
 struct core_origin core_origin(const struct core_access *core);
 
-/* Switches correction and capture off, sets the registers, enables the move of head 1's zero by proven marks and the
-   interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index invalid. False: the core
-   refuses `counts_per_rev`. */
+/* Switches correction and capture off and sets the registers. Lets proven index marks move head 1's zero, enables the
+   interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index invalid. Returns false if the
+   core refuses `counts_per_rev`. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
-/* Sets the same registers of a working core, without re-arm or change of control. False, with nothing set, if
-   the core has another number of counts per turn. */
+/* Sets the same registers of a working core, without re-arm or change of control. Returns false and sets nothing if the
+   core has another number of counts per turn. */
 bool core_resume(const struct core_access *core, const struct core_setup *setup);
 /* Sets widths of the pulses and edges of the pulse inputs; takes effect at once. */
 void core_set_pins(const struct core_access *core, const struct core_setup *setup);
@@ -185,26 +185,27 @@ bool core_has_events(const struct core_access *core);
 /* Takes the oldest event from the queue; false if there is none. Only for cores with EVENTS. */
 bool core_take_event(const struct core_access *core, struct core_event *event);
 struct core_places {
-    /* Counts from the index to the first pulse, and between pulses. Interval 0: one pulse. */
+    /* `first`: counts from the index to the first pulse; `interval`: counts between pulses, 0 for a single pulse. */
     uint32_t first;
     uint32_t interval;
     uint32_t counts_per_rev;
 };
 
-/* Starts pulses at these places, from the first one in this direction that is at least 1/1024 turn away. */
+/* Starts pulses at these places. The first pulse comes at the nearest place in this direction that is at least 1/1024
+   turn away. */
 void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards);
 void core_disarm_compare(const struct core_access *core);
 /* True while the correction is applied. */
 bool core_compensates(const struct core_access *core);
-/* Reports that the processor works; without the next report within the limit the core raises an alarm. */
+/* Reports that the processor works. If the next report does not come within the limit, the core raises an alarm. */
 void core_tell_alive(const struct core_access *core, uint32_t limit_clocks);
 
 /* Makes the index invalid and clears the faults; the correction is off until head 1 has seen its index again. */
 void core_rearm(const struct core_access *core);
 /* Number of times that the core moved the zero of head 1 because of lost counts. */
 uint32_t core_zero_moves(const struct core_access *core);
-/* Angle of the mark that moved the zero last: minus the lost counts. */
+/* Angle of the index mark that last moved the zero; this is minus the number of lost counts. */
 int32_t core_zero_slip(const struct core_access *core);
 /* Angle of a head, 0 or 1, at its last index, -½ … ½ turn in counts. It differs from 0 if counts were lost or
    added since the index that defined the zero. */
@@ -213,7 +214,7 @@ void core_control(const struct core_access *core, bool compensate, bool output,
                   enum core_capture capture);
 /* Switches correction and capture off and leaves the output as it is. */
 void core_hold(const struct core_access *core);
-/* False for a core that was reset after core_set_up(). */
+/* Returns false if the core was reset after core_set_up(). */
 bool core_output_enabled(const struct core_access *core);
 struct core_status core_status(const struct core_access *core);
 /* One bit per head that the gateware has left out of the mean. */
@@ -223,7 +224,7 @@ uint32_t core_left_out(const struct core_access *core);
 bool core_indices_seen(const struct core_access *core);
 /* True if an index of any head was in the wrong place since the faults were cleared. */
 bool core_index_error(const struct core_access *core);
-/* As core_index_error(), of one head, 0 or 1. */
+/* Like core_index_error(), for one head, 0 or 1. */
 bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
@@ -258,7 +259,7 @@ bool core_verify_real(const struct core_access *core, const struct followed *fol
                       uint32_t counts_per_rev, uint32_t lanes);
 /* Number of turns of the corrected angle; 0 without REAL_ORDERS. */
 int32_t core_turn_number(const struct core_access *core);
-/* Places of one clock, and the turns of the core to which the angles belong. */
+/* Angles and positions at one clock, and the turns of the core to which the angles belong. */
 struct core_turn_place {
     int32_t turn;
     uint32_t angle;
@@ -270,8 +271,8 @@ struct core_turn_place {
 /* False if the corrected angle is so near 0 that its turn is uncertain. */
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
                      struct core_turn_place *place);
-/* Points and place of the idle bank of the local table; only for cores with LOCAL_TABLE. Writing the place makes the
-   next swap include the table. */
+/* Access the points and the place in the idle bank of the local table; only for cores with LOCAL_TABLE. Writing the
+   place makes the next swap include the table. */
 void core_write_table_point(const struct core_access *core, uint32_t number, int32_t point);
 int32_t core_table_point(const struct core_access *core, uint32_t number);
 void core_write_table_place(const struct core_access *core, const struct table_place *place,
@@ -285,17 +286,18 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
    other coefficients are activated, because the prepared sets do not belong to them. */
 void core_failover_off(const struct core_access *core);
 bool core_failover_is_on(const struct core_access *core);
-/* Failed heads and the gateware's prepared sets; only for cores with the generic FAILOVER. */
+/* State of the failed heads and of the gateware's prepared sets; only for cores with the generic FAILOVER. */
 struct core_failover {
     /* One bit per head. */
     uint32_t left_out;
-    /* The active prepared set; CORE_OWN_WORDS: the processor's words are active. */
+    /* Number of the active prepared set; CORE_OWN_WORDS if the processor's words are active. */
     uint32_t set;
     /* Sticky: the gateware refused words that use a head that is left out. */
     bool swap_refused;
-    /* Causes for leaving out the last head: bits of the register `failover` from `illegal` on. */
+    /* Causes for which the last head was left out: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
-    /* Sum of the readings with the parity weights, 2^-11 counts; whether it reached its limit. */
+    /* Sum of the readings with the parity weights, 2^-11 counts; `parity_beyond` is true if the sum reached its
+       limit. */
     int32_t parity;
     bool parity_beyond;
 };
@@ -305,11 +307,11 @@ enum { CORE_OWN_WORDS = 7 };
 struct core_failover core_failover(const struct core_access *core);
 
 struct core_failover_setup {
-    /* Bits of the register `failover`, from `illegal` on. */
+    /* Faults for which a head is left out: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
     uint32_t missing_counts;
     uint32_t step_limit;
-    /* Clocks; 0: a head comes back only on request. */
+    /* Clocks after which a head may be used again; 0: only on request. */
     double return_after;
     uint32_t parity_limit;
     /* s1.16; all 0: there is no parity. */
@@ -318,25 +320,26 @@ struct core_failover_setup {
 
 /* Switches the failover on; core_failover_off() ends it. */
 void core_failover_on(const struct core_access *core, const struct core_failover_setup *setup);
-/* Writes the words of `coefficients` as prepared set `set`: 0 with all heads, else without that head. All lanes of
-   the core are written. With `closed` the gateware refuses the set. */
+/* Writes the words of `coefficients` as prepared set `set`: set 0 has all heads, set n lacks head n. All lanes of the
+   core are written. With `closed` the gateware refuses to use the set. */
 void core_write_prepared(const struct core_access *core, uint32_t set,
                          const struct coefficients *coefficients, bool closed);
 /* Writes one lane of a prepared set. */
 void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
                               const struct lane *lane, uint32_t counts_per_rev);
-/* Reads the words of a prepared set, of `set->lanes` lanes, for `set->counts_per_rev`. */
+/* Reads `set->lanes` lanes and the words of the mean of a prepared set that was written for `set->counts_per_rev`. */
 void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set);
-/* CRC-32 of the words of the prepared sets whose bits are set, as they are read. */
+/* CRC-32 of the words of the prepared sets whose bits are set, as read back from the core. */
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
-/* Activates a prepared set instead of the idle bank; counted like a swap. */
+/* Activates a prepared set instead of the idle bank; the core counts this as a swap. */
 void core_take_set(const struct core_access *core, uint32_t set);
-/* The heads whose bits are set may be used again after their next index. */
+/* Lets the core use the heads whose bits are set again after their next index. */
 void core_come_back(const struct core_access *core, uint32_t heads);
 void core_swap(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);
-/* Index marks in the wrong place, illegal transitions and over-speed edges of a head, 0 to 3. */
+/* Reads the numbers of index marks in the wrong place, of illegal transitions and of over-speed edges of a head, 0 to
+   3. */
 void core_fault_counters(const struct core_access *core, uint32_t head, uint32_t counters[3]);
 
 #endif

@@ -22,9 +22,10 @@ enum flash_activity {
 /* Returns the number of bytes that one command erases; 0: no known flash answers. Call it before all other
    functions, and again after others have used the flash. */
 typedef uint32_t flash_access_open(void *context);
-/* False: the controller does not answer. */
+/* Reads words. Returns false if the controller does not answer. */
 typedef bool flash_access_read(void *context, uint32_t address, uint32_t *words, uint32_t number);
-/* These functions begin an operation; flash_access_activity reports its end. False: the controller does not answer. */
+/* These functions begin an operation; flash_access_activity reports its end. They return false if the controller does
+   not answer. */
 typedef bool flash_access_erase(void *context, uint32_t address);
 typedef bool flash_access_program(void *context, uint32_t address, const uint32_t *words,
                                   uint32_t number);

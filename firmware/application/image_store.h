@@ -35,7 +35,7 @@ enum image_answer {
     IMAGE_UNDER_WAY,
     /* The range lies outside the area for images, crosses a page, or is no multiple of a word. */
     IMAGE_PLACE,
-    /* The golden image is whole and stays. */
+    /* The golden image is whole, so it is never overwritten. */
     IMAGE_GOLDEN_STAYS,
     IMAGE_NO_ANSWER,
     IMAGE_STUCK,
@@ -65,7 +65,7 @@ void image_store_prepare(struct image_store *store, const struct flash_access *f
 /* True if the golden image has a header that the boot ROM would accept. */
 bool image_store_has_golden(struct image_store *store);
 
-/* Each function begins an operation and uses the flash for it. IMAGE_DONE: it has begun. */
+/* Each of these functions begins an operation of the flash. It returns IMAGE_DONE if the operation has begun. */
 enum image_answer image_store_erase(struct image_store *store, uint32_t address);
 enum image_answer image_store_write(struct image_store *store, uint32_t address,
                                     const uint32_t *words, uint32_t number);

@@ -9,8 +9,8 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* A value is refused if the error that it leaves exceeds the error that the active one leaves by more than this many
-   standard uncertainties plus this share of a reading's noise. No reading shows a smaller difference. */
+/* A value is refused if its remaining error exceeds that of the active value by more than NO_WORSE standard
+   uncertainties plus NOISE_SHARE times the noise of a reading. No reading shows a smaller difference. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
 /* Two conditions count as different if the modulator, whose range is -1 to 1, differs by at least this value. */
@@ -68,8 +68,8 @@ static struct vector judge_components(const struct coefficients *coefficients, u
                                 : (struct vector){0.0, 0.0};
 }
 
-/* `nothing_arcsec`: a smaller value has no effect now but will have one at another temperature or condition; 0 if
-   the order follows neither. */
+/* Judges one order. A value below `nothing_arcsec` has no effect now but will have one at another temperature or
+   condition; this limit is 0 if the order follows neither. */
 static enum judgement judge_order(const struct sight *sight, struct vector value,
                                   struct vector present, double noise_arcsec, double nothing_arcsec,
                                   float *evidence) {
@@ -134,8 +134,8 @@ uint32_t judge_measure_followed(const struct judge *judge, const struct coeffici
     return number;
 }
 
-/* Returns false if the order changed, from the earlier turn under another condition to this one, differently from
-   what the lanes say. */
+/* Compares this turn with an earlier turn under another condition. Returns false if the order's change between the two
+   turns differs from the change that the lanes give. */
 static bool judge_other_condition(const struct judge *judge, struct load *load, uint32_t place,
                                   const struct sight *sight, struct vector value) {
     const struct followed *followed = judge->followed;

@@ -16,7 +16,7 @@
 struct judge {
     const struct turn *turn;
     struct motion motion;
-    /* Lanes of the judged set that follow a condition; NULL: it has none. */
+    /* Lanes of the judged set that follow a condition; NULL if it has none. */
     const struct followed *followed;
     /* Estimate from this turn alone, a function of the reading. */
     const struct estimate *estimate;
@@ -38,7 +38,7 @@ enum judgement {
 /* Measures the orders of `set` in the turn; call it before judge_sight(). */
 void judge_look(const struct judge *judge, const struct coefficients *set);
 
-/* Returns what the turn says about an order of the set that was passed to judge_look() last. */
+/* Returns the turn's measurement of an order of the set that was passed to judge_look() last. */
 struct sight judge_sight(const struct judge *judge, uint32_t order, struct vector applied);
 
 /* Judges the received set, whose lanes are in `candidate`. Returns LOAD_TAKEN, LOAD_NOT_YET, or the reason for a
@@ -51,8 +51,8 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
 struct vector judge_value(const struct judge *judge, const struct coefficients *set,
                           uint32_t order);
 
-/* Writes to `measured` the turn's result for each lane of `judge->followed` that turns can show, with `set` as the
-   plain lanes. Returns the number of entries, at most FOLLOWED_LANES_MAX. */
+/* Writes to `measured` the turn's result for each lane of `judge->followed` that turns can show; `set` holds the lanes
+   without a condition. Returns the number of entries, at most FOLLOWED_LANES_MAX. */
 uint32_t judge_measure_followed(const struct judge *judge, const struct coefficients *set,
                                 struct followed_measured *measured);
 

@@ -30,11 +30,11 @@ struct kept_sets {
     uint32_t word[KEPT_SETS_WORDS];
 };
 
-/* Appends the set without head `head`, counted from 1. False: it has too many lanes. */
+/* Appends the set without head `head`, counted from 1. Returns false if the set has too many lanes. */
 bool kept_sets_add(struct kept_sets *kept, uint32_t head, const struct coefficients *set);
 
-/* Takes the next set from place `place` of the words on, which moves behind it. Returns the missing head; 0 if there
-   is no further set, or if the gateware cannot hold the words for `heads` heads and this number of counts. */
+/* Reads the set that begins at word `*place`, and moves `*place` behind it. Returns the missing head; 0 if there is no
+   further set, or if the words are invalid for `heads` heads and `counts_per_rev`. */
 uint32_t kept_sets_next(const struct kept_sets *kept, uint32_t *place, uint32_t heads,
                         uint32_t counts_per_rev, struct coefficients *set);
 

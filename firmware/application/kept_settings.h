@@ -18,7 +18,7 @@ struct settings {
     uint32_t frozen;
     uint32_t bypassed;
     uint32_t telemetry;
-    /* Restarts after faults since the firmware last worked long enough. */
+    /* Number of restarts after faults since the firmware last worked long enough. */
     uint32_t faults_in_a_row;
 };
 
@@ -41,7 +41,7 @@ struct kept_settings {
    leaves `settings` unchanged. */
 bool kept_settings_read(const struct kept_settings *kept, struct settings *settings);
 
-/* Overwrites the other copy, not the later whole one. */
+/* Writes the settings over the other copy, so that the later whole copy stays. */
 void kept_settings_write(struct kept_settings *kept, const struct settings *settings);
 
 #endif

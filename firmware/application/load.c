@@ -9,7 +9,8 @@
 #include "crc32.h"
 #include "units.h"
 
-/* Limit during the transition between directions: below it, the corrected angle moves in the direction of the table. */
+/* Upper limit of the slope during the transition between directions: below it, the corrected angle moves in the
+   direction of the table. */
 #define STEEPEST_REVERSAL 0.5
 /* Limit in counts: magnitude of the most negative word. */
 #define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))
@@ -94,8 +95,8 @@ const struct coefficients *load_at_work(const struct load *load) {
     return load->loaded_state == LOADED_AT_WORK && load_has_loaded(load) ? &load->loaded : NULL;
 }
 
-/* The phases of real orders are unknown in a new set, and after a start of the core, which restarts its count of
-   turns. */
+/* Marks the phases of real orders as unknown: they are unknown in a new set and after a start of the core, because the
+   core then restarts its count of turns. */
 static void load_seek_phases(struct load *load) {
     memset(load->finder, 0, sizeof load->finder);
     load->probe_seen = false;

@@ -34,9 +34,9 @@ enum load_state {
 /* State of the loaded set since the core restarted. */
 enum loaded_state {
     LOADED_AT_WORK,
-    /* A turn has yet to judge it again. */
+    /* No turn has judged the loaded set again yet. */
     LOADED_PENDING,
-    /* It belongs to another table, or a turn contradicts it; it is kept until the next start. */
+    /* The loaded set belongs to another table, or a turn contradicts it; it is kept until the next start. */
     LOADED_REJECTED,
 };
 
@@ -54,21 +54,21 @@ enum load_answer {
     LOAD_TOO_STEEP,
     LOAD_WORSE,
     LOAD_NOT_READ_BACK,
-    /* Two heads cannot see one of its orders: `load force`. */
+    /* Turns of two heads cannot show one of the set's orders; `load force` accepts it. */
     LOAD_UNSEEN,
     /* A lane follows a condition, and the gateware is built without MODULATORS. */
     LOAD_NO_MODULATORS,
     /* A lane has a real order, and the gateware is built without REAL_ORDERS, or a turn has too few counts for it. */
     LOAD_NO_REAL_ORDERS,
     LOAD_TOO_FEW_COUNTS,
-    /* It has a local table, and the gateware is built without LOCAL_TABLE. */
+    /* The set has a local table, and the gateware is built without LOCAL_TABLE. */
     LOAD_NO_LOCAL_TABLE,
-    /* Its mean is not one of this core's heads, its heads stand elsewhere, or its delays differ. */
+    /* The set's mean has another number of heads than the core, its heads are at other places, or its delays differ. */
     LOAD_OTHER_HEADS,
     LOAD_OTHER_DELAYS,
-    /* It has sets for a missing head, and the gateware is built without FAILOVER. */
+    /* The set contains sets for a missing head, and the gateware is built without FAILOVER. */
     LOAD_NO_FAILOVER,
-    /* It uses a head that the gateware has left out, and it has no set without that head. */
+    /* The set uses a head that the gateware has left out, and contains no set without that head. */
     LOAD_HEAD_LEFT_OUT,
     LOAD_ANSWERS,
     /* The judgement needs more turns. */
@@ -108,7 +108,8 @@ struct load {
     /* Their lanes that follow a condition. */
     struct followed received_followed;
     struct followed followed;
-    /* Their local tables; choice 0: none. Log odds of the received one, summed over the turns so far. */
+    /* Their local tables; choice 0: no table. `table_evidence`: log odds of the received table, summed over the turns
+       so far. */
     struct load_table received_table;
     struct load_table table;
     double table_evidence;
@@ -118,17 +119,17 @@ struct load {
     bool whole;
     /* The phase of a lane of a real order has become known but is not yet in the core. */
     bool phase_given;
-    /* The operator accepts orders of the received set that no turn has judged; or only those that no turn of two
-       heads can show. */
+    /* `forced`: the operator accepts orders of the received set that no turn has judged. `unseen_taken`: the operator
+       accepts only orders that no turn of two heads can show. */
     bool forced;
     bool unseen_taken;
     /* Logarithm of the odds of each received lane, summed over the turns so far. */
     float evidence[LANES_LIMIT];
-    /* Places of received lanes that need more turns, and of those that nobody could judge. */
+    /* Places of received lanes that need more turns; places of received lanes that nobody could judge. */
     uint64_t undecided;
     uint64_t received_unjudged;
-    /* Lanes that follow a condition, one bit per lane: a turn has shown it, with modulator `shown_at`; and another
-       turn has shown it with a different modulator. */
+    /* Lanes that follow a condition, one bit per lane. `shown`: a turn has shown the lane, with modulator `shown_at`.
+       `shown_twice`: another turn has shown the lane with a different modulator. */
     uint32_t shown;
     uint32_t shown_twice;
     float shown_at[FOLLOWED_LANES_MAX];
@@ -144,8 +145,8 @@ struct load {
     uint64_t unjudged;
     uint32_t loaded_crc;
     struct loaded_watch watch;
-    /* Results of the turns for its lanes of real orders; whether the probe has had an edge since the lanes began to
-       wait; and the number of edges at that time. */
+    /* `finder`: results of the turns for the loaded lanes of real orders. `probe_seen`: the probe has had an edge since
+       these lanes began to wait. `probe_edges`: number of edges when they began to wait. */
     struct line_finder finder[REAL_LANES_MAX];
     bool probe_seen;
     uint32_t probe_edges;
@@ -169,7 +170,8 @@ enum load_answer load_slope(struct load *load, uint32_t number, const struct the
 /* Sets the temperature at which the lanes have the written values, and the time constant of the thermometer. */
 enum load_answer load_temperature(struct load *load, int32_t reference_mc,
                                   uint32_t time_constant_ms, uint32_t crc);
-/* Sets the range of temperature in which the lanes follow; it must come after the frame above, which presets it. */
+/* Sets the range of temperature in which the lanes follow. This frame must come after that of load_temperature(), which
+   presets the range. */
 enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc);
 /* Adds a lane that follows a condition; lanes are numbered from 0 on. The settings of the conditions come after the
    lanes. */
@@ -184,10 +186,11 @@ enum load_answer load_real(struct load *load, uint32_t number, const struct real
    phase. */
 enum load_answer load_phase_source(struct load *load, uint32_t number, const struct real_lane *lane,
                                    uint32_t crc);
-/* Sets the phase of such a lane of the active set, u0.24 turn, at angle 0 of turn `turn` of the core. False: there
-   is no such lane. */
+/* Sets the phase of a lane of a real order in the active set, u0.24 turn, at angle 0 of turn `turn` of the core.
+   Returns false if there is no such lane. */
 bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn);
-/* Begins a local table. Its points follow in frames of LOAD_POINTS, of which those beyond the last point are 0. */
+/* Begins a local table. Its points follow in frames of LOAD_POINTS points; points beyond the last point of the table
+   are 0. */
 enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc);
 enum load_answer load_points(struct load *load, uint32_t number, const int32_t points[LOAD_POINTS],
                              uint32_t crc);
@@ -224,11 +227,11 @@ struct load_place {
     uint32_t delays;
 };
 
-/* `active`: the active coefficients, or NULL. */
+/* Ends the reception and checks the received set. `active`: the active coefficients, or NULL. */
 enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc);
 
-/* Refuses the set, or drops the set in reception. */
+/* Refuses the received set, even if its reception has not ended, and stores the reason. */
 void load_refuse(struct load *load, enum load_answer reason);
 
 /* Asserts the conditions that hold between any two calls. */
@@ -259,7 +262,7 @@ void load_forget(struct load *load);
 /* Starts a new judgement of the loaded set after a restart of the core. */
 void load_again(struct load *load, uint32_t counts_per_rev);
 
-/* Copies the calibration's lanes out of `active` (NULL: none), that is all but the loaded ones. */
+/* Copies the calibration's lanes from `active` (NULL: none): all lanes whose orders the loaded set does not have. */
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own);
 

@@ -13,8 +13,8 @@
 #include "sight.h"
 
 /* An order is at fault if its remaining error exceeds WATCH_SIGMAS standard deviations of a turn in WATCH_TURNS
-   turns in a row. Noise alone exceeds the limit with probability e^-18 in one turn and order, and with the third power
-   of it in three turns in a row. */
+   turns in a row. For one order, noise alone exceeds the limit with probability e^-18 in one turn, and with probability
+   e^-54 in three turns in a row. */
 #define WATCH_SIGMAS 6.0
 enum { WATCH_TURNS = 3 };
 
@@ -41,11 +41,11 @@ struct loaded_watch {
 /* Begins a turn. */
 void watch_begin(struct loaded_watch *watch);
 
-/* Adds what the turn says about the lane at `place`, which is applied with this value. */
+/* Adds the turn's measurement of the lane at `place`; `applied` is the present value of this lane. */
 void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *sight,
                 struct vector applied);
 
-/* Amplitude that the latest turn leaves of a lane, arcsec; negative if no turn has shown it. */
+/* Remaining amplitude at the order of a lane in the latest turn, arcsec; negative if no turn has shown the lane. */
 double watch_left(const struct loaded_watch *watch, uint32_t place);
 
 #endif

@@ -160,11 +160,12 @@ bool local_table_write(struct application *application) {
     } else if (origin == OF_SAVED) {
         table = application->save->content.table;
     } else if (loaded && load->table.place.choice != 0) {
-        /* It is active already. */
+        /* The loaded table is active already. */
         return true;
     }
     const struct table_place place = table.place;
-    /* The idle bank has the place of the active table, which may be left from before a fault of the firmware. */
+    /* The idle bank has the place of the active table. That table may have become active before a fault of the
+       firmware. */
     bool at_work = core_origin(core).has_local_table && core_table_place(core).choice != 0;
     if (place.choice == 0 && !at_work) {
         return true;

@@ -16,19 +16,20 @@ enum load_answer application_load_points(struct application *application, uint32
 /* Writes 0 to the points that did not arrive, and the check sum of all points to the received table. */
 void local_table_complete(struct application *application);
 
-/* Log odds that a turn gives the table at `place`, with the points of the idle bank, against no table. */
+/* Log odds of the table at `place`, with the points of the idle bank, against no table, from one turn. */
 double local_table_evidence(const struct application *application, const struct table_place *place,
                             const struct turn *turn);
-/* Writes the saved points into the idle bank if it does not hold them. False: flash or gateware do not hold them. */
+/* Writes the saved points into the idle bank if it does not hold them. Returns false if flash or gateware do not hold
+   the points. */
 bool local_table_restore(struct application *application);
-/* Point of the idle bank, for the save; the context is the application. */
+/* Returns a point of the idle bank for the record that is being written; `context` is the application. */
 int32_t local_table_point(const void *context, uint32_t number);
 
 /* True if the idle bank holds the points of the loaded table. */
 bool local_table_is_held(const struct application *application);
 
-/* Makes the next swap include the table that belongs to the candidate, or switch the former one off. False: it could
-   not be read back. */
+/* Makes the next swap include the table that belongs to the candidate, or switch the former one off. Returns false if
+   the written words could not be read back. */
 bool local_table_write(struct application *application);
 
 #endif

@@ -7,7 +7,7 @@
 
 #include "state.h"
 
-/* The host sends the table's temperature, or selects its source. */
+/* Take the table's temperature from the host, or select the source of this temperature. */
 void application_tell_temperature(struct application *application, double celsius);
 void application_choose_temperature(struct application *application,
                                     enum temperature_source source);

@@ -60,8 +60,8 @@ struct parameters {
     double probe_falling;
     /* Filter length of both pulse inputs, clocks. */
     double pulse_filter;
-    /* 1: the core gives a pulse at an angle after the index and at each multiple of the interval from there, counts;
-       interval 0: one pulse. */
+    /* `compare_on` 1: the core gives a pulse `compare_first` counts after the index and then after every
+       `compare_interval` counts; interval 0: a single pulse. */
     double compare_on;
     double compare_first;
     double compare_interval;
@@ -72,7 +72,7 @@ struct parameters {
     double alarm_error_arcsec;
     double alarm_separation_arcsec;
     double alarm_temperature_c;
-    /* Change of the correction by the temperature from which on a new bank is written. */
+    /* Smallest change of the correction by the temperature for which a new bank is written. */
     double temperature_step_counts;
     /* Largest change of the table's temperature from one reading to the next, and longest time without a change. */
     double temperature_jump_k;

@@ -9,8 +9,8 @@
 #include "state.h"
 
 /* Take the frames of a set for a missing head, as load_without() and its companions do; accepted words go to the
-   gateware at once. The first frame ends the failover of the former sets. A core without failover refuses the frame;
-   the set in reception is then taken without it. */
+   gateware at once. The first frame ends the failover of the former sets. A core without failover refuses these frames;
+   the other frames of the received set are still accepted. */
 enum load_answer application_load_without(struct application *application, uint32_t head,
                                           uint32_t lanes, const struct mean_set *mean,
                                           uint32_t crc);
@@ -37,7 +37,7 @@ void prepared_forget(struct application *application);
 void prepared_arm(struct application *application);
 /* Raises the alarm when a head was left out since the previous call. */
 void prepared_watch(struct application *application);
-/* Allows a head, counted from 1, to be used again after its next index. False: it is not left out. */
+/* Allows a head, counted from 1, to be used again after its next index. Returns false if the head is not left out. */
 bool application_come_back(const struct application *application, uint32_t head);
 
 #endif

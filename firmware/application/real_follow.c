@@ -9,7 +9,7 @@
 #include "assertion.h"
 #include "units.h"
 
-/* The active lanes of real orders whose phase comes from `source`; NULL: there are none. */
+/* Returns the active lanes of real orders whose phase comes from `source`, or NULL if there are none. */
 static struct followed *real_follow_lanes(struct application *application,
                                           enum phase_source source) {
     struct followed *followed = &application->load.followed;
@@ -24,7 +24,7 @@ static struct followed *real_follow_lanes(struct application *application,
     return NULL;
 }
 
-/* Turn of the core in which head 1 read the first sample; false: it is not certain. */
+/* Finds the turn of the core in which head 1 read the first sample; false if this turn is not certain. */
 static bool real_follow_first_turn(const struct application *application, const struct turn *turn,
                                    int32_t *first_turn) {
     struct core_turn_place place;
@@ -36,7 +36,7 @@ static bool real_follow_first_turn(const struct application *application, const 
     int64_t since = (int64_t)place.head1_angle -
                     counts_apart(place.head1_turn_position, turn->first) - turn->start_angle;
     *first_turn = place.head1_turn + (int32_t)(since / counts_per_rev);
-    /* Otherwise head 1 has moved its zero since the turn began. */
+    /* A remainder shows that the zero of head 1 has moved since the turn began. */
     return since % counts_per_rev == 0;
 }
 
@@ -61,7 +61,7 @@ void real_follow_turn(struct application *application, const struct turn *turn) 
         if (lane->source != PHASE_BY_HEADS) {
             continue;
         }
-        /* The measured separation would move with the line from turn to turn. */
+        /* The separation is the nominal one, because the line changes the measured one from turn to turn. */
         line_finder_add(finder, &line, turn, first_turn,
                         application->parameters.separation_deg * PI / 180.0,
                         application->measured.noise_arcsec);
@@ -70,7 +70,7 @@ void real_follow_turn(struct application *application, const struct turn *turn) 
             lane->phase_known = false;
             continue;
         }
-        /* A negative amplitude is half a turn of phase. */
+        /* A negative amplitude equals a phase of half a turn. */
         double phase = line_finder_phase(finder) + (lane->amplitude < 0 ? 0.5 : 0.0);
         bool moved = real_lane_move_phase(lane, phase, 0.0, 0,
                                           application->parameters.temperature_step_counts);

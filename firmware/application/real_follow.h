@@ -10,7 +10,8 @@
 
 /* Adds a turn that is verified, aligned and estimated. Lanes of a mean get no phase from the heads. */
 void real_follow_turn(struct application *application, const struct turn *turn);
-/* Takes the last edge of the probe. An edge at which the angle falls is ignored, because a pulse has a width. */
+/* Takes the last edge of the probe. An edge at which the angle falls is ignored: the pulse has a width, so its rising
+   edge is then at its other end. */
 void real_follow_probe(struct application *application);
 
 #endif

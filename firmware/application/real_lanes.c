@@ -43,8 +43,8 @@ double real_lane_steepest(const struct real_lane *lane, uint32_t counts_per_rev)
 }
 
 void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn) {
-    /* The product modulo 2^64 is enough, because the 48 bits of a turn are its low bits. It is rounded as the core
-       rounds. */
+    /* The product modulo 2^64 is enough, because the 48 bits of a turn are its low bits. The result is rounded as in
+       the core. */
     uint64_t fraction = (uint64_t)(int64_t)turn * lane->turn_step;
     uint64_t half = 1ULL << (CUT_OFF - 1);
     uint32_t gone_on = (uint32_t)((fraction + half) >> CUT_OFF) % PHASES;

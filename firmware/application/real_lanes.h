@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Lanes whose order is not whole (generic REAL_ORDERS): in turn m of the core the phase of a lane is its phase
-   offset and m times its turn step. The operator loads them. The phase of such a line is unknown after power-up. A lane
-   has amplitude 0 until the heads or an index of the drive at probe_in show its phase, or the operator gives it. */
+/* Lanes whose order is not whole (generic REAL_ORDERS): in turn m of the core the phase of a lane is its phase offset
+   plus m times its turn step. The operator loads these lanes. Their phases are unknown after power-up. A lane has
+   amplitude 0 until the heads or an index of the drive at probe_in show its phase, or the operator gives it. */
 
 #ifndef ARCTRUE_REAL_LANES_H
 #define ARCTRUE_REAL_LANES_H
@@ -38,8 +38,8 @@ uint64_t real_lane_phase_step(const struct real_lane *lane, uint32_t counts_per_
 double real_lane_steepest(const struct real_lane *lane, uint32_t counts_per_rev);
 /* Sets the phase so that it is `phase`, u0.24 turn, at angle 0 of turn `turn` of the core. */
 void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn);
-/* The same for a phase in turns at the corrected angle `angle_turns`, 0 to 1, of that turn. Changes nothing and
-   returns false if this moves the lane by `least_counts` or less. */
+/* Sets the phase so that it is `phase_turns` at the corrected angle `angle_turns`, 0 to 1, of turn `turn`. Changes
+   nothing and returns false if the lane's value would change by `least_counts` or less. */
 bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double angle_turns,
                           int32_t turn, double least_counts);
 /* True if a core with this many lanes prepares the phases in time. */

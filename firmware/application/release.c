@@ -27,9 +27,9 @@ uint32_t application_release_present(const struct application *application) {
     return there ? core_status(&application->core).release_present : 0U;
 }
 
-/* A table that its drive has stopped brings no turn that would clear the flags of a head, so they are cleared here.
-   The index error is evaluated before. The captured turns and the turn in progress are dropped, because they may
-   contain what set the flag. */
+/* Runs before the flags of the heads are cleared. A turn would clear them, but a table that its drive has stopped
+   completes no turn. The index error is evaluated now, before its flag is lost. The captured turns and the turn in
+   progress are dropped, because they may contain the fault that set the flag. */
 static void release_look_before_clearing(struct application *application, uint32_t faults) {
     if (!state_works(application) || (faults & HEAD_FAULTS) == 0) {
         return;

@@ -22,16 +22,16 @@ enum output_answer {
 /* Ends the fault of the output and the release of its line drivers. Nothing else in the firmware ends them. */
 enum output_answer application_clear_output(struct application *application);
 
-/* Bits of enum core_fault: the faults that released the line drivers (0: they drive), and those of them that are still
-   present. */
+/* Bits of enum core_fault: the faults that switched the line drivers off (0: the drivers are on), and those of them
+   that are still present. */
 uint32_t application_release_causes(const struct application *application);
 uint32_t application_release_present(const struct application *application);
 
-/* Reason why the output stands now; "none" if it follows. */
+/* Reason why the output stands still now; "none" if it follows. */
 const char *application_output_fault(const struct application *application);
 
-/* Raises an alarm as soon as line drivers are released, because a table that its drive has stopped brings no turn to
-   report it with. */
+/* Raises an alarm as soon as line drivers are released. It does not wait for the report of a turn, because a table that
+   its drive has stopped completes no turn. */
 void release_watch(struct application *application);
 
 #endif

@@ -59,7 +59,7 @@ void application_start(struct application *application) {
     control_write(application);
 }
 
-/* Does not change the core after the fault. */
+/* Enters PHASE_HELD and leaves the core unchanged. */
 static void restart_hold(struct application *application) {
     application->phase = PHASE_NO_CORE;
     if (core_identify(&application->core, &application->configuration)) {
@@ -100,7 +100,8 @@ void application_recover(struct application *application, bool after_fault) {
     settings_keep(application);
 }
 
-/* Lost settings do not switch off a correction that is active. */
+/* Returns true if the settings are lost while a correction is active. Also clears the bypass, which is preset for lost
+   settings, so that this correction stays on. */
 static bool restart_must_not_touch(struct application *application) {
     if (application->settings_origin != SETTINGS_LOST ||
         !core_identify(&application->core, &application->configuration) ||

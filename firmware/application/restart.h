@@ -7,13 +7,14 @@
 
 #include "state.h"
 
-/* Restores the settings. At power-on they are the saved ones. After a fault they are the kept ones; if those are
-   lost, the saved ones with bypass on. Settings that neither holds are preset. From now on they are kept. */
+/* Restores the settings. At power-on these are the saved settings. After a fault these are the kept settings or, if
+   they are lost, the saved settings with bypass on. Settings that are neither kept nor saved get their presets. From
+   now on the settings are kept. */
 void application_recover(struct application *application, bool after_fault);
 
-/* Starts the first time, or after a fault. After a fault, index, coefficients and correction of the core stay. After
-   several faults in a row, and if the settings are lost while a correction is active, nothing is calibrated until
-   application_rearm(), and the core stays as it is. */
+/* Starts the firmware after power-on or after a fault. After a fault, index, coefficients and correction of the core
+   stay. After several faults in a row, and if the settings are lost while a correction is active, nothing is calibrated
+   until application_rearm(), and the core stays as it is. */
 void application_begin(struct application *application);
 
 /* Finds the core and sets it up; the phase tells whether a core is there. */

@@ -71,7 +71,8 @@ static bool save_read_sector(struct save *save, uint32_t sector) {
                             SAVED_WORDS_MOST);
 }
 
-/* Keeps a whole record if no later one was found. If no record is whole, keeps the reason why the first is not. */
+/* Keeps a whole record if no later one was found. If no record is whole, keeps the reason why the first record is not
+   whole. */
 static void save_note_record(struct save *save, uint32_t sector, enum saved_answer answer,
                              uint32_t sequence) {
     if (answer == SAVED_READ &&
@@ -90,7 +91,7 @@ static void save_note_kept(struct save *save) {
     save->kept_counts_per_rev = save->content.own.counts_per_rev;
 }
 
-/* The next record follows the one with the highest number, whatever its version. */
+/* Reads all records. The next record gets the number after the highest one, whatever the version of that record. */
 static bool save_read_all(struct save *save) {
     bool numbered = false;
     save->found = SAVED_EMPTY;

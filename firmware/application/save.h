@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Writes records into a region of the flash, each into a sector of its own, in turn and a piece at a time. If power
-   is lost at any moment of a write, the previous record remains; no function waits for the flash. A sector whose
-   content differs from the written data is no longer used. */
+/* Writes records into a region of the flash: each record into the next sector, one piece per call. If power is lost at
+   any moment of a write, the previous record remains; no function waits for the flash. A sector whose content differs
+   from the written data is no longer used. */
 
 #ifndef ARCTRUE_SAVE_H
 #define ARCTRUE_SAVE_H
@@ -30,13 +30,13 @@ enum save_answer {
     SAVE_NOT_READ_BACK,
     /* The flash was silent at the start. Its content has only now been read and is not in use. */
     SAVE_NOT_READ_AT_START,
-    /* The record holds more orders than would be kept, and nobody asked for fewer. */
+    /* The record holds more orders than would be kept, and the operator has not asked for fewer. */
     SAVE_FEWER,
     SAVE_ANSWERS,
 };
 
-/* Points of the local table, which are no part of the memory: words of the record's sector from this one on. They are
-   written before the record, so that a whole record has whole points. */
+/* First word of the local table's points in the sector of their record. The processor's memory does not hold the
+   points. They are written before the record, so that a whole record has whole points. */
 enum { SAVE_POINTS_AT = 2048 };
 /* Returns point `number` while the record is written. */
 typedef int32_t save_point(const void *context, uint32_t number);
@@ -77,23 +77,25 @@ struct save {
 
 const char *save_answer_name(enum save_answer answer);
 
-/* Sets the region; nothing is read yet. It is `bytes` long, at least two sectors, of which at most 32 are used. */
+/* Sets the region; nothing is read yet. The region is `bytes` long. It has at least two sectors, of which at most 32
+   are used. */
 void save_prepare(struct save *save, const struct flash_access *flash, uint32_t address,
                   uint32_t bytes);
 
-/* Reads the latest whole record into `content`. False: there is none or, if `found` is SAVED_UNREAD, the flash does
-   not answer. */
+/* Reads the latest whole record into `content`. Returns false if there is none or, with `found` SAVED_UNREAD, if the
+   flash does not answer. */
 bool save_find(struct save *save);
 
-/* Searches the records if the flash was silent before. SAVE_DONE: the records are known, and one more may be
-   written. A record that is found only now is not in use; this is answered once. */
+/* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another one may
+   be written. Returns SAVE_NOT_READ_AT_START once if it finds a record only now, because that record is not in use. */
 enum save_answer save_look_again(struct save *save);
 
-/* Begins to write `content` if no save is in progress. SAVE_DONE: it has begun. A save does not drop lanes unless
-   the operator asked for it: the content must have at least `least` lanes, 0 if the operator asked for fewer. */
+/* Begins to write `content` if no save is in progress. Returns SAVE_DONE if the write has begun. A save does not drop
+   lanes unless the operator asked for it: the content must have at least `least` lanes, and `least` is 0 if the
+   operator asked for fewer. */
 enum save_answer save_begin(struct save *save, uint32_t least);
 
-/* Reads points of the latest record. False: the flash does not answer. */
+/* Reads points of the latest record. Returns false if the flash does not answer. */
 bool save_read_points(struct save *save, uint32_t first, uint32_t words[FLASH_PAGE_WORDS]);
 
 /* Number of sectors that failed since the start. */

@@ -125,7 +125,7 @@ static void saved_put_followed(struct words *words, const struct followed *follo
     }
 }
 
-/* The phase is not written: it belongs to the core's count of turns, which begins anew with the power. */
+/* The phase is not written: it belongs to the core's count of turns, which restarts at power-on. */
 static void saved_put_real(struct words *words, const struct followed *followed) {
     if (followed->real_lanes == 0) {
         return;
@@ -230,8 +230,8 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     return to.place;
 }
 
-/* Looks first at the place where this firmware would have written the parameter, because the check sums of names
-   take long. */
+/* Looks first at the place where this firmware would have written the parameter, because it takes long to compute the
+   check sums of all names. */
 static void saved_take_parameter(struct source *from, struct parameters *parameters,
                                  uint32_t first) {
     uint32_t sum = saved_take(from);

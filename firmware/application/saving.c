@@ -43,7 +43,8 @@ static void saving_take_known(const struct application *application, struct save
         saved->table = held ? load->table : (struct load_table){.next = 0};
     }
     if (application->active.mean.heads != 0 && load_at_work(load) == NULL) {
-        /* The device's own mean: a turn can judge the places of its heads, but not its lanes one by one. */
+        /* The device's own mean is saved as a loaded set: a turn can judge the places of its heads, but not its single
+           lanes. */
         saved->loaded = application->active;
         saved->unjudged = UINT64_MAX;
         prepared_keep(application, &saved->sets);

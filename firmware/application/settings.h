@@ -17,7 +17,8 @@ void settings_keep(struct application *application);
 /* Applies kept or saved settings. */
 void settings_take(struct application *application, const struct settings *settings);
 
-/* Applies the kept settings after a fault. If they are lost, nobody knows whether the correction may be switched on. */
+/* Applies the kept settings after a fault. If they are lost, it is not known whether the correction may be switched
+   on. */
 void settings_recover(struct application *application);
 
 #endif

@@ -44,10 +44,10 @@ enum settings_origin {
 /* State of the saved coefficients. */
 enum saved_state {
     SAVED_NONE,
-    /* Captured turns have yet to confirm them. */
+    /* No captured turn has confirmed the saved coefficients yet. */
     SAVED_WAITING,
     SAVED_CONFIRMED,
-    /* A turn contradicts them: they wait for the next `rearm`. */
+    /* A turn contradicts the saved coefficients: they wait for the next `rearm`. */
     SAVED_NOT_CONFIRMED,
 };
 
@@ -87,7 +87,8 @@ struct prepared {
     uint32_t crc;
     /* Left-out heads that were reported to the operator. */
     uint32_t reported;
-    /* The candidate comes with sets of its own, which are in the workspace: the missing heads, one bit per head. */
+    /* `has_made`: the workspace holds sets for a missing head that belong to the candidate. `made`: the missing heads
+       of these sets, one bit per head. */
     bool has_made;
     uint32_t made;
 };
@@ -102,28 +103,29 @@ struct turn_report {
     enum refusal reason;
     struct capture_fault fault;
     struct gate_prediction prediction;
-    /* Error that the loaded orders leave, part of both predictions. */
+    /* Remaining error at the loaded orders; both predictions include it. */
     double loaded_arcsec;
-    /* Measurements of lanes that follow a condition: of the set that the turn judges, otherwise of the loaded set. */
+    /* Measurements of lanes that follow a condition. The lanes are those of the set that the turn judges or, without
+       such a set, those of the loaded set. */
     struct followed_measured followed[FOLLOWED_LANES_MAX];
     uint32_t followed_lanes;
-    /* With a corrected mean: largest distance of a head's place from the place that the mean expects; below 0: not
-       seen. */
+    /* Largest distance of a head's place from the place that the corrected mean expects; negative if it was not
+       measured. */
     double mean_off_arcsec;
     /* Head that has moved since the previous turn, from 1 on, and its motion along the scale; 0: none. */
     uint32_t moved_head;
     double moved_arcsec;
-    /* Reason why the turn did not calibrate the mean, if the device should. */
+    /* Reason why the turn did not calibrate the mean, if the device is to calibrate it. */
     enum refusal mean_reason;
     uint32_t alarms;
-    /* A, B and Z stand, because the output fell too far behind. */
+    /* A, B and Z stand still, because the output fell too far behind. */
     bool output_stands;
     /* Faults that released the line drivers, bits of enum core_fault. */
     uint32_t release_causes;
     /* Temperature of the die; the value counts only if has_temperature is true. */
     bool has_temperature;
     double temperature_c;
-    /* Not printed yet. */
+    /* The report has not been printed yet. */
     bool fresh;
     /* The turn has been printed already; only an alarm is new. */
     bool between_turns;
@@ -142,7 +144,7 @@ typedef void memory_settle(void);
 
 struct application {
     struct core_access core;
-    /* NULL: there is no sensor. */
+    /* Reads the temperature of the die; NULL if there is no sensor. */
     temperature_read *read_temperature;
     void *temperature_context;
     struct core_configuration configuration;
@@ -152,7 +154,7 @@ struct application {
     bool frozen;
     bool bypassed;
     bool telemetry;
-    /* NULL: the settings are not kept. */
+    /* Memory of the settings; NULL if the settings are not kept. */
     struct kept_settings *kept;
     memory_settle *settle;
     enum settings_origin settings_origin;
@@ -163,7 +165,7 @@ struct application {
     struct core_header header;
     struct capture capture;
     enum dump_state dump;
-    /* NULL: no capture is copied. */
+    /* Memory for a copied capture; NULL if no capture is copied. */
     struct capture_copy *copy;
     int32_t position_at_bank;
     /* Angle of head 2 at its own index, counts: the counts that it lost since the index that defined its zero. For
@@ -176,11 +178,12 @@ struct application {
     int32_t position_at_doubt;
     uint32_t swaps_before;
     uint32_t swap_looks;
-    /* Estimate of the latest turn, refused or not; and of the latest turn that was taken. */
+    /* `measured`: estimate of the latest turn, even if it was refused; `estimate`: estimate of the latest accepted
+       turn. */
     struct estimate measured;
     struct estimate estimate;
-    /* Results of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 if
-       the latest turn did not. */
+    /* Results of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 if the
+       latest turn calibrated no mean. */
     struct heads_found found;
     struct average average;
     enum verdict verdicts[ORDERS_MAX];
@@ -189,19 +192,19 @@ struct application {
     struct load load;
     struct table_temperature table;
     struct prepared prepared;
-    /* Temperature of the table when the previous bank was taken, time of that, and temperature in the middle of this
-       turn; the present one of `table` if no earlier one is known. */
+    /* Temperature of the table when the previous bank was taken, and the time at which it was taken. `middle_celsius`:
+       temperature in the middle of this turn or, if no earlier temperature is known, the present one of `table`. */
     double before_celsius;
     double before_s;
     double middle_celsius;
     /* The speed varies too much: samples are taken at equal angles until the next start or dump. */
     bool by_angle;
-    /* Clock rate of the core's time for the thermometer; 0: as the core states. In the virtual instrument a second
-       has fewer clocks. */
+    /* Clock rate of the core's time for the thermometer; 0: the rate that the core states. In the virtual instrument a
+       second has fewer clocks. */
     double temperature_clock_hz;
     /* Number of banks that followed the temperature between two turns. */
     uint32_t temperature_swaps;
-    /* NULL: there is no flash. */
+    /* Storage in the flash; NULL if there is no flash. */
     struct save *save;
     enum saved_state saved_state;
     enum candidate_origin candidate_origin;
@@ -220,7 +223,8 @@ struct application {
     uint32_t swaps;
     uint32_t stuck_captures;
     uint32_t overruns;
-    /* Interrupts of the core; banks that were found without an interrupt since the previous bank. */
+    /* Number of interrupts of the core; number of banks that were found without an interrupt since the previous
+       bank. */
     uint32_t interrupts;
     uint32_t banks_without_interrupt;
     bool interrupted;
@@ -233,7 +237,8 @@ const char *settings_origin_name(enum settings_origin origin);
 const char *saved_state_name(enum saved_state state);
 const char *turn_result_name(enum turn_result result);
 
-/* Returns `thermal` if the table's temperature is known; otherwise NULL, and lanes that follow it stay as written. */
+/* Returns `thermal` if the table's temperature is known; otherwise NULL, and lanes that follow the temperature stay as
+   written. */
 const struct thermal *application_thermal(const struct application *application,
                                           const struct thermal *thermal);
 

@@ -89,7 +89,7 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
     return SWAP_ASKED;
 }
 
-/* It is unknown which coefficients are active; the safe state is to apply none. */
+/* Applies no coefficients, because it is unknown which ones are active. */
 static void swap_lost(struct application *application) {
     alarm_between_turns(application, ALARM_SWAP);
     restart_with_nothing(application);

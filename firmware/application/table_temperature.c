@@ -14,8 +14,8 @@ enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 #define SILENT_K_S 0.05
 /* After this many time constants the observer's state has no influence any more, and its gains would divide by 0. */
 #define FORGOTTEN_LAGS 30.0
-/* The observer's time constant is that of the thermometer divided by this. A smaller time constant reduces the delay
-   after a change of slope, and amplifies the thermometer's steps. */
+/* The observer's time constant is that of the thermometer divided by this number. A smaller time constant reduces the
+   delay after a change of slope, and amplifies the thermometer's steps. */
 #define LAG_SHARE 16.0
 #define LEAST_FILTER_S 2.0
 
@@ -78,7 +78,7 @@ static double table_temperature_decay(double times) {
    three poles are the same, has no error where T rises evenly. Over dt, with a = exp(-dt / tau):
    T_s goes to T_s + (1 - a) (T - T_s) + (dt - tau (1 - a)) T',
    T - T_s to a (T - T_s) + tau (1 - a) T'.
-   The gains are those with which z I - (I - K H) F has the determinant (z - q)^3: at z = 0, 1 and a. */
+   The gains K give z I - (I - K H) F the determinant (z - q)^3; they follow from this equation at z = 0, 1 and a. */
 static void table_temperature_observe(struct table_temperature *table, double celsius,
                                       double passed) {
     double tau = table->time_constant_s;
@@ -96,7 +96,7 @@ static void table_temperature_observe(struct table_temperature *table, double ce
     table->slope += slope_gain * off;
 }
 
-/* Without a lag the observer runs with a short one, so that it corrects a lag at once when that becomes known. */
+/* If no lag is given, the observer runs with a short one, so that it corrects a lag as soon as one is given. */
 static void table_temperature_use_lag(struct table_temperature *table, double time_constant_s) {
     double tau = fmax(time_constant_s, LEAST_FILTER_S);
     table->behind_k *= tau / table->time_constant_s;

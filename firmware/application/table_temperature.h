@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* False: no temperature is known; the value then stays as it was. */
+/* Reads a temperature. If none is known, returns false and leaves `celsius` unchanged. */
 typedef bool temperature_read(void *context, double *celsius);
 
 enum temperature_source { TEMPERATURE_NONE, TEMPERATURE_HOST, TEMPERATURE_SENSOR };
@@ -26,7 +26,7 @@ enum temperature_state {
 };
 
 struct temperature_limits {
-    /* Largest change in kelvin from one reading to the next; after a silence more is allowed. */
+    /* Largest change in kelvin from one reading to the next; after a silence a larger change is allowed. */
     double jump_k;
     /* Longest time without a change, s; 0: not limited. */
     double still_s;
@@ -40,8 +40,8 @@ struct table_temperature {
     void *context;
     /* Temperature as read. */
     double shown_c;
-    /* Observer of the thermometer with this time constant: its temperature; how far that is behind the table; slope
-       of the table, K/s. */
+    /* Observer of the thermometer with this time constant. Its state: temperature of the thermometer; temperature of
+       the table minus that of the thermometer; slope of the table's temperature, K/s. */
     double time_constant_s;
     double followed_c;
     double behind_k;
@@ -51,7 +51,7 @@ struct table_temperature {
     double tried_s;
     double read_s;
     double changed_s;
-    /* Counters of events in a row: readings without an answer; readings too far from the good one or, before there
+    /* Counters of events in a row: readings without an answer; readings too far from the last good one or, before there
        is a good one, readings that agree. */
     uint32_t failures;
     uint32_t in_a_row;

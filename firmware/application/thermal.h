@@ -28,7 +28,7 @@ struct thermal {
     /* T0, and the time constant of the thermometer's first-order lag; in thousandths. */
     int32_t reference_mc;
     uint32_t time_constant_ms;
-    /* Range of temperature, in thousandths; outside it the lanes stay as at its ends. */
+    /* Range of temperature, in thousandths; outside the range the lanes keep the values that they have at its ends. */
     int32_t least_mc;
     int32_t most_mc;
 };
@@ -48,7 +48,7 @@ void thermal_preset_range(struct thermal *thermal);
 bool thermal_has_preset_range(const struct thermal *thermal);
 
 /* Returns upper bounds: the largest value at 33 temperatures of the range plus the largest excess c2 h^2/4 of a lane
-   over the chord between two of them. Phases are not used: the slope is the sum of n |c_n|. */
+   over the chord between two of these temperatures. Phases are not used: the slope is the sum of n |c_n|. */
 struct thermal_extent thermal_extent(const struct thermal *thermal,
                                      const struct coefficients *coefficients);
 

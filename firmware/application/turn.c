@@ -31,8 +31,8 @@ static void turn_take_temperature(struct application *application) {
         application->read_temperature(application->temperature_context, &report->temperature_c);
 }
 
-/* Clears the sticky flags, so that the next turn is judged by itself. An index error that came after the end of the
-   refused turn would be lost by that, so it is evaluated here first. */
+/* Clears the sticky flags, so that the next turn is judged by itself. Clearing would lose an index error that came
+   after the end of the refused turn, so that error is evaluated first. */
 static void turn_after_refusal(struct application *application) {
     bool in_doubt =
         application->report.reason == REFUSED_INDEX_ERROR || core_index_error(&application->core);
@@ -67,7 +67,7 @@ static void turn_take_calibration(struct application *application) {
     }
 }
 
-/* Returns the lanes that follow a condition, of the set that is applied. */
+/* Returns those lanes of the applied set that follow a condition. */
 static struct followed turn_followed(const struct application *application,
                                      enum candidate_origin origin) {
     const struct load *load = &application->load;
@@ -80,7 +80,7 @@ static struct followed turn_followed(const struct application *application,
     return origin == OF_PENDING ? load->followed : load_followed_at_work(load);
 }
 
-/* Applies a loaded or saved set, also while the calibration is frozen. */
+/* Applies a loaded or saved set, even while the calibration is frozen. */
 static void turn_take_set(struct application *application) {
     struct load *load = &application->load;
     enum candidate_origin origin = application->candidate_origin;

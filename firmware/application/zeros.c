@@ -7,8 +7,8 @@
 #include "alarms.h"
 #include "control.h"
 
-/* Two marks that agree come within two turns. If none have come after this many turns, head 1 loses counts in every
-   turn or has lost its index. */
+/* Two index marks that agree normally come within two turns. If none agree after this many turns, head 1 loses counts
+   in every turn or has lost its index. */
 enum { DOUBT_TURNS = 4 };
 /* Largest loss of head 1 between two indices, in turns, that sets no other fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
@@ -30,8 +30,8 @@ void zeros_forget(struct application *application) {
     application->zero_in_doubt = false;
 }
 
-/* The core could prove no mark for DOUBT_TURNS turns: the zeros are searched again, without correction until they
-   are found. The coefficients stay, because they belong to the index. */
+/* Searches the zeros again, because the core could prove no mark for DOUBT_TURNS turns. The correction is off until
+   they are found. The coefficients stay, because they belong to the index. */
 static void zeros_find_anew(struct application *application) {
     core_rearm(&application->core);
     core_disarm_compare(&application->core);

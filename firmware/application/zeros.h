@@ -19,16 +19,15 @@ void zeros_forget(struct application *application);
    far from the index is probably a false pulse. */
 void zeros_watch_doubt(struct application *application);
 
-/* If an index shows that head 2 lost counts, subtracts the loss from its words from the next turn on. The
-   turn in which the loss changes has an index error and is refused, so that no turn uses the loss of
-   another turn. */
+/* If an index shows that head 2 lost counts, subtracts the loss from head 2's words from the next turn on. The turn in
+   which the loss changes has an index error and is refused, so that no turn uses the loss of another turn. */
 void zeros_follow_head2(struct application *application);
 
 /* True if the core moved the zero of head 1, with the correction on, since the last call. */
 bool zeros_moved(struct application *application);
 
-/* Looks for lost counts between two turns, at the index that proves them, because the bank may become full only
-   minutes later. */
+/* Looks for lost counts between two turns: an index proves them at once, while the bank may become full only minutes
+   later. */
 void zeros_watch(struct application *application);
 
 #endif

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* A separate image for scripts/bench_firmware.py: it runs both methods and a plain version of each on the capture in
-   the window. It prints the ticks of each run, and for each plain version the largest difference of its values from
-   those of the method, as a share of the largest value. */
+   the window. It prints the ticks of each run. For each plain version it also prints the largest difference between its
+   values and those of the method, as a share of the largest value. */
 
 #include <math.h>
 #include <stddef.h>
@@ -86,7 +86,7 @@ static double apart(void) {
     return most / largest;
 }
 
-/* 32 loaded orders that the calibration does not fit, because the fitted ones cost no time. */
+/* Judges 32 loaded orders that the calibration does not fit, because the judgement of fitted orders takes no time. */
 static void judge(const struct turn *turn) {
     enum { FIRST = 4096, APART = 7 };
     bench.set.lanes = JUDGED_ORDERS;

@@ -24,13 +24,13 @@ struct plain_workspace {
 void plain_fourier(struct plain_workspace *workspace, const struct turn *turn,
                    const struct estimate *estimate, double *values);
 
-/* Computes the same by least squares, for the zero of head 2 with which `estimate` ended, so that one round is
-   enough. False: the matrix is singular. */
+/* Computes the same values by least squares. One round is enough, because the fit begins with the final zero of head 2
+   in `estimate`. Returns false if the matrix is singular. */
 bool plain_least_squares(struct plain_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, double nominal_rad, double *values);
 
-/* Computes the sums of further_orders_look() for the orders in `made`; returns the largest difference from these, as
-   a share of the largest sum of the same kind. */
+/* Computes the sums of further_orders_look() for the orders in `made`; returns the largest difference from the sums in
+   `made`, as a share of the largest sum of the same kind. */
 double plain_further_orders(const struct further_workspace *made, const struct turn *turn,
                             const struct estimate *estimate);
 

@@ -21,8 +21,8 @@ static uint32_t read_word(void *context, uint32_t address) {
 static void write_word(void *context, uint32_t address, uint32_t word) {
     (void)context;
     register_write(address, word);
-    /* Waits for the write to end, because pins, clocks, resets and level shifters are other devices than those that
-       depend on them. */
+    /* Waits for the write to end, because it may set a pin, clock, reset or level shifter on which the next access to
+       another device depends. */
     registers_settle();
 }
 

@@ -23,7 +23,7 @@ enum fabric_state board_fabric_look_again(void);
 /* True in an emulator, whose fabric is memory. */
 bool board_fabric_emulated(void);
 
-/* False: an access to the fabric's window would never end. */
+/* Returns false if an access to the fabric's window would never end. */
 bool board_fabric_usable(void);
 
 #endif

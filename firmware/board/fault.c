@@ -11,7 +11,7 @@
 #include "uart.h"
 #include "watchdog.h"
 
-/* The page below STACK_SEEN in on_chip_memory.ld. */
+/* First and last address of the unmapped page below STACK_SEEN in on_chip_memory.ld. */
 #define GUARD_FIRST 0x31000U
 #define GUARD_LAST 0x31FFFU
 #define CACHE_LINE 32U
@@ -95,7 +95,8 @@ struct fault_record fault_last(void) {
     }
     record.mark = 0;
     clean_record();
-    /* The bits stay until they are written; cleared, they show the cause of the next reset only. */
+    /* The bits stay until software clears them. They are cleared here, so that they later show the cause of the next
+       reset only. */
     register_write(SLCR_REBOOT_STATUS, status & ~(SLCR_REBOOT_WATCHDOG | SLCR_REBOOT_KEPT));
     return last;
 }
@@ -129,7 +130,7 @@ static void tell(void) {
     uart_drain();
 }
 
-/* Code may be read at an address from which an instruction was fetched. */
+/* Reading this address causes no further fault, because the processor has fetched the instruction from it. */
 static bool is_assertion(uint32_t instruction) {
     return *(const volatile uint16_t *)(uintptr_t)instruction == ASSERTION_INSTRUCTION;
 }
@@ -151,9 +152,9 @@ static struct fault_record record_of(uint32_t code, uint32_t instruction, uint32
     return made;
 }
 
-/* Called by start.S on the stack of the fault's mode. The record is written first: if the code below does not end,
-   the watchdog's reset still has the name of the fault. If a record has not been read yet, the handling of its fault
-   has failed, so the handling is not repeated. */
+/* Called by start.S on the stack of the fault's mode. The record is written first: if the code below does not end, the
+   name of the fault is still known after the watchdog's reset. If a record has not been read yet, the handling of its
+   fault has failed, so the handling is not repeated. */
 void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t state) {
     if (!is_valid(&record)) {
         record = record_of(code, instruction, address, state);

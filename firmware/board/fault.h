@@ -47,7 +47,7 @@ struct kept_settings *fault_kept_settings(void);
 /* Writes the kept settings from the cache, which the next start invalidates, to memory. */
 void fault_keep(void);
 
-/* Makes every write that the bus refuses cause a fault from now on, also a pending one from before. */
+/* From now on every write that the bus refuses causes a fault, including an earlier refusal that is still pending. */
 void fault_bus_errors_on(void);
 
 /* Reports that the program hangs at `instruction`, and handles it like any other fault. It does not return. */

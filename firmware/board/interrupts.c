@@ -30,7 +30,7 @@ static void enable(uint32_t interrupt) {
     register_write(GIC_ICDISER(interrupt / 32U), 1U << (interrupt % 32U));
 }
 
-/* After a fault within an interrupt, that interrupt is still active and would block all others. */
+/* Ends an interrupt during which a fault occurred: it is still active and would block all others. */
 static void finish(uint32_t interrupt) {
     if (register_read(GIC_ICDABR(interrupt / 32U)) & 1U << (interrupt % 32U)) {
         register_write(GIC_ICCEOIR, interrupt);
@@ -41,7 +41,8 @@ void interrupts_fabric_off(void) {
     register_write(GIC_ICDICER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
 }
 
-/* First waits for the main program's writes to reach the core, so that its line is low again. */
+/* Enables the fabric's interrupt after the main program's writes have reached the core, so that the core's line is low
+   again. */
 void interrupts_fabric_on(void) {
     registers_settle();
     register_write(GIC_ICDISER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));

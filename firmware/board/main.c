@@ -167,7 +167,8 @@ static void work(void) {
     uart_send(&upper.output, "", 0);
 }
 
-/* The core raises an alarm of its own if it gets no report for as long as a hang takes. */
+/* Reports to the core that the firmware works. The core raises an alarm of its own if no report comes for
+   WATCHDOG_HANG_S. */
 static void tell_alive(void) {
     const struct application *application = &firmware.application;
     if (application->phase != PHASE_NO_CORE) {
@@ -221,7 +222,7 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     text_word(sink, "arctrue " BOARD_NAME ", help tells the commands\r\n");
 }
 
-/* Must come before the fabric is loaded, which reads the flash as memory. */
+/* Must come before the fabric is loaded, because the loading reads the flash as memory. */
 static void use_flash(void) {
     flash_prepare(&upper.flash, board_registers());
     struct flash_access access = flash_access_to(&upper.flash);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* memcpy() for the compiler's copies of structures: the library's has 1.2 KB, for a speed that is not needed here. */
+/* memcpy() for the compiler's copies of structures. The library's memcpy() has 1.2 KB, because it is made for speed,
+   which is not needed here. */
 
 #include <stddef.h>
 #include <stdint.h>

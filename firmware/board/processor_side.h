@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Settings of the processor side of the TUL PYNQ-Z2 and the Digilent Arty Z7-20, both with an XC7Z020-1. They hold for
-   every board that has no file of its own in boards/. Not tried on a board.
+   every board that has no file of its own in boards/. They were not tried on a board.
 
-   Checked against the makers' own set-ups on github.com, Xilinx/PYNQ,
+   They were checked against the makers' own set-ups on github.com, Xilinx/PYNQ,
    boards/Pynq-Z2/petalinux_bsp/hardware_project/pynqz2.tcl, and Digilent/vivado-boards,
    new/board_files/arty-z7-20/A.0/preset.xml: crystal 50 MHz, processor 650 MHz at the ratio 6:2:1, UART 0 on MIO 14
    (in) and 15 (out) at 3.3 V with its clock at 100 MHz, quad-SPI flash on MIO 1 to 6, configuration port at 200 MHz,

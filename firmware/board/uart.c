@@ -28,7 +28,7 @@ void uart_set_up(struct uart *uart) {
     uart->overruns = 0;
     uart->lost = false;
     register_write(UART_IDR, 0xFFFFFFFFU);
-    /* UG585, 19.3: the baud rate changes while both paths are off, and takes a reset. */
+    /* UG585, 19.3: the baud rate may change only while both paths are off, and it needs a reset of both paths. */
     register_write(UART_CR, CONTROL_DISABLE_PATHS);
     register_write(UART_MR, MODE_8N1);
     register_write(UART_BAUDGEN, DIVISOR);

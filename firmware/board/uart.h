@@ -10,8 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The ring is larger than what arrives during the longest calibration; further characters are lost. A 0 marks the
-   place where characters were lost: no line of text contains it, so no damaged line is taken for another one. */
+/* The ring is larger than what arrives during the longest calibration; further characters are lost. A 0 marks the place
+   where characters were lost. No line of text contains a 0, so a damaged line is never taken for another line. */
 enum { UART_RING = 4096, UART_LOST = 0 };
 
 struct uart {
@@ -19,14 +19,14 @@ struct uart {
     volatile uint32_t taken;
     /* Number of times that characters were lost since the set-up, because FIFO or ring was full. */
     volatile uint32_t overruns;
-    /* The 0 has still to be written. */
+    /* True while the 0 for lost characters is not yet in the ring. */
     bool lost;
     /* Also volatile, so that a character is stored before `written` counts it. */
     volatile uint8_t ring[UART_RING];
 };
 
 /* Sent characters wait in a ring, so that the main program does not wait: the FIFO holds 64 characters, and 115,200
-   baud transmit 11,520 per second. The longest line of telemetry fits into the ring. */
+   baud transmit 11,520 characters per second. The longest line of telemetry fits into the ring. */
 enum { UART_OUTPUT_RING = 4096 };
 
 /* A ring whose members are all 0 is empty. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Two watchdogs. If the main program does not feed for WATCHDOG_HANG_S, the timer's interrupt records the
+/* Two watchdogs. If the main program does not feed the watchdogs for WATCHDOG_HANG_S, the timer's interrupt records the
    instruction at which it hangs and restarts the firmware. If not even interrupts are taken, the processor's own
    watchdog resets the processor after WATCHDOG_S, and nothing else: the fabric, its clock and its reset are not
    affected, and the memory is kept. */

@@ -26,7 +26,7 @@ struct average {
 
 void average_clear(struct average *average);
 
-/* Adds a turn. `keep`: factor by which it reduces the weight of the turns before it, 0 to 1. */
+/* Adds a turn. `keep`: factor, 0 to 1, by which this turn reduces the weight of the earlier turns. */
 void average_add(struct average *average, const struct estimate *turn, double keep);
 
 /* Replaces the turn's own values and covariances by those of the average. */

@@ -18,7 +18,7 @@
 #define STEP_ROUNDING_COUNTS 1.0
 /* A step larger than this multiple of the median is a jump: no table moves two steps in the time of one. */
 #define JUMP_STEPS 2.0
-/* Tolerance of the interval between two samples in the limit of one edge per clock. */
+/* Tolerance of the interval between two samples when the counts are compared with the limit of one edge per clock. */
 #define INTERVAL_TOLERANCE_S 1e-6
 
 #define FLAG(name) ((uint32_t)ARCTRUE_REGISTERS__CAPTURE_HEADER__FLAGS__##name##_bm)

@@ -85,7 +85,7 @@ struct capture_counts capture_counts(const struct capture *capture, uint32_t sam
 void capture_all_counts(const struct capture *capture, uint32_t sample, int64_t counts[HEADS_MOST]);
 
 /* Computes the place of each head, that is the mean of its reading minus head 1's over the first `samples`, 0 <=
-   place < counts_per_rev. False: head 3 or 4 has seen no index, or has a fault. */
+   place < counts_per_rev. Returns false if head 3 or 4 has seen no index or has a fault. */
 bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]);
 
 /* Fills `turn`, or returns the reason why it cannot be used. `most_order`: highest order that will be fitted. */

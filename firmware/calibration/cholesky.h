@@ -13,7 +13,8 @@ static inline uint32_t packed_place(uint32_t row, uint32_t column) {
     return row * (row + 1) / 2 + column;
 }
 
-/* Computes L of A = L L^T. False: a pivot is lost in rounding, so an unknown cannot be separated from the others. */
+/* Computes L of A = L L^T. Returns false if a pivot is lost in rounding: an unknown then cannot be separated from the
+   others. */
 bool cholesky_factor(double *packed, uint32_t size);
 
 /* Solves A x = right with the factor. */

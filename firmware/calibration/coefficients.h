@@ -44,7 +44,7 @@ bool coefficients_lane_is_valid(const struct lane *lane);
 bool coefficients_have(const struct coefficients *coefficients, uint32_t order);
 /* Returns the lane of the order, or NULL if there is none or the order is 0. */
 const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order);
-/* Returns the highest order that has a lane; 0: there is none. */
+/* Returns the highest order that has a lane, or 0 if there is none. */
 uint32_t coefficients_most_order(const struct coefficients *coefficients);
 /* Switches off the lanes of orders above `most`. */
 void coefficients_drop_orders(struct coefficients *coefficients, uint32_t most);

@@ -31,7 +31,7 @@ struct estimate {
     /* Order n has the place n - 1. */
     struct harmonic harmonic[ORDERS_MAX];
     uint32_t orders;
-    /* True: x is the reading of head 1; false: x is its true angle. */
+    /* True if x is the reading of head 1, false if x is the true angle. */
     bool function_of_reading;
     uint32_t samples;
     uint32_t iterations;
@@ -40,8 +40,8 @@ struct estimate {
     double u_measured_separation_rad;
     enum separation_choice separation_choice;
     double residual_rms_arcsec;
-    /* Standard deviation of the noise of head 2 minus head 1; and power of the residual near the orders over its
-       mean power. */
+    /* `noise_arcsec`: standard deviation of the noise of head 2 minus head 1. `colour`: ratio of the residual's power
+       near the orders to its mean power. */
     double noise_arcsec;
     double colour;
 };
@@ -52,7 +52,7 @@ struct calibration_settings {
     /* Standard uncertainty of a constant difference between the places where the heads detect the mark. It is fully
        contained in a measured separation, and no capture shows it. */
     double index_detection_arcsec;
-    /* The orders 1 to this one are fitted; at most ORDERS_MAX. */
+    /* Highest fitted order, at most ORDERS_MAX; the fit begins at order 1. */
     uint32_t orders;
 };
 

@@ -23,7 +23,7 @@ static double difference_arcsec(const void *context, uint32_t sample) {
 
 struct means {
     double difference_counts;
-    /* True angle of the first sample if the steps are equal, because the error then has no mean over them. */
+    /* True angle of the first sample, computed from the fact that the mean error over equal steps is 0. */
     double start_rad;
 };
 

@@ -38,11 +38,13 @@ struct further_workspace {
     double most_step;
 };
 
-/* Sums over the turn for the orders of `set` that `estimate`, a function of the reading, does not contain. */
+/* Computes the sums over the turn for the orders of `set` that `estimate`, a function of the reading, does not
+   contain. */
 void further_orders_look(struct further_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, const struct coefficients *set);
 
-/* Returns the shift of head 2's readings that is due to using another separation than the measured one. */
+/* Returns the shift of head 2's readings that results because `estimate` uses another separation than the measured
+   one. */
 double further_orders_shift_rad(const struct estimate *estimate);
 
 /* Returns the turn's result for one of these orders. If the readings cannot separate the errors of the two heads,

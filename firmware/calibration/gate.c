@@ -19,11 +19,12 @@ static double apart_squared(const struct harmonic *harmonic, struct vector appli
     return vector_square(apart);
 }
 
-/* Returns the expected square of the error that the coefficients a leave of an order whose estimate is x.
+/* Returns the expected square of the error that remains at an order with the coefficients a and the estimate x.
 
-   If a was not made from x, |x - a|^2 exceeds this on average by the noise of x. If it was, the noise of x is part
-   of the error, in addition to the quantisation. An error of the separation changes x and a equally: it cancels in x
-   - a and remains as an error. If nothing is applied, it makes |x|^2 too large. */
+   If a was not made from x, the mean of |x - a|^2 exceeds this square by the noise of x. If a was made from x, the
+   noise of x is part of the error, in addition to the quantisation. An error of the separation changes x and a equally:
+   it cancels in x - a and remains as an error. If no coefficients are applied, the error of the separation makes |x|^2
+   too large. */
 static double expected_square(const struct harmonic *harmonic, struct vector applied,
                               bool made_of_estimate) {
     double noise = harmonic->variance_cosine + harmonic->variance_sine;

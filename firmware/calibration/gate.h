@@ -26,7 +26,7 @@ struct gate_prediction gate_predict(const struct estimate *estimate,
 
 enum refusal gate_judge(const struct gate_prediction *prediction);
 
-/* `usual_arcsec`: noise of the earlier turns; 0: there is none. */
+/* `usual_arcsec`: noise of the earlier turns; 0: there is no earlier turn. */
 enum refusal gate_judge_noise(double noise_arcsec, double usual_arcsec, double limit);
 
 #endif

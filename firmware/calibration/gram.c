@@ -102,7 +102,7 @@ static void place_pair(const struct gram_sums *sums, const struct gram_layout *l
     struct vector conjugated = products(sums, n, -m);
     packed[packed_place(i, j)] = 0.5 * (plain.re + conjugated.re);
     packed[packed_place(i + number, j + number)] = 0.5 * (conjugated.re - plain.re);
-    /* First sine of n with cosine of m, then cosine of n with sine of m. */
+    /* The first element is the sine of n with the cosine of m, the second the cosine of n with the sine of m. */
     packed[packed_place(i + number, j)] = 0.5 * (plain.im + conjugated.im);
     packed[packed_place(j + number, i)] = 0.5 * (plain.im - conjugated.im);
 }

@@ -10,8 +10,8 @@
 
 #define WEIGHT_ONE ((double)(1 << ARCTRUE_COSINE_FRACTION))
 #define WEIGHT_LIMIT (1 << (ARCTRUE_COSINE_WIDTH - 1))
-/* Least length of the parity vector, whose elements are four triangles of heads, with which the places count as
-   different. */
+/* Least length of the parity vector for which the places count as different; its elements are the areas of four
+   triangles of heads. */
 #define LEAST_PARITY 1e-6
 /* An order with a larger gain counts as not seen. */
 #define UNSEEN_GAIN 1e3
@@ -30,7 +30,7 @@ static double triangle(struct vector a, struct vector b, struct vector c) {
     return ab.re * ac.im - ac.re * ab.im;
 }
 
-/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the triangle
+/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the triangle area
    of the other three heads. */
 static bool parity_of(const struct heads_geometry *geometry, double parity[HEADS_MOST]) {
     struct vector sight[HEADS_MOST];

@@ -34,18 +34,19 @@ struct heads_geometry {
 /* Returns rho_i e^{jp_i}, the sensitivity of head i to a motion of the axis. */
 struct vector heads_sight(const struct heads_geometry *geometry, uint32_t head);
 
-/* Computes orthonormal combinations of readings with sum 0. With four heads: the parity, which is the only
-   combination that also contains no motion of the axis. With two or three heads: all of these combinations. Returns
-   their number; 0: two heads stand at one place. */
+/* Computes orthonormal combinations of readings with sum 0. With four heads this is the parity, the only combination
+   that also contains no motion of the axis. With two or three heads these are all combinations with sum 0. Returns
+   their number; 0 if two heads stand at one place. */
 uint32_t heads_combinations(const struct heads_geometry *geometry,
                             double combination[COMBINATIONS_MOST][HEADS_MOST]);
 
-/* Returns the noise of the disc's order n in these combinations over the noise of one head; INFINITY: not seen. */
+/* Returns the noise of the disc's order n in these combinations over the noise of one head; INFINITY if they do not
+   show this order. */
 double heads_gain(const struct heads_geometry *geometry, uint32_t order);
 
 /* Computes the weights with the least noise as s1.16 words whose sum is exactly 1, for the heads whose bits are set in
-   `used`, at least three; the others get 0. False: no weights suppress the motion of the axis, their noise exceeds
-   MEAN_NOISE_LIMIT, or one does not fit. */
+   `used`, at least three; the others get 0. Returns false if no weights suppress the motion of the axis, if their noise
+   exceeds MEAN_NOISE_LIMIT, or if a weight does not fit into its word. */
 bool heads_weights(const struct heads_geometry *geometry, uint32_t used,
                    int32_t weight[HEADS_MOST]);
 

@@ -10,9 +10,9 @@
 #include "noise.h"
 #include "units.h"
 
-/* Limit of the passes over the turn; usual are 4 to 6. A pass over 12,000 samples with 40 orders and four heads
-   takes an estimated 34 million instructions, or 0.1 s at two cycles each. Nine passes last less than half of the 2 s
-   after which the watchdog regards the firmware as hung. */
+/* Limit of the passes over the turn; a usual turn needs 4 to 6. A pass over 12,000 samples with 40 orders and four
+   heads takes an estimated 34 million instructions, or 0.1 s at two cycles each. Nine passes last less than half of the
+   2 s after which the watchdog regards the firmware as hung. */
 enum { PASSES_MOST = 32 };
 #define WORK_MOST (9U * 4U * 12000U * 40U)
 /* The normal matrix uses every k-th sample, at least this many per order: 32 per wave of the highest sum of two
@@ -82,7 +82,7 @@ static enum refusal align(struct fit *fit) {
     return NOT_REFUSED;
 }
 
-/* Prior value of d_i from the mounting, which states p_i - a_i, and from the index, which states 0; arcsec. */
+/* Returns the prior value of d_i, arcsec: a mean of p_i - a_i from the mounting and of 0 from the index. */
 static double late_beforehand(const struct fit *fit, uint32_t head) {
     double mounting = precision(fit->settings->u_place_arcsec);
     double index = precision(fit->settings->u_index_arcsec);
@@ -243,7 +243,7 @@ static void add_density(const struct fit *fit, struct vector unit1) {
     }
 }
 
-/* Separates the sums of the residuals into their mean and their line at order 1. Both must be solved together,
+/* Separates the sums of the residuals into their mean and their line at order 1. Mean and line must be solved together,
    because samples at an uneven speed are not evenly spaced. */
 static enum refusal separate_lines(const struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
@@ -329,7 +329,7 @@ static struct vector line_of(const struct fit *fit, uint32_t head, uint32_t unkn
         return (struct vector){0.0, 0.0};
     }
     struct vector seen = vector_product(sight, disc);
-    /* The derivative of the backward circle is neglected: it is a hundredth of the disc's. */
+    /* The derivative of the backward circle is neglected: it is a hundredth of that of the disc's error. */
     return late ? vector_scaled((struct vector){-seen.im, seen.re}, 1.0 / ARCSEC_PER_RAD)
                 : vector_scaled(seen, 1.0 / fit->geometry->ratio[head]);
 }

@@ -37,7 +37,7 @@ struct heads_settings {
     double u_place_arcsec;
     double u_index_arcsec;
     double u_radius;
-    /* The orders 1 to this one are fitted; at most ORDERS_MAX. */
+    /* Highest fitted order, at most ORDERS_MAX; the fit begins at order 1. */
     uint32_t orders;
 };
 
@@ -49,7 +49,8 @@ struct heads_found {
     /* RMS of each head's reading minus the mean of all heads, after subtraction of the disc's error. */
     double residual_arcsec[HEADS_MOST];
     /* Four heads: radius of the circular motions of the axis by order, in the direction of the table and against it,
-       arcsec at the disc. The forward circle of order 1 is an eccentric disc and is 0 here. */
+       arcsec at the disc. The forward circle of order 1 cannot be distinguished from an eccentric disc and is 0
+       here. */
     double forward_arcsec[CIRCLE_ORDERS];
     double backward_arcsec[CIRCLE_ORDERS];
 };
@@ -83,7 +84,7 @@ struct heads_workspace {
     double of_places[PLACE_UNKNOWNS * (PLACE_UNKNOWNS + 1) / 2];
     struct vector columns[COMBINATIONS_MOST][ORDERS_MAX];
     struct lines lines;
-    /* Sums over a pass: of each head's residual minus head 1's, times e^{-jkR1}; of this residual alone; of squares. */
+    /* Sums over a pass, where x is a head's residual minus head 1's: x times e^{-jkR1}; x alone; and squares. */
     struct vector line[CIRCLE_ORDERS][HEADS_MOST];
     double sum[HEADS_MOST];
     double head_squares[HEADS_MOST];
@@ -98,8 +99,7 @@ enum refusal heads_estimate(struct heads_workspace *workspace, const struct capt
                             struct heads_found *found, struct estimate *estimate);
 
 /* Converts an estimate of the disc into one of the error of the mean `set` as a function of head 1's reading, and
-   sets the constant part of the error in `set`. The uncertainty of places and radii takes the place of the
-   separation's. */
+   sets the constant part of the error in `set`. The uncertainty of places and radii replaces that of the separation. */
 void heads_estimate_of_mean(struct heads_workspace *workspace, const struct heads_found *found,
                             uint32_t counts_per_rev, struct mean_set *set,
                             struct estimate *estimate);

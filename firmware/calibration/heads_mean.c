@@ -54,7 +54,7 @@ static double error_of_mean(const void *context, uint32_t sample) {
         }
         double nominal = angle + error->place_turns[head];
         double under = 0.0;
-        /* Each round multiplies the error of y by the slope of g, below 0.01. */
+        /* Each round multiplies the error of y by the slope of g, which is below 0.01. */
         for (uint32_t round = 0; round < ROUNDS; round++) {
             under = error_under(error, head, nominal + under / ARCSEC_PER_TURN);
         }

@@ -15,8 +15,8 @@
 #define CONVERGED_ARCSEC 1e-4
 /* Limit of the passes over the turn in all rounds together: one to build the matrix of each round, and one per
    refinement. A usual fit takes 3 to 6. A pass over 12,000 samples with 40 orders takes 23 million instructions
-   (counted in QEMU), 70 ms at two cycles each. 14 of them end within half of the 2 s after which the watchdog
-   regards the firmware as hung. */
+   (counted in QEMU), 70 ms at two cycles each. 14 passes end within half of the 2 s after which the watchdog regards
+   the firmware as hung. */
 enum { PASSES_MOST = 64 };
 #define WORK_MOST (14U * 12000U * 40U)
 /* The refinements end when a step is below this share of the largest value. */

@@ -8,7 +8,7 @@
 #include "units.h"
 #include "vector.h"
 
-/* Standard deviation of a turn's share of order by which a line slips. */
+/* Standard deviation of the slip of a line in one turn, divided by the line's order; turns. */
 #define SLIP 0.001
 /* Standard deviation of K before the first turn, which is far larger than any error of a table. */
 #define START_ARCSEC 1e4
@@ -19,7 +19,7 @@
 #define LARGEST_SHARE 0.125
 #define TURN_STEPS ((double)(1ULL << 48))
 
-/* Two turns determine K and c. */
+/* LEAST_TURNS is the number of turns before a phase counts as known; two turns determine K and c. */
 enum { LEAST_TURNS = 4, RE_K = 0, RE_C = 2, IM_C = 3 };
 
 /* Sums over the samples of one turn of the core: shares, and shares times e^{-2 j nu theta}. */
@@ -125,7 +125,7 @@ void line_finder_add(struct line_finder *finder, const struct line_sought *line,
     forward = vector_scaled(vector_product(forward, seen), 0.5);
     backward = vector_scaled(vector_product(backward, vector_conjugate(seen)), 0.5);
     double variance = 0.5 * noise_arcsec * noise_arcsec / turn->samples;
-    /* j times forward minus backward. */
+    /* The column of Im c is j (forward - backward). */
     const double real[LINE_STATES] = {1.0, 0.0, forward.re + backward.re, backward.im - forward.im};
     const double imaginary[LINE_STATES] = {0.0, 1.0, forward.im + backward.im,
                                            forward.re - backward.re};

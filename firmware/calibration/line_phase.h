@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Finds the phase of a line of no whole order from turn to turn, from the difference of two heads.
+/* Finds the phase of a line whose order is not whole from turn to turn, from the difference of two heads.
 
-   The error of head 1 has a line Re(c e^{j nu Theta}), Theta counted over the turns. Fixed to the disc, it appears in
-   head 2 minus head 1 as Re(c g e^{j nu Theta}) with g = e^{j nu alpha} - 1. The sum S of the difference times
-   e^{-j nu theta} over a turn, theta within the turn, has the same value K for whole orders in every turn:
-   S = K + (c g A + c* g* B)/2 with sums A of e^{j nu (Theta - theta)} and B of e^{-j nu (Theta + theta)}. A Kalman
-   filter follows K and c; c takes a random walk, because the line slips. sim/arctrue/calibration/line_phase.py is the
-   same in numpy. */
+   The error of head 1 has a line Re(c e^{j nu Theta}), with Theta counted over the turns. If the line is fixed to the
+   disc, it appears in head 2 minus head 1 as Re(c g e^{j nu Theta}) with g = e^{j nu alpha} - 1. The sum S of the
+   difference times e^{-j nu theta} over a turn, theta within the turn, has the same value K for whole orders in every
+   turn: S = K + (c g A + c* g* B)/2 with sums A of e^{j nu (Theta - theta)} and B of e^{-j nu (Theta + theta)}. A
+   Kalman filter follows K and c; c takes a random walk, because the line slips. sim/arctrue/calibration/line_phase.py
+   contains the same calculation in numpy. */
 
 #ifndef ARCTRUE_LINE_PHASE_H
 #define ARCTRUE_LINE_PHASE_H

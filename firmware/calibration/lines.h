@@ -29,7 +29,7 @@ void lines_transform(struct lines *lines, uint32_t number, const struct unit_cir
 uint32_t lines_wanted(uint32_t orders, uint32_t samples);
 
 /* Returns the mean power |X|^2/K of the lines next to the fitted orders, NOISE_LINES of them if there are so many.
-   Lines of fitted orders are left out because they do not show the noise. 0: there are none. */
+   Lines of fitted orders are left out because they do not show the noise. Returns 0 if there are no such lines. */
 double lines_noise_power(const struct lines *lines, const struct estimate *estimate,
                          uint32_t samples);
 

@@ -9,7 +9,7 @@
 
 /* Largest motion of the axis, as an angle on the paper's radius of the disc: 5 um on 53.975 mm. */
 #define AXIS_LIMIT_RAD (5e-3 / 53.975)
-/* Standard uncertainty of a change of an offset, and its multiple that the RMS of unexplained changes may reach. */
+/* Standard uncertainty of a change of an offset; and the largest RMS of unexplained changes, as a multiple of it. */
 #define U_CHANGE_RAD (0.1 / ARCSEC_PER_RAD)
 #define UNEXPLAINED_MOST 4.0
 
@@ -59,7 +59,7 @@ struct moved_head moved_head_find(const struct heads_geometry *geometry,
         change[head] = wrapped(apart);
         unexplained += parity[0][head] * change[head];
     }
-    /* The RMS over the heads of the changes that zero and axis do not explain. */
+    /* The left side is the RMS over the heads of the changes that neither the zero nor the axis explains. */
     if (fabs(unexplained) / sqrt((double)HEADS_MOST) <= UNEXPLAINED_MOST * U_CHANGE_RAD) {
         return found;
     }

@@ -14,7 +14,7 @@ enum refusal {
     REFUSED_ILLEGAL_TRANSITION,
     REFUSED_EDGE_SPACING,
     REFUSED_BANK_FULL,
-    /* Reasons in its samples. */
+    /* Reasons in the samples of the capture. */
     REFUSED_STANDS_STILL,
     REFUSED_SHORT_OF_A_TURN,
     REFUSED_MORE_THAN_A_TURN,

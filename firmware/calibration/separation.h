@@ -4,7 +4,7 @@
 
    The mean of head 2 minus head 1 over uniform true angle is the true separation. Its uncertainty comes from the
    repeatability of both indices, one count each, and from the difference between the places where the heads detect
-   the mark (10 um at the disc are 38 arcsec). If an index is a wrong one, the value is far from nominal. */
+   the mark (10 um at the disc are 38 arcsec). If an index pulse is false, the value is far from nominal. */
 
 #ifndef ARCTRUE_SEPARATION_H
 #define ARCTRUE_SEPARATION_H

@@ -9,9 +9,9 @@
 
 enum sight_state {
     SIGHT_CLEAR,
-    /* This turn cannot show it: its samples cannot separate the order from others. */
+    /* This turn cannot show the order: its samples cannot separate it from other orders. */
     SIGHT_BLURRED,
-    /* No turn can show it: the order is the same under both heads. */
+    /* No turn can show the order, because it is the same under both heads. */
     SIGHT_UNSEEN,
 };
 

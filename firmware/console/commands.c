@@ -303,7 +303,7 @@ static void show(struct console *console, char *const *words, uint32_t number) {
     }
 }
 
-/* False, after an error message, if the word is neither on nor off. */
+/* Reads `on` or `off`. Prints an error message and returns false if the word is neither. */
 static bool read_switch(struct console *console, const char *word, bool *on) {
     *on = text_equal(word, "on");
     if (!*on && !text_equal(word, "off")) {

@@ -67,7 +67,8 @@ void console_receive(struct console *console, uint8_t character) {
     }
 }
 
-/* The next line that is printed contains the alarms of a line that was left out. */
+/* Prints the latest turn if the port has room. The next line that is printed contains the alarms of a line that was
+   left out. */
 static void tell_turn(struct console *console) {
     uint32_t alarms = console->application->report.alarms | console->unsent_alarms;
     bool sent = telemetry_turn(&console->sink, console->application, alarms);

@@ -50,7 +50,7 @@ struct console {
 void console_prepare(struct console *console, struct application *application,
                      const struct text_sink *sink);
 
-/* Accepts one character from the port; 0 if the port lost some. */
+/* Accepts one character from the port; `character` is 0 if the port lost characters. */
 void console_receive(struct console *console, uint8_t character);
 
 /* Prints output without a command: telemetry, and a part of a dump. */

@@ -15,7 +15,7 @@ enum {
     PARITY_DECIMALS = 3,
     LIST_DECIMALS = 6
 };
-/* s19.11 value of one count. */
+/* One count as an s19.11 word. */
 #define PARITY_ONE 2048.0
 
 static void key(const struct text_sink *sink, const char *name) {
@@ -155,8 +155,8 @@ static void estimate_part(const struct text_sink *sink, const struct application
          estimate->separation_choice == SEPARATION_MEASURED ? "measured" : "nominal");
     fixed(sink, "residual_arcsec", estimate->residual_rms_arcsec);
     fixed(sink, "noise_arcsec", estimate->noise_arcsec);
-    /* The estimate is of head 1 or of the device's own mean; it does not show the error that a loaded mean leaves.
-       */
+    /* The estimate is of head 1 or of the device's own mean; it does not show the remaining error
+       of a loaded mean. */
     const struct coefficients *active = state_active(application);
     if (active == NULL || active->mean.heads == 0 || application->found.geometry.heads != 0) {
         fixed(sink, "active_arcsec", application->report.prediction.active_arcsec);
@@ -222,8 +222,8 @@ static void list(const struct text_sink *sink, const char *name, const double *v
     text_word(sink, "]");
 }
 
-/* Prints what the turn says about the heads and the axis if the device calibrates the mean; otherwise the reason why
-   it does not. */
+/* Prints the turn's results for the heads and the axis if the device calibrates the mean; otherwise the reason why it
+   does not calibrate the mean. */
 static void found_part(const struct text_sink *sink, const struct application *application) {
     const struct heads_found *found = &application->found;
     double place_deg[HEADS_MOST];
@@ -266,7 +266,8 @@ static void mean_part(const struct text_sink *sink, const struct application *ap
     }
 }
 
-/* Prints what the failover does, which also refused turns need: a head that failed may refuse them all. */
+/* Prints the state of the failover. This part is printed for refused turns too, because a failed head may cause the
+   refusal of every turn. */
 static void failover_part(const struct text_sink *sink, const struct application *application,
                           const struct core_failover *state) {
     left_out_part(sink, state->left_out);

@@ -11,8 +11,8 @@
 #define MOST_CELSIUS 150.0
 #define CODE_SHIFT 4U
 #define CODE_MASK 0xFFFU
-/* Enables the port, with commands and answers at the clock edges that UG585 states, a clock of a quarter of the
-   bus's (at most 50 MHz), and a gap of 20 clocks between commands. */
+/* Enables the port, with commands and answers at the clock edges that UG585 states, a clock at a quarter of the bus
+   clock (at most 50 MHz), and a gap of 20 clocks between commands. */
 #define PORT_SETTINGS 0x80001114U
 #define COMMAND_READ_TEMPERATURE 0x04000000U
 #define COMMAND_NOTHING 0x00000000U

@@ -14,7 +14,7 @@
 #include "register_access.h"
 
 enum fabric_state {
-    /* Before the loading, then its steps. */
+    /* State before the loading, then the steps of the loading. */
     FABRIC_FIND,
     FABRIC_CHECK,
     FABRIC_PROGRAM_HIGH,
@@ -57,7 +57,7 @@ struct fabric {
 
 void fabric_prepare(struct fabric *fabric, const struct register_access *access);
 
-/* Does one piece of work, at most some ten milliseconds. True: there is more to do. */
+/* Does one piece of work, at most some ten milliseconds. Returns true if there is more to do. */
 bool fabric_step(struct fabric *fabric);
 
 /* Checks, after a refusal, whether the fabric was configured by JTAG meanwhile. */

@@ -15,7 +15,8 @@
 #define COMMAND_ID 0x9FU
 #define COMMAND_ERASE_SECTOR 0xD8U
 #define STATUS_AT_WORK 0x01U
-/* Error flags of a Spansion flash after an erase or a programming; it stays busy until they are cleared. */
+/* Error flags of a Spansion flash after an erase or a programming; the flash stays busy until these flags are
+   cleared. */
 #define STATUS_WENT_WRONG 0x60U
 /* A word takes 1.3 us at 25 MHz. */
 #define WORD_TIMEOUT_US 1000U
@@ -164,7 +165,7 @@ uint32_t flash_open(void *context) {
     flash->id = 0;
     flash->sector_bytes = 0;
     select(flash, true);
-    /* The first byte is the command's, the others are those of the ID. */
+    /* The first byte was received during the command; the others are the ID. */
     bool answers =
         exchange(flash, QSPI_TXD0, COMMAND_ID, &id[0]) && exchange(flash, QSPI_TXD0, 0, &id[1]);
     select(flash, false);

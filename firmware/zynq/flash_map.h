@@ -5,8 +5,9 @@
 #ifndef ARCTRUE_FLASH_MAP_H
 #define ARCTRUE_FLASH_MAP_H
 
-/* The boot image that can be updated is at the beginning; the golden image, which stays, follows it. The boot ROM
-   searches an image every 32 KB. Each has 256 KB, the largest sector size of the known flashes. */
+/* The boot image that can be updated is at the beginning; the golden image, which is never written again once it is
+   whole, follows it. The boot ROM searches for an image every 32 KB. Each has 256 KB, the largest sector size of the
+   known flashes. */
 #define FLASH_MAP_GOLDEN 0x00040000U
 #define FLASH_MAP_GOLDEN_BYTES 0x00040000U
 /* The bitstream follows both images; see fabric_image.h. */

@@ -20,8 +20,8 @@ enum { I2C_BYTES_MOST = 16 };
 /* Frees the bus and enables the controller at 100 kHz or a little less; `bus_hz` is the clock of the controller. */
 void i2c_prepare(const struct register_access *access, uint32_t bus_hz);
 
-/* Writes to, or reads from, a device with a 7-bit address. False: no device answers, or the bus is stuck and was
-   freed as far as possible. It takes 5.2 ms at most. */
+/* Writes to, or reads from, a device with a 7-bit address. Returns false if no device answers, or if the bus is stuck
+   and was freed as far as possible. It takes 5.2 ms at most. */
 bool i2c_write(const struct register_access *access, uint32_t device, const uint8_t *bytes,
                uint32_t number);
 bool i2c_read(const struct register_access *access, uint32_t device, uint8_t *bytes,

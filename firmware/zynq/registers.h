@@ -42,8 +42,8 @@
 #define DEVCFG_MULTIBOOT_ADDR 0xF800702CU
 #define DEVCFG_MULTIBOOT_PLACES 0x1FFFU
 #define DEVCFG_MULTIBOOT_BYTES 0x8000U
-/* Survives every reset except that of power-on. The boot ROM uses the lower half and, after a failed boot, the four
-   upper bits. */
+/* This register survives every reset except that of power-on. The boot ROM uses the lower half and, after a failed
+   boot, the four upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
 #define SLCR_REBOOT_WATCHDOG 0x00030000U
 #define SLCR_REBOOT_KEPT 0x0F000000U
@@ -110,7 +110,7 @@
 #define QSPI_CONFIG_MANUAL_START 0x00008000U
 #define QSPI_CONFIG_MANUAL_SELECT 0x00004000U
 #define QSPI_CONFIG_NOT_SELECTED 0x00000400U
-/* Reserved in this controller; in the one from which it was derived, the select lines of three more flashes. */
+/* Reserved in this controller; these bits select three more flashes in the controller from which it was derived. */
 #define QSPI_CONFIG_OTHERS_NOT_SELECTED 0x00003800U
 #define QSPI_CONFIG_OTHER_CLOCK 0x00000100U
 #define QSPI_CONFIG_WORDS 0x000000C0U
@@ -141,7 +141,7 @@
 #define I2C_HAPPENED_ALL 0x02FFU
 #define I2C_HAPPENED_DONE 0x0001U
 #define I2C_HAPPENED_NO_ACKNOWLEDGE 0x0004U
-/* No acknowledge, time-out, queues beyond their ends, another master. */
+/* No acknowledge, time-out, overflow or underflow of a queue, bus lost to another master. */
 #define I2C_HAPPENED_ERRORS 0x02ECU
 
 /* General-purpose pins that leave through the fabric, bank 2: output values, input values, direction (1: out),
@@ -183,7 +183,7 @@
 #define GIC_ICDABR(word) (0xF8F01300U + 4U * (word))
 #define GIC_ICDIPR(interrupt) (0xF8F01400U + (interrupt))
 #define GIC_ICDIPTR(interrupt) (0xF8F01800U + (interrupt))
-/* Two bits per interrupt; the upper bit selects an edge. */
+/* Two bits per interrupt; the upper bit makes the interrupt edge sensitive. */
 #define GIC_ICDICFR(interrupt) (0xF8F01C00U + 4U * ((interrupt) / 16U))
 #define GIC_ICDICFR_EDGE(interrupt) (2U << 2U * ((interrupt) % 16U))
 /* 96 interrupts in words of 32. */

@@ -20,11 +20,11 @@ struct thermometer {
 
 const char *thermometer_name(enum thermometer_kind kind);
 
-/* Searches for one at the addresses 0x48 to 0x4B; the bus must be prepared. */
+/* Searches for a thermometer at the addresses 0x48 to 0x4B; the bus must be prepared. */
 void thermometer_find(struct thermometer *thermometer, const struct register_access *access);
 
-/* Reads the temperature; the context is a struct thermometer. One that does not answer is searched again, because it
-   has lost its settings if it has lost its supply. */
+/* Reads the temperature; the context is a struct thermometer. A thermometer that does not answer is searched again,
+   because it loses its settings with its supply. */
 bool thermometer_read(void *context, double *celsius);
 
 #endif

@@ -3,7 +3,7 @@
 -- # amplitude_sweep
 --
 -- Multiplies the amplitude of each lane by its modulator and writes the effective amplitude, for all lanes of both banks one
--- after the other with one multiplier. The nominal amplitudes of both banks and the choice of the modulator are kept here.
+-- after the other with one multiplier. It stores the nominal amplitudes of both banks and the choice of the modulator.
 --
 -- **Sweep.** `sweep_step` counts 0 to SWEEP_CLOCKS - 1 again and again. Steps 0 to 127 belong to the lanes of bank 0
 -- and then to those of bank 1; lanes that are not built write nothing. The last step latches the modulators for the
@@ -16,8 +16,8 @@
 --
 -- **Number formats.** amplitudes s13.11 counts; modulators s1.16, of magnitude 1 at most.
 --
--- **Rounding.** Once, half up, to s13.11: a modulator of 1 does not change the amplitude. -8192 counts times -1 becomes
--- the largest amplitude.
+-- **Rounding.** Each product is rounded once, half up, to s13.11: a modulator of 1 does not change the amplitude. -8192
+-- counts times -1 becomes the largest amplitude.
 --
 -- **Reset.** None: the sweeps continue. At power-up every word is 0.
 
@@ -98,7 +98,7 @@ begin
 
   multiply : process (clock) is
 
-    -- Registers; the number is that of the clock after sweep_step in which they are valid.
+    -- Registers; the number in a name is the number of clocks from sweep_step until the register is valid.
     variable step_1_to_4 : steps_then                                      := (others => (others => '0'));
     variable amplitude_2 : amplitude                                       := (others => '0');
     variable modulator_2 : modulator                                       := (others => '0');

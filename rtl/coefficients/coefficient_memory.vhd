@@ -13,24 +13,24 @@
 -- the offset, a constant added to the correction. Only the bits of the format are stored; the
 -- read-back shows what is stored.
 --
--- **One bank for one angle.** An angle meets its phase step on entering the pipeline, its phase
--- offset PHASE_OFFSET_DELAY clocks later, its amplitude AMPLITUDE_DELAY clocks later and the
--- offset OFFSET_DELAY clocks later. Each part changes its bank with exactly that delay, so
--- that every angle meets the coefficients of one bank. `swap_marker` is high in the clock of the
--- first angle that meets the new bank: the clock after a `swap` that need not wait.
+-- **One bank for one angle.** An angle meets its phase step when it enters the pipeline, its phase offset
+-- PHASE_OFFSET_DELAY clocks later, its amplitude AMPLITUDE_DELAY clocks later and the offset OFFSET_DELAY clocks later.
+-- Each part changes its bank with exactly that delay, so that every angle meets the coefficients of one bank.
+-- `swap_marker` is high in the clock of the first angle that meets the new bank: the clock after a `swap` that need not
+-- wait.
 --
--- **Folding.** FOLD lanes share one pipeline, and each output carries the words of LANES / FOLD neighbouring lanes,
--- a block, at a time. The phase steps are those of block s in the clock in which `slot` is s; the phase offsets and
--- amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. It holds
--- `swap_allowed` high in the clock before each new angle only; a swap waits for it, and swaps that wait together
+-- **Folding.** FOLD lanes share one pipeline, and in each clock an output carries the words of one block, that is of
+-- LANES / FOLD neighbouring lanes. The phase steps are those of block s in the clock in which `slot` is s; the phase
+-- offsets and amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. It
+-- holds `swap_allowed` high in the clock before each new angle only; a swap waits for it, and swaps that wait together
 -- count as one.
 --
 -- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the
--- write is finished with the pulse of `write_acknowledge`, 3 clocks later or, while a swap waits or the idle bank is
--- being filled, when that has ended: at most the largest delay + 4 * LANES + 5 clocks after the swap took place. Start
--- no other write before. A swap takes over all acknowledged writes and no part of a pending one.
--- `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
--- allowed at any time and waits until then, and for the end of a write that is under way.
+-- write is finished with the pulse of `write_acknowledge`, which comes 3 clocks later. While a swap waits or the idle
+-- bank is being filled, the write waits too: at most until the largest delay + 4 * LANES + 5 clocks after the swap took
+-- place. Start no other write before the acknowledge. A swap takes over all acknowledged writes and no part of a
+-- pending one. `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
+-- allowed at any time; it waits until then, and until a write in progress has ended.
 --
 -- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.
 --
@@ -38,13 +38,13 @@
 -- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
 --
 -- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose the modulator of the lane's amplitude
--- (amplitude_sweep): `amplitudes` are the effective amplitudes, read-back and fill have the nominal ones. A swap waits
--- further until a whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS clocks at the most.
+-- (amplitude_sweep): `amplitudes` are the effective amplitudes, read-back and fill have the nominal ones. A swap also
+-- waits until a whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS clocks at the most.
 --
 -- **Real orders.** With REAL_ORDERS a lane also has a turn step, written with `write_turn_step`:
--- `write_address` = lane * 2 + word; word 0 bits 31..0, word 1 bits 47..32; `read_turn_step` reads them. The phase
--- offsets are those that turn_offset_sweep has prepared for the turn that `turn_select` states, a clock after the angle
--- (turn_counter). A swap waits further until a whole sweep has followed the last write or the fill, 36 · LANES + 12
+-- `write_address` = lane * 2 + word; word 0 bits 31..0, word 1 bits 47..32; `read_turn_step` reads them.
+-- turn_offset_sweep prepares the phase offsets of several turns; `turn_select` selects the turn a clock after the angle
+-- (turn_counter). A swap also waits until a whole sweep has followed the last write or the fill, 36 · LANES + 12
 -- clocks, and the turn steps add 18 · LANES clocks to the fill.
 --
 -- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. It keeps both banks and
@@ -171,7 +171,8 @@ architecture rtl of coefficient_memory is
   signal fill_stored    : word         := (others => '0');
   signal fill_word      : word         := (others => '0');
 
-  -- No swap takes effect, and the idle bank is filled, except for a word that is written now.
+  -- High while no swap takes effect and every word of the idle bank is filled, except a word that is written in this
+  -- clock.
   signal is_quiet : std_ulogic := '1';
 
   -- The word that is written into the idle bank, with one bit for each kind of word of each built lane

@@ -4,15 +4,15 @@
 --
 -- Prepares the phase offsets of lanes of a real order n: within a turn a lane's phase is Φ + n·θ, and from turn to turn
 -- it advances by the fraction ν of n. The offset of turn m is Φ + frac(m·ν); one multiplier computes it for the turns
--- m - 1, m and m + 1 of all lanes of both banks, one after the other, again and again. The turn steps ν and the offsets
--- Φ of both banks are kept here. A lane with ν = 0, of a whole order, has the offset Φ in every turn.
+-- m - 1, m and m + 1 of all lanes of both banks, one after the other, in an endless sweep. The entity stores the turn
+-- steps ν and the offsets Φ of both banks. A lane with ν = 0, of a whole order, has the offset Φ in every turn.
 --
 -- **Turns.** An offset is written to the place m modulo 4 of its lane. A sweep takes 18 · LANES clocks and holds the turn of its
--- start as m, so that it writes three neighbours also if the angle moves meanwhile. While the angle crosses a wrap to
--- and fro, their offsets do not change. After a wrap the next turn's are complete within two sweeps, when 36 · LANES +
--- 12 clocks have passed since its angle. Before the next wrap in the same direction the angle moves at least half a
--- turn, even if the zero moves, and at most one count per clock: so 72 · LANES + 48 counts a turn are enough at every
--- speed.
+-- start as m, so that it writes the offsets of three neighbouring turns even if the angle moves meanwhile. While the
+-- angle crosses a wrap back and forth, these offsets do not change. After a wrap the offsets of the next turn are
+-- complete within two sweeps, 36 · LANES + 12 clocks after the first angle behind the wrap. Before the next wrap in the
+-- same direction the angle moves at least half a turn, even if the zero moves, and at most one count per clock: so 72 ·
+-- LANES + 48 counts a turn are enough at every speed.
 --
 -- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads
 -- (FAILOVER) hold no turn steps: the lanes of a set keep those of the idle bank.
@@ -22,7 +22,7 @@
 --
 -- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of
 -- the idle bank are complete. After a swap, `take_over` starts the copy of the active bank's turn steps into the idle
--- bank; `copies` is high during it, for 18 · LANES + 4 clocks: write no turn step then.
+-- bank; `copies` is high during this copy, for 18 · LANES + 4 clocks: write no turn step then.
 --
 -- **Latency.** 1 clock from `read_address` to `read_word`; 8 clocks from a step of the sweep to the memory that holds its offset.
 --
@@ -218,7 +218,7 @@ begin
 
   multiply : process (clock) is
 
-    -- Registers; the number is that of the clock after `now` in which they are valid.
+    -- Registers; the number in a name is the number of clocks from `now` until the register is valid.
     variable item_1_to_4 : items(1 to 4)                              := (others => FIRST);
     variable turn_2      : turn_number                                := (others => '0');
     variable part_2      : u_signed(PART_WIDTH downto 0)              := (others => '0');
@@ -304,7 +304,8 @@ begin
       item_1_to_4 := now & item_1_to_4(1 to 3);
       now         <= next_item(now);
 
-      -- The turn is held for the whole sweep. Otherwise a tremble of the angle could leave one of the three turns out.
+      -- The turn is held for the whole sweep. Otherwise small movements of the angle back and forth could leave one of
+      -- the three turns out.
       if now = FIRST then
         middle := turn;
         above  := turn + 1;
@@ -318,7 +319,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- In the last clock of an item, the requested words are there.
+      -- The requested words are available in the last clock of an item.
       copied      <= copying and (now.bank xor idle_bank) when now.part = PARTS - 1 and now.which = 0 else
                      '0';
       copied_lane <= to_unsigned(now.lane, 6);

@@ -5,30 +5,30 @@
 -- Avoids a step of the correction when the coefficients are swapped or the compensation is switched on or off, so that
 -- a servo that reads the output sees no jump. The applied correction is total = ε + r. In the clock of a `marker` the
 -- total is held and the remainder r = held total − ε is latched; from then on |r| decays to 0, while the total follows
--- ε at once. The rate of ε itself is never limited, because that would clip a correction that is fast for good reason.
+-- ε at once. The rate of ε itself is never limited, because a limit would clip a correction that must be fast.
 --
 -- **Velocity.** r begins and ends with velocity 0 (ramp_velocity): its velocity changes by `ramp_acceleration` in 256
--- clocks, up to `ramp_rate`. A marker changes r and not its velocity. So the velocity of the total steps by that of ε
--- alone; a marker holds the total for three clocks (r is latched in the second of them, so the change of ε in two
--- clocks comes at once) and r for two more. The end is a step of less than 2⁻¹¹ count. A rate of 0 stops r and keeps
--- its value.
+-- clocks, up to `ramp_rate`. A marker changes r and not its velocity. So the velocity of the total steps only by the
+-- velocity of ε. A marker holds the total for three clocks and r for two more; r is latched in the second of the three,
+-- so the change of ε in two clocks comes at once. At its end r steps to 0 by less than 2⁻¹¹ count. A rate of 0 stops r
+-- and keeps its value.
 --
--- **Acceleration 0** lets the velocity be `ramp_rate` at once: k ≥ 5 clocks after the marker r has lost
--- floor((k − 5)·rate), in 2⁻ᶠ count, and it stops at 0 exactly. Change the acceleration to or from 0, or reduce it,
--- only while r is 0: otherwise r may pass 0 and return.
+-- **Acceleration 0** sets the velocity to `ramp_rate` at once: k ≥ 5 clocks after the marker r has lost floor((k −
+-- 5)·rate), in 2⁻ᶠ count, and it stops at 0 exactly. Change the acceleration to or from 0, or reduce it, only while r
+-- is 0: otherwise r may pass 0 and return.
 --
 -- **Inserted counts.** Where the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
 -- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump, so that reading -
--- total makes no step and gains these counts as r decays. Counts beyond what the total holds (2¹⁹, where counts are put
--- back much faster than r decays) are sent at once: the total stays at its limit, and `limited` is high.
+-- total makes no step and gains these counts as r decays. Counts beyond the range of the total (2¹⁹, where counts are
+-- put back much faster than r decays) are sent at once: the total stays at its limit, and `limited` is high.
 --
 -- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high with a total that was beyond ±`limit`.
--- What a marker holds is the clipped total, so r stays bounded however often the bank is swapped. A change of
--- `limit` acts two clocks later.
+-- A marker holds the clipped total, so r stays bounded however often the bank is swapped. A change of `limit` acts two
+-- clocks later.
 --
 -- **One chain per clock.** r is computed a clock ahead (`next_excess`), and with it the bounds r ± limit that ε is
--- compared with; where r ends, both are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, which makes the choice of a
--- bit of the total one look-up table.
+-- compared with; where r ends, both are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, so that one look-up table
+-- chooses a bit of the total.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --

@@ -6,8 +6,8 @@
 -- harmonics and the offset to ε, passes it through the correction_ramp (no step at a swap or when `apply` changes) and
 -- subtracts it from the delayed reading.
 --
--- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two
--- clocks of adder tree, the ramp, the subtraction with the turn's fold.
+-- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two clocks for the adder
+-- tree, one for the ramp, one for the subtraction, which folds the result into the turn.
 --
 -- **Folding.** With FOLD > 1 the pair sums of an angle arrive in FOLD clocks, from `first_sums` to
 -- `last_sums`, and are added up; the reading and everything else belongs to the clock of `last_sums`,
@@ -22,8 +22,8 @@
 -- a swap is. `apply`, `swap_marker`, `zero_moved`, `put_back`, `referenced`, `angle` and `position` belong to the angle whose pair
 -- sums arrive in the same clock. `referenced` is output with the corrected angle to which it belongs.
 --
--- **Put back.** `position` contains `put_back` counts that no edge brought (modulo 2¹⁶). Where that changes with
--- an angle whose `zero_moved` differs from that of the angle before, the ramp absorbs the change: the corrected reading
+-- **Put back.** `position` contains `put_back` counts that no edge brought (modulo 2¹⁶). If `put_back` changes with an
+-- angle whose `zero_moved` differs from that of the previous angle, the ramp absorbs the change: the corrected reading
 -- makes no step and gains these counts as the ramp decays. A change of `zero_moved` alone is a marker of the ramp too:
 -- ε of the new place follows without a step.
 --
@@ -124,7 +124,7 @@ begin
 
   sum_and_subtract : process (clock) is
 
-    -- Registers; the number is that of the clock after pair_sums in which they are valid.
+    -- Registers; the number in a name is the number of clocks from pair_sums until the register is valid.
     variable saved_sums     : u_signed(SAVED * SUM_WIDTH - 1 downto 0)             := (others => '0');
     variable sum_so_far     : u_signed(SUM_WIDTH - 1 downto 0)                      := (others => '0');
     variable last_1         : std_ulogic                                           := '0';

@@ -5,13 +5,13 @@
 -- Computes how far the remainder of a ramp moves in each clock, so that it reaches 0 without a step of its velocity:
 -- the velocity rises by `acceleration` every 256 clocks, up to `rate`, and falls by as much, early enough for remainder
 -- and velocity to reach 0 together. The velocity rises, or stays, only if the remainder is longer than the braking
--- distance from there: so the remainder does not pass 0.
+-- distance from the resulting velocity: so the remainder does not pass 0.
 --
 -- **Changes of the remainder** at any time (`marker`) make no step of the velocity. If the remainder then has the other
 -- sign, or is shorter than the braking distance, the velocity falls first, and the remainder passes 0 and returns.
 -- After a marker in the 15 clocks between the reading of the remainder and the change of the velocity the remainder is
--- unknown: the velocity falls by a step. So markers in those clocks of every 256 stop the ramp until they end, and the
--- remainder never passes 0 because of them.
+-- unknown: the velocity falls by a step. So a series of markers in these clocks of every 256 stops the ramp until the
+-- series ends, and such markers never make the remainder pass 0.
 --
 -- **Acceleration 0** gives the velocity `rate` from the first clock on; the excess must then stop at 0 if a step would
 -- take it past 0: `stops_at_zero` is high for this, from the second clock after a marker on.
@@ -23,9 +23,9 @@
 -- that. After a `marker` `step` is 0 for two clocks.
 --
 -- **Number formats.** excess s22.F counts, F = PAIR_FRACTION, the negative remainder; rate u8.24 in 2⁻¹¹ count a clock;
--- acceleration u32 in 2⁻⁵⁹ count per clock²; step s-2.F counts, of which the excess gains a unit more where it falls.
--- Within: velocity u-3.51 counts a clock, its whole part, 2⁻³⁵ and above, is the distance of 256 clocks in 2⁻²⁷ count;
--- braking distance u22.F counts, the sum of such distances down to velocity 0.
+-- acceleration u32 in 2⁻⁵⁹ count per clock²; step s-2.F counts; the excess gains one unit more than `step` where it
+-- falls. Internal formats: velocity u-3.51 counts a clock, whose bits from 2⁻³⁵ upwards are the distance of 256 clocks
+-- in 2⁻²⁷ count; braking distance u22.F counts, the sum of such distances down to velocity 0.
 --
 -- **Reset.** No velocity.
 
@@ -48,7 +48,7 @@ entity ramp_velocity is
     step_rises   : out   std_ulogic                         := '1';                -- low: a unit of 2⁻ᶠ count more
     falling      : out   std_ulogic                         := '0';                -- the excess falls, else it rises
     ends         : out   std_ulogic                         := '0';                -- strobe: the excess must become 0
-    moves        : out   std_ulogic                         := '0';                -- there is a velocity
+    moves        : out   std_ulogic                         := '0';                -- the velocity is not 0
     stops_at_zero : out   std_ulogic                        := '0'                 -- the acceleration is 0
   );
 end entity ramp_velocity;
@@ -138,7 +138,7 @@ begin
     variable way_straight   : way_count                               := (others => '0');
     variable way_faster     : way_count                               := (others => '0');
     variable way_same       : way_count                               := (others => '0');
-    -- The excess, then |excess|, for a negative excess less by its last bit
+    -- The excess, then |excess|; for a negative excess one unit less than |excess|
     variable size           : way_count                               := (others => '0');
     -- The excess has changed since it was read.
     variable is_stale       : std_ulogic                              := '0';

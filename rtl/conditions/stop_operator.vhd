@@ -3,18 +3,20 @@
 -- # stop_operator
 --
 -- Follows the direction of motion as friction does: Prandtl's stop operator. Its place moves with the table and stops at
--- ±width. Place / width is the direction h: +1 after a way up, -1 after a way down, in between on a straight line.
--- Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989), stop; x = min(max(x + dR, -W), W).
+-- ±width. Place / width is the direction h: +1 after a long motion upwards, -1 after a long motion downwards; in
+-- between h changes linearly. Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989), stop; x =
+-- min(max(x + dR, -W), W).
 --
--- **Dead zone.** The place stands while the table moves to and fro by up to `dead_zone` counts (play operator before
--- the stop).
+-- **Dead zone.** The place does not change while the table moves back and forth by up to `dead_zone` counts (play
+-- operator before the stop).
 --
 -- **Unknown.** At reset, and after a change of `width`, the place may be anywhere from -width to width. Two operators
 -- begin at these ends; once their places are equal, the place is known. That takes at most 2·width counts of motion to
--- one side, and the dead zone.
+-- one side, plus the dead zone.
 --
--- **Motion** is the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a clock is a
--- change of the carrier or a reset of the decoder, and counts as no motion. Counts that head 1 lost are lost here too.
+-- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a
+-- clock is a change of the carrier or a reset of the decoder, and counts as no motion. Counts that head 1 lost are
+-- missing here too.
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --
@@ -57,7 +59,7 @@ begin
 
   follow : process (clock) is
 
-    -- Registers; the number is that of the clock after the position in which they are valid.
+    -- Registers; the number in a name is the number of clocks from the position until the register is valid.
     variable count_1      : u_signed(15 downto 0)                      := (others => '0');
     variable count_2      : u_signed(15 downto 0)                      := (others => '0');
     variable step_2       : u_signed(15 downto 0)                      := (others => '0');

@@ -6,24 +6,25 @@
 -- is the speed of the lanes' modulators. The angle is the corrected one with its fraction; a window begins and ends where
 -- the reading passes from one period of A and B to the next, so that unequal places of the four edges cancel.
 --
--- **Window.** It ends with the first such passage after WINDOW = 2¹⁴ clocks (164 µs at 100 MHz). The mean over it is the only filter.
--- Where periods are longer, a window is one period.
+-- **Window.** It ends with the first such passage after WINDOW = 2¹⁴ clocks (164 µs at 100 MHz). The mean over the
+-- window is the only filter. If a period of A and B is longer, a window is one period.
 --
--- **Slowing down.** Where no passage comes for WINDOW clocks, the speed is at most 4 counts in that time. Every WINDOW
+-- **Slowing down.** If no passage comes for WINDOW clocks, the speed is at most 4 counts in that time. Every WINDOW
 -- clocks `is_bound` reports a bound: |speed| is not above 8 counts / (time since the window began). If the window
--- contained passages before, its mean belongs to a faster motion and is dropped.
+-- contains earlier passages, its mean belongs to a faster motion and is dropped.
 --
--- **Standstill.** After 2²⁴ - 1 clocks (168 ms) without a window's end the speed is 0. A tremble across one passage
+-- **Standstill.** After 2²⁴ - 1 clocks (168 ms) without a window's end the speed is 0. A vibration across one passage
 -- moves less than 2 counts and gives speed 0, so that the speed does not chatter.
 --
--- **Error.** In steady motion each end of a window lies within a clock of its passage, so the ratio errs by at most 1 / 2¹⁴ =
--- 6·10⁻⁵ of itself, and 2⁻¹⁷ of the nominal speed from the rounding of the quotient.
--- **Lag.** The mean of a window is half a window old when it ends and one and a half windows when the next one ends:
--- 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
+-- **Error.** In steady motion each end of a window lies within a clock of its passage, so the relative error of the
+-- ratio is at most 1 / 2¹⁴ = 6·10⁻⁵; the rounding of the quotient adds 2⁻¹⁷ of the nominal speed.
+-- **Lag.** The mean of a window is half a window old when the window ends, and one and a half windows old when the next
+-- window ends: 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
 -- **Range.** From a period of A and B in 168 ms up to a count a clock. `nominal` 0 makes every ratio 0.
 --
--- **Latency.** 3 clocks from `position` and `correction` to the outputs, which stand until the next `measured`.
+-- **Latency.** 3 clocks from `position` and `correction` to the outputs, which keep their values until the next
+-- `measured`.
 --
 -- **Number formats.** position s31.0 counts; correction s19.11 counts; nominal u0.32 counts a clock; travel u20.11 counts;
 -- nominal_travel u24.32 counts.
@@ -49,7 +50,7 @@ entity table_speed is
     correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted
     nominal        : in    u_unsigned(31 downto 0);                           -- counts per clock, u0.32
     measured       : out   std_ulogic                                := '0';  -- strobe: the others are new
-    travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; a unit less if the angle fell
+    travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; one unit too small if the angle fell
     is_down        : out   std_ulogic                                := '0';  -- the angle fell
     is_bound       : out   std_ulogic                                := '0';  -- the speed is not above the ratio
     nominal_travel : out   u_unsigned(NOMINAL_WIDTH - 1 downto 0)             -- counts, u24.32
@@ -73,7 +74,7 @@ begin
 
   measure : process (clock) is
 
-    -- Registers; the number is that of the clock after the position in which they are valid.
+    -- Registers; the number in a name is the number of clocks from the position until the register is valid.
     variable fine_1       : fine_count                               := (others => '0');
     variable period_1     : u_unsigned(3 downto 0)                   := (others => '0');
     variable period_2     : u_unsigned(3 downto 0)                   := (others => '0');
@@ -84,7 +85,7 @@ begin
     variable base         : fine_count                               := (others => '0');
     variable elapsed      : u_unsigned(LONGEST - 1 downto 0)         := (others => '0');
     variable nominal_way  : u_unsigned(NOMINAL_WIDTH - 1 downto 0)   := (others => '0');
-    -- The window began with a passage; it contained further ones
+    -- The window began with a passage; the window contained further passages
     variable is_anchored  : std_ulogic                               := '0';
     variable has_passed   : std_ulogic                               := '0';
     variable was_over     : std_ulogic                               := '0';

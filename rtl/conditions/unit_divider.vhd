@@ -4,8 +4,8 @@
 --
 -- Divides two unsigned numbers, one bit per clock (restoring division), and limits the quotient to 1.
 --
--- **Latency.** 18 clocks from the clock of `start` to that of `done`, which comes with `quotient`; it stands until the next.
--- Begin no other division before.
+-- **Latency.** 18 clocks from `start` to `done`. `quotient` is valid with `done` and keeps its value until the next
+-- `done`. Begin no other division before `done`.
 --
 -- **Number formats.** dividend and divisor have any common format; quotient u1.16, rounded half up, at most 1. A
 -- division by 0 gives 0.

@@ -6,42 +6,43 @@
 -- outputs the corrected position as an encoder signal. A processor accesses it over AXI4-Lite (see the register map)
 -- and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the paper.
 --
--- **Heads.** Two heads, of which head 1 is corrected. With MEAN the weighted mean of all heads is corrected; one of
--- them, chosen at run time, is the carrier (head_mean). With HEADS = 3 or 4 the mean is always built, and the further
--- heads are decoded and captured too. Their settings, faults and snapshot have registers of their own (head_registers),
--- and each head's levels may be delayed.
+-- **Heads.** By default the core has two heads and corrects head 1. With MEAN the weighted mean of all heads is
+-- corrected; one of them, chosen at run time, is the carrier (head_mean). With HEADS = 3 or 4 the mean is always built,
+-- and the further heads are decoded and captured too. Their settings, faults and snapshot have registers of their own
+-- (head_registers), and each head's levels may be delayed.
 --
--- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads; the decoder before them and the
--- output after them have their own (see there). With FOLD > 1, 28 + FOLD clocks from an accepted angle, one
--- every FOLD clocks: see compensation_pipeline.
+-- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads;
+-- quadrature_decoder and quadrature_output, before and after these clocks, state their own latencies. With FOLD > 1 the
+-- latency is 28 + FOLD clocks from an accepted angle; one angle is accepted every FOLD clocks (compensation_pipeline).
 --
--- **Number formats.** Addresses in bytes; everything else through the register map.
+-- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
 -- **Rotation.** ROTATION selects how a lane computes its cosine: `cordic`, as in the paper, or `table`
 -- (table_rotation), in fewer look-up tables. Latency and formats are the same. The register `capability` shows it.
 --
 -- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
--- (table_conditions); the pipeline is as long. The register `capability` shows it.
+-- (table_conditions); the latency is the same. The register `capability` shows it.
 --
 -- **Failover.** With FAILOVER a head of three or four that fails is left out of the mean by a prepared set of words (head_failover).
 --
--- **Local table.** With LOCAL_TABLE a table over the turn or over windows of it corrects what a sum of orders cannot hold
--- (local_table_banks).
+-- **Local table.** With LOCAL_TABLE a table over the turn or over windows of it corrects what a sum of orders cannot
+-- represent (local_table_banks).
 --
 -- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn (turn_counter, turn_offset_sweep).
 --
 -- **Events.** With EVENTS each edge of the probe and each pulse of the compare waits in a queue for the processor (event_queue).
 --
--- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen its index. The
--- position that is corrected is the one that no index changes, so the output makes no step when
--- the index is found; the difference of the correction decays at the ramp rate.
+-- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen
+-- its index. The core corrects the position that no index changes, so the output makes no step when the index is found;
+-- the change of the correction decays at the ramp rate.
 --
 -- **Clock.** One clock, 100 MHz for the periods and times that the register map names. Encoder
 -- pins are asynchronous; every other port is synchronous to `clock`.
 --
 -- **Reset** is synchronous. It stops and clears everything except the coefficient banks, the levels of out_a and out_b,
--- which stand, and `driver_enable`, which stays for 2²⁰ clocks (10 ms at 100 MHz) or until the processor enables the
--- output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle from before.
+-- which keep their values, and `driver_enable`, which keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the
+-- processor enables the output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle
+-- from before the reset.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -64,7 +65,7 @@ entity arctrue_core is
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot represent
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false                  -- events of probe and compare wait in a queue
   );
@@ -104,7 +105,7 @@ entity arctrue_core is
     -- The chip's identifier, if the top level reads it
     chip_dna        : in    std_ulogic_vector(56 downto 0) := (others => '0');
     chip_dna_known  : in    std_ulogic := '0';
-    -- For lamps
+    -- For status lamps
     status_capturing    : out   std_ulogic; -- a turn is being captured
     status_fault        : out   std_ulogic; -- a fault that is not cleared, or a correction that was clipped
     status_compensating : out   std_ulogic  -- the output is corrected
@@ -123,7 +124,7 @@ architecture rtl of arctrue_core is
 
   type filters_of_heads is array (1 to HEADS) of u_unsigned(7 downto 0);
 
-  -- If HAS_MEAN, the mean of the heads is corrected. With more than two heads it takes an additional clock.
+  -- If HAS_MEAN, the mean of the heads is corrected. With more than two heads the mean takes an additional clock.
   constant HAS_MEAN     : boolean := MEAN or HEADS > 2;
   constant CORE_LATENCY : positive := PIPELINE_LATENCY + FOLD - 1 + boolean'pos(HEADS > 2);
 

@@ -13,50 +13,52 @@
 -- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and
 -- an angle is accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on it meets the
 -- blocks of lanes one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1
--- clocks after it was accepted and changes only by the ramp until the next one: it is at most 29 + 2 * (FOLD - 1)
--- clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; for a cosine
--- of more than 18 bits that needs an even LANES / FOLD. A position that moves faster than one count in
--- FOLD clocks makes steps of more than one count, of FOLD counts at most, which quadrature_output
--- sends at its own spacing. Below that (clock / FOLD counts a second, 12.5 million at 100 MHz and
--- FOLD = 8) every count has a reading of its own, which comes 0 to FOLD - 1 clocks after the one that
--- FOLD = 1 would give: even counts leave with a jitter of FOLD - 1 clocks, their distances are multiples of FOLD. With
--- FOLD = 8 a count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
+-- clocks after it was accepted and changes only by the ramp until the next corrected reading: it is at most 29 + 2 *
+-- (FOLD - 1) clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; with a cosine
+-- of more than 18 bits this requires an even LANES / FOLD. A position that moves faster than one count in FOLD clocks
+-- makes steps of more than one count, of FOLD counts at most, which quadrature_output sends at its own spacing. Below
+-- this speed (clock / FOLD counts a second, 12.5 million at 100 MHz and FOLD = 8) every count has a reading of its own,
+-- which comes 0 to FOLD - 1 clocks later than with FOLD = 1: evenly spaced counts leave with a jitter of FOLD - 1
+-- clocks, and their distances are multiples of FOLD clocks. With FOLD = 8 a motion of one count in 11 clocks gives
+-- edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
--- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC: the same
--- latency and formats, other last bits.
+-- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
+-- latency and formats are the same, the last bits differ.
 --
 -- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed,
 -- index seen. It belongs to the angle of its clock and travels with it. While it is low ε counts
--- as 0; a change of it starts the ramp, so neither switching on nor off steps the output. A swap
--- starts the ramp too.
+-- as 0; a change of it starts the ramp, so the output makes no step when `apply` rises or falls. A swap starts the ramp
+-- too.
 --
 -- **Referenced.** `referenced` states that the angle of its clock counts from an index mark. It travels with the angle
--- and leaves as `corrected_referenced`, so that quadrature_output gives no Z of an angle without a zero.
+-- and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.
 --
--- **Put back.** `position` contains `put_back` counts for those that head 1 lost. A change of `zero_moved` marks the
--- first angle from another zero; both travel with the angle, and the change of the correction decays at the ramp rate.
+-- **Put back.** `position` contains `put_back` counts in place of those that head 1 lost. A change of `zero_moved`
+-- marks the first angle from another zero; both travel with the angle, and the change of the correction decays at the
+-- ramp rate.
 --
--- **Mean.** With MEAN, angle and position are those of the carrier, and `mean_term`, `jumped` and `jump` of its reading
--- come MEAN_LATENCY clocks after it (head_mean). `swap_comes` is high in the clock before the first angle of a new bank.
+-- **Mean.** With MEAN, angle and position are those of the carrier, and the `mean_term`, `jumped` and `jump` of a
+-- carrier's reading come MEAN_LATENCY clocks after this reading (head_mean). `swap_comes` is high in the clock before
+-- the first angle of a new bank.
 --
 -- **Modulators.** With MODULATORS the amplitude of a lane follows direction, speed or a word (coefficient_memory).
 --
--- **Local table.** With LOCAL_TABLE a table over the turn or windows of it joins the sum (local_table_banks); it takes part in the
--- swaps that it is written for.
+-- **Local table.** With LOCAL_TABLE a table over the turn or windows of it joins the sum (local_table_banks); a swap
+-- changes this table only if its word `choice` was written before.
 --
 -- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn by its turn step: turn_counter counts the turns of
 -- the angle, and the offsets of the turns next to the present one are prepared (turn_offset_sweep).
 --
--- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
--- from the angle in the clock after `swap`, or the next accepted one. A swap waits while the idle bank is
--- filled after the one before, and for the end of a write that is under way.
+-- **Coefficients.** They are written and swapped as described for coefficient_memory; the new bank applies from the
+-- angle in the clock after `swap`, or from the next accepted angle. A swap waits while the idle bank is filled after
+-- the previous swap, and until a write in progress has ended.
 --
 -- **Number formats.** angle u24.0 counts below counts_per_rev; position s31.0 counts, wraps
 -- modulo 2³²; correction s19.11 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock.
 --
--- **Reset.** No correction, no ramp, no pending write. The banks keep their values, and angles
--- in the pipeline come out. While `counts_per_rev` changes, all angles in the pipeline must be
--- below the old and the new value; the phase steps belong to one counts_per_rev.
+-- **Reset.** No correction, no ramp, no pending write. The banks keep their values, and the pipeline still outputs the
+-- angles that it contains. While `counts_per_rev` changes, all angles in the pipeline must be below the old and the new
+-- value; the phase steps belong to one counts_per_rev.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -74,7 +76,7 @@ entity compensation_pipeline is
     MEAN         : boolean                       := false;   -- the mean of the heads is corrected
     ROTATION     : string                        := "cordic"; -- or "table": how a lane finds its cosine
     MODULATORS   : boolean                       := false;   -- amplitudes follow conditions
-    LOCAL_TABLE  : boolean                       := false;   -- a table corrects what a sum of orders cannot hold
+    LOCAL_TABLE  : boolean                       := false;   -- a table corrects what a sum of orders cannot represent
     REAL_ORDERS  : boolean                       := false    -- phases of lanes continue from turn to turn
   );
   port (
@@ -89,7 +91,7 @@ entity compensation_pipeline is
     referenced         : in    std_ulogic;                                    -- this angle counts from an index
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
     jumped             : in    std_ulogic             := '0';                 -- the first angle of another carrier
-    jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts that the reading jumps by there
+    jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts by which the reading jumps with that angle
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count per clock, u8.24
     ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
@@ -103,7 +105,7 @@ entity compensation_pipeline is
     idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
     swap               : in    std_ulogic;                                    -- pulse: the idle bank becomes active
     swap_allowed       : in    std_ulogic := '1';                             -- the next angle may be the first of a new bank
-    swap_comes         : out   std_ulogic;                                    -- the next angle is that
+    swap_comes         : out   std_ulogic;                                    -- the next angle is the first of a new bank
     swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is not filled
     sweep_step         : in    u_unsigned(7 downto 0) := (others => '0');     -- see amplitude_sweep
     direction          : in    modulator              := (others => '0');     -- s1.16
@@ -115,7 +117,7 @@ entity compensation_pipeline is
     read_turn_step     : in    std_ulogic             := '0';                 -- read_address is that of a turn step
     turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after its angle
     local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
-    local_write        : in    std_ulogic             := '0';                 -- pulse: write a word of it
+    local_write        : in    std_ulogic             := '0';                 -- pulse: write a word of the local table
     local_of_place     : in    std_ulogic             := '0';                 -- the word belongs to the place
     local_address      : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0) := (others => '0'); -- number of the word
     local_data         : in    std_ulogic_vector(31 downto 0) := (others => '0'); -- the word

@@ -3,17 +3,17 @@
 -- # rearm_control
 --
 -- Changes counts_per_rev so that no unit meets an angle of the old turn with the new turn's
--- length: on `rearm_command` it holds the decoders in `rearm`, at angle zero, until the pipelines
--- hold nothing else, and then loads `requested`. A value outside 4 to 2**24 is not taken over.
+-- length: on `rearm_command` it holds the decoders in `rearm`, at angle zero, until the pipelines hold no other angle,
+-- and then loads `requested`. A value outside 4 to 2**24 is refused.
 --
 -- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev
--- changes in the middle of them. A command during that time starts it again.
+-- changes in the middle of them. A command during this time restarts it.
 --
--- **Number formats.** counts_per_rev u25.0 counts; requested u32.0 counts, of which no bit is left out.
+-- **Number formats.** counts_per_rev u25.0 counts; requested u32.0 counts; all its bits are checked.
 --
 -- `changes_turn` is high with `rearm` when another length was requested. The limit of the correction, half a turn,
--- changes then, and a correction that is beyond the new one is clipped at once: the output must not follow meanwhile,
--- or it would send the difference as a burst of edges.
+-- changes then, and a correction beyond the new limit is clipped at once: the output must not follow meanwhile, or it
+-- would send the difference as a burst of edges.
 --
 -- **Clear semantics.** `refused` is set by a command with an illegal value and cleared by one with
 -- a legal value.
@@ -29,7 +29,7 @@ library ieee;
 
 entity rearm_control is
   generic (
-    -- Two times the latency of the pipeline, however it is folded, and a margin for what follows it.
+    -- Two times the latency of the pipeline, however it is folded, and a margin for the units that follow it.
     HOLD : positive range 4 to 255 := 4 * (PIPELINE_LATENCY + 3)
   );
   port (

@@ -16,7 +16,7 @@ package decoder_pkg is
   -- `up` and `down` keep their value until the next edge. `stands` = not `moves` and `down` = not `up` have registers of their own
   -- to shorten the paths of the decisions that use them.
   type counted_edge is record
-    comes        : std_ulogic; -- one of A and B differs from its level before: a count
+    comes        : std_ulogic; -- exactly one of A and B has changed: a count
     moves        : std_ulogic; -- the same, a clock later
     stands       : std_ulogic; -- not moves
     up           : std_ulogic; -- direction of the last count
@@ -33,19 +33,19 @@ package decoder_pkg is
     phase_of_zero     : u_unsigned(1 downto 0);                      -- place of (A, B) at position 0 modulo 4
     direction         : std_ulogic;                                  -- of the last step, '1' up
     step              : std_ulogic;                                  -- strobe: position changed
-    step_up           : std_ulogic;                                  -- strobe: it rose
+    step_up           : std_ulogic;                                  -- strobe: position rose
     last_edge_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);    -- clocks
     -- Index
     index_seen        : std_ulogic;                                  -- level
-    index_strobe      : std_ulogic;                                  -- strobe: the three below are new
+    index_strobe      : std_ulogic;                                  -- strobe: the next three fields are new
     index_position    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, of the last index
     index_direction   : std_ulogic;                                  -- of the last index, '1' up
     index_interval    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, from the index before
     index_trusted     : std_ulogic;                                  -- strobe: the last index agrees with the zero
     zero_moved        : std_ulogic;                                  -- toggles where the zero moves to another count
-    zero_moves        : u_unsigned(15 downto 0);                     -- how often; wraps
-    zero_slip         : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, angle of the mark that moved it last
-    put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts to add for lost ones
+    zero_moves        : u_unsigned(15 downto 0);                     -- number of these moves; wraps
+    zero_slip         : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, angle of the mark that last moved the zero
+    put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts to add in place of lost counts
     -- Faults
     index_error       : std_ulogic;                                  -- sticky
     index_error_count : u_unsigned(15 downto 0);                     -- saturates

@@ -45,7 +45,7 @@ entity edge_counter is
     phase_of_zero  : out   u_unsigned(1 downto 0);                  -- place of (A, B) at position 0 modulo 4
     direction      : out   std_ulogic;                              -- of the last step, '1' up
     step           : out   std_ulogic;                              -- strobe: position changed
-    step_up        : out   std_ulogic;                              -- strobe: it rose
+    step_up        : out   std_ulogic;                              -- strobe: position rose
     last_edge_time : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0) -- clocks
   );
 end entity edge_counter;

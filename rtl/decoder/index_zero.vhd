@@ -16,40 +16,41 @@
 --
 -- **Angle.** The angle has its own counter, so it stays correct when the position wraps. `turn_position` is
 -- position - position of the zero, and wraps likewise. As long as neither wraps, angle equals
--- turn_position modulo counts_per_rev in every clock, also before the first index.
+-- turn_position modulo counts_per_rev in every clock, even before the first index.
 --
 -- **Index.** The zero is one edge of Z: the rising edge while counting up, which is the falling edge
 -- while counting down. Each change of Z is assigned to the step of A or B that is at most INDEX_SKEW clocks before or
 -- after it: the level of Z is sampled INDEX_SKEW clocks after the step, or just before the next step, and compared with the
 -- level sampled for the step before. Counting up, the entity latches the position after the step, counting down the
--- position before it, so that both directions give the same count. If Z changes within a count, further from both of the
--- count's edges, the step that leaves the count decides the direction, and that count is latched; a reversal within the
--- count has no effect. Therefore the direction always belongs to the present motion, and neither skewed pins nor a
--- vibration at one edge of the mark make the entity take one edge for the other, as long as two steps in opposite
--- directions are further apart than Z is from its step. A `filter_length` above INDEX_SKEW ensures that.
+-- position before it, so that both directions give the same count. If Z changes within a count, more than INDEX_SKEW
+-- clocks from both edges of the count, the step that leaves the count decides the direction, and that count is latched;
+-- a reversal within the count has no effect. Therefore the direction always belongs to the present motion, and neither
+-- skewed pins nor a vibration at one edge of the mark make the entity take one edge for the other, as long as two steps
+-- in opposite directions are further apart than Z is from its step. A `filter_length` above INDEX_SKEW ensures that.
 -- The first index after reset or rearm defines the zero of angle and turn_position; later ones do not change it. Each
--- later index must lie 0 or +-counts_per_rev from the one before it, within +-`index_tolerance`; otherwise `index_error`
--- is set: counts or an index were lost or added. A true mark repeats to +-1 count, so that two of them differ by up to 2
--- counts; a slip by one period of A and B adds 4. `index_interval` reads 0 while there are fewer
--- than two marks.
--- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero wrong. The
--- proof is a misplaced mark for which `other_head_agrees` (see zero_witness; the first mark after lost counts), or
--- the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance (the second
--- mark after lost counts).
--- A single false mark does not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so the
--- correction continues. A turn of less than 9 counts keeps its zero. If the zero moves to another count,
+-- later index must lie 0 or +-counts_per_rev from the one before it, within +-`index_tolerance`; otherwise
+-- `index_error` is set: counts or an index were lost or added. A true mark repeats to +-1 count, so that two of them
+-- differ by up to 2 counts; a slip by one period of A and B adds 4. `index_interval` reads 0 while there are fewer than
+-- two marks.
+-- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero
+-- wrong. The proof is a misplaced mark for which `other_head_agrees` (see zero_witness; the first mark after lost
+-- counts), or the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance
+-- (the second mark after lost counts).
+-- A single false mark does not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so
+-- the correction continues. A turn of less than 9 counts keeps its zero. If the zero moves to another count,
 -- `zero_slip` is the angle that the mark had (the negative of the lost counts), `zero_moved` toggles and `zero_moves`
--- increments, in the clock in which angle and turn_position count from the new zero; index_error is set, and
--- its counter increments once, in the same clock. The position keeps its error. With `heal` high `zero_slip` is subtracted
--- from `put_back` in that clock, so that position + put_back is free of the slip; a slip of 2**14 counts or more is not put back.
--- `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero.
--- If Z is to change within a count and lies near an edge of that count at one speed only, the index is one
--- count off at that speed.
--- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, this holds for at least s + INDEX_SKEW + 1 clocks
--- per count, that is 5, 6 and 7 clocks, or 14 million counts per second at 100 MHz. If Z changes half a count from its step, the
--- limit is twice 7 clocks. At higher speeds a Z before a step cannot be distinguished from a Z after the previous step, and
--- the entity may take the other edge of a mark. With pins that change in the same clock each mark is placed correctly at any speed.
--- A Z edge before the first step after reset belongs to that step.
+-- increments, in the clock in which angle and turn_position count from the new zero; index_error is set, and its
+-- counter increments once, in the same clock. The position keeps its error. With `heal` high `zero_slip` is subtracted
+-- from `put_back` in that clock, so that position + put_back is free of the slip; a slip of 2**14 counts or more is not
+-- put back. `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero.
+-- If Z normally changes within a count but lies near an edge of that count at one speed, the index is one count off at
+-- that speed.
+-- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
+-- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
+-- changes half a count from its step, the limit is twice 7 clocks. At higher speeds a Z before a step cannot be
+-- distinguished from a Z after the previous step, and the entity may take the other edge of a mark. With pins that
+-- change in the same clock each mark is placed correctly at any speed. A Z edge before the first step after reset
+-- belongs to that step.
 --
 -- **Rearm.** While `rearm` is high, angle and turn_position are 0 and the index is cleared (index_seen
 -- and index_interval are 0; index_position keeps its value). The position keeps counting. After rearm, angle and
@@ -86,15 +87,15 @@ entity index_zero is
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the first index
     index_seen        : out   std_ulogic;                                    -- level
-    index_strobe      : out   std_ulogic;                                    -- strobe: the three below are new
+    index_strobe      : out   std_ulogic;                                    -- strobe: the next three outputs are new
     index_position    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the last index
     index_direction   : out   std_ulogic;                                    -- of the last index, '1' up
     index_interval    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, from the index before
-    index_trusted     : out   std_ulogic;                                    -- strobe: the last index lies where the zero says
+    index_trusted     : out   std_ulogic;                                    -- strobe: the last index lies at the zero
     zero_moved        : out   std_ulogic;                                    -- toggles where the zero moves to another count
-    zero_moves        : out   u_unsigned(15 downto 0);                       -- how often; wraps
-    zero_slip         : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);   -- counts, angle of the mark that moved it last
-    put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts to add for lost ones
+    zero_moves        : out   u_unsigned(15 downto 0);                       -- number of these moves; wraps
+    zero_slip         : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);   -- counts, angle of the mark that last moved the zero
+    put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts to add in place of lost counts
     misplaced         : out   std_ulogic                                     -- strobe: a mark is in the wrong place
   );
 end entity index_zero;
@@ -235,9 +236,10 @@ architecture rtl of index_zero is
   signal angle_is_second : std_ulogic  := '0';
   signal place_of_angle  : u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- An index of the step before is detected in this clock.
+  -- An index that belongs to the previous step is detected in this clock.
   signal meets_index   : std_ulogic                    := '0';
-  -- A mark is checked; whether its distance from the previous mark is 0, a turn up, a turn down, within the tolerance
+  -- A mark is checked; and whether its distance from the previous mark is 0, a turn up or a turn down within the
+  -- tolerance
   signal judged        : std_ulogic                    := '0';
   signal are_within    : std_ulogic_vector(2 downto 0) := "000";
   -- The checked mark is the latest one.
@@ -286,11 +288,11 @@ begin
     variable meets           : std_ulogic;
     variable meets_up        : std_ulogic                              := '1';
     variable meets_inside    : std_ulogic                              := '0';
-    variable leaves_inside   : std_ulogic                              := '0'; -- the same, upwards
+    variable leaves_inside   : std_ulogic                              := '0'; -- Z changed within the count that an upward step left
     -- Stage 2: two counters. One counts from the zero, the
     -- other one from the latest index. If the zero moves to that index, the counters exchange their roles.
     variable places          : turn_places                             := (others => ZERO_PLACE);
-    variable is_second       : std_ulogic                              := '0'; -- which of them is the angle
+    variable is_second       : std_ulogic                              := '0'; -- number of the counter that is the angle
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     variable before_last     : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     -- Counts from the zero of the latest index to the position while the index is checked, and clocks since its detection
@@ -419,7 +421,7 @@ begin
       -- Stage 1. Z of the previous step: sampled after the pins settled, or the last level before this step.
       settled_level := z;
       settles       := '0';
-      -- So much time has passed that Z may have changed again within the count that a step leaves now.
+      -- High if Z has had time to change again within the count that the present step leaves.
       may_be_inside := '0';
       if (until_settled = 0 and since_settled >= INDEX_SKEW) then
         may_be_inside := '1';
@@ -468,7 +470,7 @@ begin
       earlier_levels := earlier_levels(INDEX_SKEW - 1 downto 0) & z;
       before         := z;
 
-      -- This applies only while no unit counts with the old value.
+      -- The new value applies only while no unit counts with the old one.
       is_long_turn <= or last_angle(last_angle'high downto 3);
       if (reset = '1' or preload = '1' or rearm = '1') then
         turn        := signed(resize(counts_per_rev, POSITION_WIDTH));

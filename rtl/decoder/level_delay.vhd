@@ -6,7 +6,7 @@
 -- electronics: 100 ns at 90 degrees per second are 0.032 arcsec.
 --
 -- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` takes effect 2 clocks later and skips
--- or repeats levels, so change it only while the table stands.
+-- or repeats levels, so change it only while the table stands still.
 --
 -- **Number formats.** delay u8.0 clocks.
 --

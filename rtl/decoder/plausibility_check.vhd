@@ -65,8 +65,9 @@ architecture rtl of plausibility_check is
 
   type tables is array (natural range <>) of few_counts;
 
-  -- Counts by which the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either. Bits 3 and 2:
-  -- the unfiltered levels step, and up; bits 1 and 0: the same of the filtered ones. A period or more is PERIOD.
+  -- Counts by which the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either. Bit 3:
+  -- the unfiltered levels make a step; bit 2: it is a step up; bits 1 and 0: the same for the filtered levels. A period
+  -- or more counts as PERIOD.
   function ahead_after_steps return tables is
 
     variable table : tables(0 to 127);
@@ -114,10 +115,10 @@ begin
     variable raw_moves     : std_ulogic                      := '0';
     variable raw_up        : std_ulogic                      := '0';
     variable raw_breaks    : std_ulogic                      := '0';
-    -- Clocks since their last change, minus one
+    -- Clocks since the last change of these levels, minus one
     variable still         : u_unsigned(7 downto 0)          := (others => '0');
     variable is_quiet      : std_ulogic                      := '0';
-    -- Counts by which they are ahead of the filtered levels, and illegal transitions that the filter hides
+    -- Counts by which these levels are ahead of the filtered levels, and illegal transitions that the filter hides
     variable ahead         : u_signed(2 downto 0)            := "000";
     variable ahead_now     : few_counts;
     variable hidden_breaks : natural range 0 to PERIOD - 1   := 0;

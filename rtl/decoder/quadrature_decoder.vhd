@@ -14,8 +14,8 @@
 -- clock after it. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or with
 -- the next step if that is earlier. index_strobe, index_position, index_direction and index_interval
 -- follow 1 clock after that, index_error and index_error_count 4 clocks. Edges that the filter suppresses are reported
--- SYNCHRONISER_STAGES + 4 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 after the timestamp
--- of the pin's change; with position, read in the same clock, it gives the velocity.
+-- SYNCHRONISER_STAGES + 4 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 clocks after
+-- the timestamp of the pin's change; with position, read in the same clock, it gives the velocity.
 --
 -- **Number formats.** decoder_pkg states those of the outputs. counts_per_rev u25.0 counts; filter_length u8.0 and
 -- minimum_edge_spacing u16.0 clocks; index_tolerance u16.0 counts; timestamp u64.0 clocks.
@@ -75,7 +75,7 @@ architecture rtl of quadrature_decoder is
   signal levels   : std_ulogic_vector(2 downto 0);
   signal filtered : std_ulogic_vector(2 downto 0);
 
-  -- The reset and the clocks after it in which the synchroniser still holds earlier levels of the pins.
+  -- High during the reset and the clocks after it in which the synchroniser still holds earlier levels of the pins.
   signal settling : std_ulogic_vector(SYNCHRONISER_STAGES downto 0) := (others => '1');
   signal preload  : std_ulogic;
 

@@ -31,7 +31,7 @@ entity zero_witness is
     reset          : in    std_ulogic;
     rearm          : in    std_ulogic;                                    -- level: forgets the trusted mark
     index_strobe   : in    std_ulogic;                                    -- strobe: a mark was detected
-    trusted        : in    std_ulogic;                                    -- strobe: it lies where the zero says
+    trusted        : in    std_ulogic;                                    -- strobe: the mark lies at the zero
     other_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the other head
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     tolerance      : in    u_unsigned(15 downto 0);                       -- counts

@@ -18,9 +18,9 @@
 --   correction        s19.11  counts, the sum over up to 64 lanes
 --   head offset       u24.4   counts, the reading of a head where the mean is 0
 --   head weight       s1.16   share of a head in the mean; the sum over the heads is 2**16
---   head difference   s16.4   counts, a head's reading less the carrier's, limited
+--   head difference   s16.4   counts, a head's reading minus the carrier's, limited
 --   mean term         s19.20  counts, what the mean adds to the correction
---   turn number       s23.0   turns, which the angle has gone round; wraps modulo 2**24
+--   turn number       s23.0   number of turns of the angle; wraps modulo 2**24
 --   turn step         u0.48   turn a turn, the fraction of a real order: round(n * 2**48) mod 2**48
 
 library ieee;
@@ -58,10 +58,12 @@ package number_formats_pkg is
   constant DIFFERENCE_LATENCY         : positive := 3;
   constant MEAN_LATENCY               : positive := 10;
 
-  -- Clocks from an angle at the phase unit to its phase offset there, which the adder of the first multiplier takes.
+  -- Clocks from an angle at an input of the phase unit to its phase offset at another input; the adder of the first
+  -- multiplier takes the offset.
   constant PHASE_OFFSET_CLOCK         : positive := 2;
 
-  -- Clocks from a phase at the harmonic unit to its amplitude there: it is needed when the cosine is.
+  -- Clocks from a phase at an input of the harmonic unit to its amplitude at another input: the amplitude is multiplied
+  -- by the finished cosine.
   constant AMPLITUDE_CLOCK            : positive := 16;
 
   -- Clocks by which Z may change before or after the edge of A or B that it belongs to.
@@ -89,8 +91,8 @@ package number_formats_pkg is
   constant MEAN_TERM_WIDTH            : positive := 40;
   constant MEAN_TERM_FRACTION         : positive := 20;
 
-  -- Least counts per turn with lanes of real orders, as a part for each lane that is built and a constant part: from
-  -- there on their offsets are ready before the next wrap at every speed (turn_offset_sweep).
+  -- Least number of counts per turn with lanes of real orders: a part for each lane that is built plus a constant part.
+  -- With this number the offsets are ready before the next wrap at every speed (turn_offset_sweep).
   constant TURN_NUMBER_WIDTH          : positive := 24;
   constant REAL_ORDER_COUNTS_A_LANE   : positive := 72;
   constant REAL_ORDER_COUNTS_BESIDE   : positive := 48;

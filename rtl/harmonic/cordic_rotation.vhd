@@ -16,9 +16,9 @@
 -- **z.** The bits of the phase below 2⁻²¹ turn are truncated. z represents the middle of the truncated
 -- interval: an implicit half unit is added throughout, which needs no logic and does not change the sign.
 --
--- **x and y.** After the iterations 0 to 5 they are one of 32 constants, rounded from exact
--- values. From then on one adder performs each addition or subtraction, and its carry input rounds the shifted
--- operand. Once y changes x by less than half a unit, y is no longer rotated:
+-- **x and y.** After the iterations 0 to 5 each of them is one of 32 constants, rounded from exact values. From then on
+-- one adder performs each addition or subtraction, and its carry input rounds the shifted operand. Once y changes x by
+-- less than half a unit, y is no longer rotated:
 -- after iteration 9, where the square of the remaining angle is below 2⁻¹⁸.
 --
 -- **Error.** By an exhaustive sweep, including the subsequent rounding to s1.16: at most 5.2·10⁻⁵ over all phases of 20

@@ -14,12 +14,13 @@
 -- round(2⁴⁸·2^width / counts_per_rev); a point s(17 − F).F counts; value s13.22 counts, exact for the place at which
 -- the line is read.
 --
--- **Windows.** The first enabled window that holds the angle gives the value; windows should not overlap. The points of window j
--- are the j-th half or quarter of all. The last point of a window is followed by its first.
+-- **Windows.** The first enabled window that contains the angle gives the value; windows should not overlap. The points
+-- of window j are the j-th half or quarter of all points. After the last point of a window the line leads to its first
+-- point.
 --
 -- **Error.** The place is rounded to 2⁻²⁴ window, its step is off by 2⁻⁴⁹ window a count, and 12 bits of the place between two
 -- points are used. Against the exact line the value is off by at most the largest difference of two neighbouring points
--- times 2⁻¹³ + 2⁻¹³ with one window, and 2⁻¹² more with two or four.
+-- times (2⁻¹³ + 2⁻¹³) with one window; with two or four windows this factor is larger by 2⁻¹².
 --
 -- **Size.** 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys).
 --
@@ -27,7 +28,7 @@
 -- `read_word` is the point of the clock before, while bank and address do not change. A point that is written while an
 -- angle reads it may give the old or the new value.
 --
--- There is no reset: it would only touch angles on their way.
+-- There is no reset: it would only affect angles in the pipeline.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -180,7 +181,7 @@ begin
 
   follow : process (clock) is
 
-    -- Registers; the number is that of the clock after `angle` in which they are valid.
+    -- Registers; the number in a name is the number of clocks from `angle` until the register is valid.
     variable difference1 : differences                                  := (others => (others => '0'));
     variable offset2     : angles                                       := (others => (others => '0'));
     variable offset3     : angles                                       := (others => (others => '0'));

@@ -11,14 +11,16 @@
 -- **Swap.** Writing the choice requests the table: the next swap makes the idle bank active, beginning with the angle
 -- of the clock after `swap_comes`. Other swaps leave the table as it is. Write the choice last.
 --
--- **Afterwards**, once no angle that met it before is on its way, the idle bank gets the same words: its place at once, its points
--- one after the other, 2 clocks each. An access waits for the end of this, LOCAL_TABLE_LATENCY + 2 · 4,096 + 1 clocks at the most.
+-- **Copy.** After the swap, once no angle in the pipeline uses the former active bank, this bank gets the same words:
+-- its place at once, its points one after the other, 2 clocks each. An access waits until the copy has ended,
+-- LOCAL_TABLE_LATENCY + 2 · 4,096 + 1 clocks at the most.
 --
--- **Access.** Pulse `read_enable` or `write_enable` with address and data; the answer is one pulse of `done`. Keep address and data
--- until then, and start no other access before. A write waits while `hold` is high: hold it from the request of a swap
--- until the swap took place, so that a swap takes over all finished writes and no other.
+-- **Access.** Pulse `read_enable` or `write_enable` with address and data; the answer is one pulse of `done`. Keep
+-- address and data until `done`, and start no other access before. A write waits while `hold` is high: keep it high
+-- from the request of a swap until the swap took place, so that a swap takes over exactly the finished writes.
 --
--- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`, one angle per clock. 3 clocks to `done` where nothing waits.
+-- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`, one angle per clock. 3 clocks to `done` if nothing
+-- waits.
 --
 -- **Number formats.** angle and starts u24.0 counts; step u0.48 window a count; points s(17 − F).F counts, written and read
 -- sign-extended; value s13.22 counts.

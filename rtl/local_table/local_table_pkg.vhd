@@ -2,7 +2,7 @@
 --
 -- # local_table_pkg
 --
--- Where a local table lies on the turn, for one bank, and the widths of its numbers.
+-- States where a local table lies on the turn, for one bank, and the widths of its numbers.
 
 library ieee;
   use ieee.std_logic_1164.all;

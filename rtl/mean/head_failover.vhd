@@ -5,26 +5,28 @@
 -- Leaves a failed head out of the mean, and includes it again: head_watch finds the head, prepared_sets activates the
 -- set without it, parity_sum monitors the parity of the heads. It answers the registers of all three.
 --
--- **Failure.** While `failover.enable` is set, the active words use all heads and none is left out, the set without the
--- first head that fails is loaded; failures of other heads are then ignored, because only sets with one missing head
+-- **Failure.** The set without the first head that fails is loaded if `failover.enable` is set, the active words use
+-- all heads and no head is left out. Failures of other heads are then ignored, because only sets with one missing head
 -- are prepared. With the first angle of the new set the head is left out and its index forgotten (`rearm_heads`), so
 -- that its next index defines its zero again.
 --
--- **Return.** A head that is left out comes back after that index, on request (`heads_command.come_back`) or once
--- `failover.return_after` is over: the set of all heads is loaded. A dead head shows no index and stays out.
+-- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
+-- once the time `failover.return_after` has passed: the set of all heads is loaded. A dead head shows no index and
+-- stays out.
 --
--- **Processor.** `heads_command.take_set` loads a set. A swap of the processor's own words makes `heads_status.set` 7. A head that is
--- left out stays so: words that use it, and a set that uses it before its index, are refused and set `heads_status.swap_refused`;
--- the words in force stay. While the processor's words are in force, a head that comes back is no longer left out, and
--- no set is loaded: the processor includes it by words of its own.
+-- **Processor.** `heads_command.take_set` loads a set. A swap of the processor's own words makes `heads_status.set` 7.
+-- A swap does not end the state of a head that is left out: words that use this head, and a set that uses it before its
+-- index, are refused and set `heads_status.swap_refused`; the active words stay. While the processor's words are
+-- active, a head that comes back is no longer left out, but no set is loaded: the processor must include the head by
+-- words of its own.
 --
--- **Allowed words.** `may_activate` is high while both conditions hold. The idle words use no head that is left out or,
--- while a set is loaded, that is missing in it. In a set, or while a head is left out, their carrier is a used head. It
--- follows its inputs by a clock.
+-- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words use no head that is left
+-- out or, while a set is loaded, that is missing in this set. Second, in a set or while a head is left out, the carrier
+-- of the idle words is a used head. `may_activate` follows its inputs by a clock.
 --
 -- **Latency.** From a failure in head_watch to the first angle of the set: the latency of prepared_sets and 3 clocks. 1
--- clock from `read_enable` to `read_data`, which is 0 for words of other units in the window; head_registers answers
--- for both.
+-- clock from `read_enable` to `read_data`, which is 0 for words of other units in the window; head_registers signals
+-- `done` for the words of both entities.
 --
 -- **Number formats.** Those of the registers; differences s16.4 counts, head 1 in the low bits.
 --
@@ -67,7 +69,7 @@ entity head_failover is
     -- From the mean
     used             : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level
     idle_used        : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level: used by the idle words
-    idle_carrier_used : in    std_ulogic;                                               -- level: their carrier is a used head
+    idle_carrier_used : in    std_ulogic;                                               -- level: the idle words' carrier is a used head
     differences      : in    std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4
     is_settled       : in    std_ulogic;                                                -- level: readings do not jump
     -- The banks

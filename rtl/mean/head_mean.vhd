@@ -7,22 +7,23 @@
 -- (weighted_mean).
 -- The words of the mean are swapped with the coefficients of the lanes (mean_words).
 --
--- **Position.** The output's count continues from carrier to carrier. `position` is that of the carrier plus a base;
--- with the first angle of other words it jumps by as much as the angle, the shorter way round, and `jump` states by how
--- much, so that the ramp absorbs it: the corrected position makes no step. A jump beyond ±32,767 counts is that of a
--- head that was never set up; the position then jumps by that limit, and angle and position differ by the remainder
+-- **Position.** The output's count continues from carrier to carrier. `position` is the carrier's position plus a base.
+-- With the first angle of other words it jumps by as much as the angle, the shorter way round. `jump` is the size of
+-- this jump, so that the ramp absorbs it: the corrected position makes no step. A jump beyond ±32,767 counts comes from
+-- a head that was never set up; the position then jumps by that limit, and angle and position differ by the remainder
 -- until the next reset.
 --
--- **Zero.** `zero_moved` toggles where the zero of any head moves, because each of them moves the mean; the ramp
--- absorbs that. `put_back` is that of the carrier, whose count is output.
+-- **Zero.** `zero_moved` toggles where the zero of any head moves, because each zero moves the mean; the ramp absorbs
+-- this change. `put_back` is that of the carrier, because `position` continues the carrier's count.
 --
 -- **Apply.** The mean may be corrected while every used head has seen its index. `referenced` is that of the carrier.
 --
 -- **Swap.** `may_swap` is low while, and for 8 clocks after, the zero of a head moves, its first index is seen or a word is
--- written, so that the base of the next carrier is that of readings from after it.
+-- written, so that the base of the next carrier is computed from later readings.
 --
--- **Latency.** From the heads to angle, position and the values that belong to them: no clock with two heads, 1 with
--- more, in which the offsets are subtracted. MEAN_LATENCY from these to `mean_term`, `limited`, `jumped` and `jump`.
+-- **Latency.** With two heads, no clock from the heads to angle, position and the values that belong to them; with more
+-- heads 1 clock, in which the offsets are subtracted. MEAN_LATENCY clocks from the angle to `mean_term`, `limited`,
+-- `jumped` and `jump`.
 --
 -- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0 counts modulo
 -- 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0
@@ -72,10 +73,10 @@ entity head_mean is
     referenced        : out   std_ulogic;                                                   -- the angle counts from an index
     apply             : out   std_ulogic;                                                   -- correct this reading
     carrier           : out   u_unsigned(1 downto 0);                                       -- number of the head - 1
-    used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads whose index is waited for
-    idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- used, by the idle words
-    idle_carrier_used : out   std_ulogic;                                                   -- their carrier is a used head
-    differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, to the carrier
+    used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads that the active words use
+    idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads that the idle words use
+    idle_carrier_used : out   std_ulogic;                                                   -- the carrier of the idle words is a used head
+    differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, minus the carrier's reading
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
     limited           : out   std_ulogic;                                                   -- this term is limited
     jumped            : out   std_ulogic;                                                   -- the first angle of other words
@@ -312,7 +313,7 @@ begin
 
     type jump_counts is array (JUMP_CLOCKS + 1 to MEAN_LATENCY + 1) of jump_count;
 
-    -- Registers; the number is that of the clock after the readings in which they are valid.
+    -- Registers; the number in a name is the number of clocks from the readings until the register is valid.
     variable count_1_to_4   : position_counts                               := (others => (others => '0'));
     variable jump_4         : jump_count                                    := (others => '0');
     variable jump_5_to_11   : jump_counts                                   := (others => (others => '0'));

@@ -5,30 +5,32 @@
 -- Finds the head that has failed, while the mean uses all of them: by a fault that its decoder reports, by edges that are
 -- missing, or by a step of its reading that no other head shows.
 --
--- **Faults of a decoder.** A head fails with the clock in which its flag `illegal`, `overspeed`, `swallowed` or `index_error`
--- rises or its counter increments; the lowest bit of the counter shows that. A counter that is full shows no more:
--- clear it. Flags from before `watching` do not count.
+-- **Faults of a decoder.** A head fails in the clock in which its flag `illegal`, `overspeed`, `swallowed` or
+-- `index_error` rises or its counter increments; the lowest bit of the counter shows that. A full counter shows no
+-- further fault: clear it. Flags that were set before `watching` rose do not count.
 --
--- **Missing edges.** Since its last edge every other head has moved by `missing_counts` counts or more, up and down taken
--- together: the head is dead. No head is found dead while the table stands. 0 turns this off.
+-- **Missing edges.** A head counts as dead if every other head has moved by `missing_counts` counts or more since this
+-- head's last edge; motions up and down are added. No head counts as dead while the table stands still. The value 0
+-- turns this check off.
 --
--- **Step.** Each reading less that of the carrier is compared with the one 7 to 8 intervals of 2**INTERVAL_BITS clocks
--- earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all others agree within less than `step_limit`
--- counts, and this is so for no other choice of k. A motion of the axis that changes no difference of two heads by
--- step_limit counts in that time never counts as a step, and the entity never names a wrong head because of it; a step
--- of one head by 2 * step_limit counts is then always found, whatever the others do within that limit: without head k
--- they agree, and with it they differ by more than step_limit. 0 turns this off. A step of two heads names neither.
+-- **Step.** The difference of each reading to the carrier's is compared with its value 7 to 8 intervals of
+-- 2**INTERVAL_BITS clocks earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all others agree
+-- within less than `step_limit` counts, and this holds for no other k. A motion of the axis that changes no difference
+-- of two heads by step_limit counts in that time never counts as a step, and the entity never names a wrong head
+-- because of it; a step of one head by 2 * step_limit counts is then always found, whatever the others do within that
+-- limit: without head k they agree, and with it they differ by more than step_limit. The value 0 turns this check off.
+-- A step of two heads names neither.
 --
 -- **Restart.** While `restart` is high, and for 16 clocks after that, no step is searched for; then the comparison
--- restarts with the readings of that clock. Hold it high where readings jump without a fault: another set of words, a
--- moved zero.
+-- restarts with the readings of that clock. Hold it high while readings jump without a fault, that is because of
+-- another set of words or a moved zero.
 --
 -- **Latency.** A fault of a decoder: 2 clocks to `failed`. Missing edges: 3 clocks after the last of the counted steps. A step:
 -- at most 20 clocks.
 --
 -- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0 counts.
--- `failed` has a bit a head, `causes` those of the register `failover`: illegal, overspeed, swallowed, missing_edges,
--- step, index, from bit 0 on. Both are high for one clock.
+-- `failed` has one bit per head; `causes` has the bits of the register `failover`: illegal, overspeed, swallowed,
+-- missing_edges, step, index, from bit 0 on. Both are high for one clock.
 --
 -- **Reset** clears the readings and the counts.
 

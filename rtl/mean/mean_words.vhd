@@ -3,17 +3,17 @@
 -- # mean_words
 --
 -- Stores the words of the weighted mean twice: offsets, weights and the choice of carrier and of the heads that are
--- used. The active words are those of the angles; the processor writes the idle ones, and `swap_comes` makes them
--- active with the same angle as the coefficients of the lanes. Afterwards the idle words are the same, except that the active
+-- used. The active words apply to the angles; the processor writes the idle ones, and `swap_comes` makes them active
+-- with the same angle as the coefficients of the lanes. Afterwards the idle words are the same, except that the active
 -- weight of a head that is not used is 0 whatever was written.
 --
--- **Words.** 0 to 3: offset of head 1 to 4; 4 to 7: weight of head 1 to 4; 8: choice, carrier (head number - 1) in bits 1
--- to 0 and a bit a head that is used from bit 4 on. Only the bits of the formats are stored, and no words of
--- heads that are not built: those read as 0. A carrier that is not built is head 1.
+-- **Words.** 0 to 3: offset of head 1 to 4; 4 to 7: weight of head 1 to 4; 8: choice, with the carrier (head number -
+-- 1) in bits 1 to 0 and one bit per used head from bit 4 on. Only the bits of the formats are stored. Words of heads
+-- that are not built are not stored; they read as 0. A carrier that is not built is head 1.
 --
 -- **Writing.** Pulse `write_enable` with address and data; the word is written, and `write_acknowledge` pulses,
--- 2 clocks later, or when `hold_writes` is over: hold it while a swap waits, so that a swap takes over all
--- acknowledged writes and no other. Start no other write before.
+-- 2 clocks later, or when `hold_writes` has fallen: hold it high while a swap waits, so that a swap takes over exactly
+-- the acknowledged writes. Start no other write before the acknowledge.
 --
 -- **Latency.** 1 clock from `swap_comes` to the new active words; `next_words` are those of the next clock. 1 clock
 -- from `read_address` to `read_data`, the idle word with its sign extended.
@@ -21,8 +21,8 @@
 -- **Number formats.** offset u24.4 counts, weight s1.16. Flat words hold, from the low bits on: offsets of all heads, then
 -- weights, then used heads, then the carrier.
 --
--- **Reset** drops a pending write. It keeps the words, as the banks of the lanes. At power-up head 1 is carrier and used
--- alone: the output is that of head 1.
+-- **Reset** drops a pending write. It keeps the words, as the banks of the lanes do. At power-up head 1 is carrier and
+-- used alone: the output is that of head 1.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,15 +2,16 @@
 --
 -- # parity_sum
 --
--- Computes the parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads:
--- it contains neither the angle of the table nor a translation of the axis, but every error of a single head. Because Σ
--- cᵢ = 0, it equals the same sum over the differences to the carrier, which the mean computes anyway. One multiplier
--- serves the heads one after the other.
+-- Computes the parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, where βᵢ are the places of
+-- the heads. The parity contains neither the angle of the table nor a translation of the axis, but every error of a
+-- single head. Because Σ cᵢ = 0, the parity equals the same sum over the differences to the carrier, which the mean
+-- computes anyway. One multiplier serves the heads one after the other.
 --
--- **Latency.** 7 clocks from `differences` to `parity`, which is renewed every 8 clocks; its readings are all of one clock.
+-- **Latency.** 7 clocks from `differences` to `parity`, which is renewed every 8 clocks; all its readings belong to one
+-- clock.
 --
--- **Number formats.** differences s16.4 counts, weights s1.16, parity s19.11 counts, rounded down; limit u16.0 counts, 0
--- turns it off. `beyond` is high while the magnitude of the parity is `limit` or more.
+-- **Number formats.** differences s16.4 counts, weights s1.16, parity s19.11 counts, rounded down; limit u16.0 counts;
+-- 0 turns the limit off. `beyond` is high while the magnitude of the parity is `limit` or more.
 --
 -- **Reset.** None: the parity follows its readings.
 
@@ -44,7 +45,7 @@ begin
 
     variable turn      : u_unsigned(2 downto 0)                                              := "000";
     variable held      : std_ulogic_vector(differences'range)                                := (others => '0');
-    -- Registers; the number is that of the clock after that of their head in which they are valid.
+    -- Registers; the number in a name is the number of clocks from the clock of their head until the register is valid.
     variable factor_1  : u_signed(HEAD_DIFFERENCE_WIDTH - 1 downto 0)                        := (others => '0');
     variable weight_1  : u_signed(HEAD_WEIGHT_WIDTH - 1 downto 0)                            := (others => '0');
     variable product_2 : u_signed(HEAD_DIFFERENCE_WIDTH + HEAD_WEIGHT_WIDTH - 1 downto 0)    := (others => '0');

@@ -2,17 +2,18 @@
 --
 -- # prepared_sets
 --
--- Stores complete sets of words, one for all heads and one for each missing head: those of the lanes, of the mean, and the
--- coefficient offset. On request it writes one set into the idle bank, word by word, and swaps: all words of the bank
--- change in the same clock, and the ramp absorbs the change of the output. All sets of four heads and 32 lanes fill one
--- block RAM of 36 Kbit.
+-- Stores complete sets of words, one for all heads and one for each missing head. A set consists of the words of the
+-- lanes, the words of the mean, and the coefficient offset. On request it writes one set into the idle bank, word by
+-- word, and swaps: all words of the bank change in the same clock, and the ramp absorbs the change of the output. All
+-- sets of four heads and 32 lanes fill one block RAM of 36 Kbit.
 --
 -- **Words.** `access_word` is a word of a set as the register map lays it out, in units of 4 bytes: lane * 4 + word, and 512 + place in
 -- `mean`, of which place 15 is the coefficient offset. One word is accessed at a time; a word that is not stored reads as 0.
 --
--- **Processor.** Its writes to the idle bank pass through here, since both write the same bank: while a set is being loaded
--- they wait, then they are carried out. A `swap` of the processor in that time counts as the swap of the set: the words
--- that it had written before are overwritten, and no mixture of words becomes active.
+-- **Processor.** The processor's writes to the idle bank pass through this entity, since both write the same bank:
+-- while a set is being loaded these writes wait, then they are carried out. A `swap` of the processor in that time
+-- counts as the swap of the set: the words that the processor had written before are overwritten, and no mixture of
+-- words becomes active.
 --
 -- **Refusal.** A swap, of the processor or of a set, takes place only while `may_activate` is high: the idle words use no head
 -- that is left out. Otherwise `refused` pulses, the active words stay, and the loaded set is dropped.

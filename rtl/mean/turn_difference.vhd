@@ -37,7 +37,7 @@ begin
 
   subtract_and_fold : process (clock) is
 
-    -- Registers; the number is that of the clock after the angles in which they are valid.
+    -- Registers; the number in a name is the number of clocks from the angles until the register is valid.
     variable straight_1 : u_signed(difference'range) := (others => '0');
     variable straight_2 : u_signed(difference'range) := (others => '0');
     variable more_2     : u_signed(difference'range) := (others => '0');

@@ -3,17 +3,18 @@
 -- # weighted_mean
 --
 -- Computes the term that the weighted mean of the heads adds to the correction of the carrier s: the output is
--- θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, so the term is f_s − Σ wᵢ·(rᵢ − r_s), to be added to E and
--- subtracted with it. f_s is the fraction of o_s; head_mean has subtracted its whole counts from the reading. With Σ
--- wᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads, the mean contains no translation of the axis. The carrier's own weight is
--- not used: its difference is 0, so the weights of all heads have the sum 1 whatever it is.
+-- θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, so the term is f_s − Σ wᵢ·(rᵢ − r_s); it is added to E and
+-- subtracted with E. f_s is the fraction of o_s; head_mean has subtracted its whole counts from the reading. With Σ
+-- wᵢ·e^{jβᵢ} = 0, where βᵢ are the places of the heads, the mean contains no translation of the axis. The carrier's own
+-- weight is not used, because its difference is 0; so the mean is formed as if all weights had the sum 1, whatever this
+-- weight is.
 --
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.
 --
--- **Limit.** A difference beyond ±65,536 counts is that of a head that is lost, or was never set up. It is limited to
--- what s16.4 holds, which bounds the term within ±2¹⁹ counts; `limited` is high with a term of which
--- the difference of a `used` head was limited.
+-- **Limit.** A difference beyond ±65,536 counts comes from a head that is lost or was never set up. It is limited to
+-- the range of s16.4, which bounds the term to ±2¹⁹ counts; `limited` is high with a term for which the difference of a
+-- `used` head was limited.
 --
 -- **Rounding.** None: products and their sum have all their bits.
 --
@@ -103,7 +104,7 @@ begin
 
       type fraction_differences is array (1 to 3) of u_signed(HEAD_OFFSET_FRACTION downto 0);
 
-      -- Registers; the number is that of the clock after the readings in which they are valid.
+      -- Registers; the number in a name is the number of clocks from the readings until the register is valid.
       variable weight_1_to_5   : weight_words                                 := (others => (others => '0'));
       variable fraction_1_to_3 : fraction_differences                         := (others => (others => '0'));
       variable used_1_to_4     : std_ulogic_vector(1 to 4)                    := (others => '0');
@@ -153,7 +154,7 @@ begin
 
   add : process (clock) is
 
-    -- Registers; the number is that of the clock after the readings in which they are valid.
+    -- Registers; the number in a name is the number of clocks from the readings until the register is valid.
     variable fraction_1_to_8 : fraction_counts                       := (others => (others => '0'));
     variable first_pair_8    : u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');
     variable second_pair_8   : u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');

@@ -19,8 +19,8 @@
 -- **Multipliers.** Three DSP48E1 in cascade, for 17, 17 and 14 bits of K. The lowest 17 bits of
 -- every partial sum belong to the result; the others go to the adder of the next multiplier. Bits of a
 -- full turn and above are never computed. The first adder adds the phase offset and the half unit for
--- rounding. Each multiplier has registers at its inputs, its product and its sum, and starts
--- one clock after the one before: five clocks, without any other adder.
+-- rounding. Each multiplier has registers at its inputs, its product and its sum, and starts one clock after the
+-- previous one: in all five clocks, without any other adder.
 --
 -- There is no reset, because no register holds state.
 
@@ -57,7 +57,7 @@ begin
 
   multiply_and_add : process (clock) is
 
-    -- Registers; the number is that of the clock after `angle` in which they are valid.
+    -- Registers; the number in a name is the number of clocks from `angle` until the register is valid.
     variable angle_1          : u_unsigned(ANGLE_WIDTH - 1 downto 0)      := (others => '0');
     variable step_1           : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0) := (others => '0');
     variable low_product_2    : u_unsigned(LOW_WIDTH - 1 downto 0)        := (others => '0');

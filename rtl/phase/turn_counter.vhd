@@ -8,13 +8,13 @@
 -- angle over many turns. If no count is lost, a rearm keeps the number too: the angle restarts at 0, the next index
 -- sets it to 0 again, and the two shifts cancel.
 --
--- **Latency.** `turn_select`, the two low bits of an angle's turn number, is valid in the clock after its angle and stands until the
--- clock after the next angle that is taken. `turn` follows a clock later.
+-- **Latency.** `turn_select`, the two low bits of an angle's turn number, is valid in the clock after its angle and
+-- keeps its value until the clock after the next angle that is taken. `turn` follows a clock later.
 --
 -- **Number formats.** angle u24.0 counts below counts_per_rev; turn s23.0 turns, wraps modulo 2²⁴.
 --
--- **Reset.** The turn number is 0. Hold it over two angles that are taken. While `counts_per_rev` changes, angles are below the old and
--- the new value.
+-- **Reset.** The turn number is 0. Hold the reset until two angles have been taken. While `counts_per_rev` changes,
+-- angles must be below the old and the new value.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -17,17 +17,17 @@
 -- s31.0 counts.
 --
 -- **Edges.** Two edges of A and B are at least `minimum_spacing` clocks apart (0 acts as 1: an edge
--- in every clock); a change applies from the next edge on. A and B never change together. After a
--- reversal the output waits until the position is 2 counts away from it: a
--- position that vibrates between two neighbouring counts gives no edges. Then the
--- output follows exactly.
+-- in every clock); a change applies from the next edge on. A and B never change together. After a reversal the output
+-- waits until the position is 2 counts away from the output's count: a position that vibrates between two neighbouring
+-- counts gives no edges. Then the output follows exactly.
 --
 -- **Phase.** A and B have the levels that the head's own A and B have at the same count: the index of (A, B) in
 -- 00, 10, 11, 01 is the output's count + `phase_of_zero`, modulo 4. So the zero lies in the same state of A and
 -- B after every power-up, if counts_per_rev is a multiple of 4. `phase_of_zero` is sampled
 -- while the output is not following; counts that the head loses meanwhile do not change it. It belongs to the
--- head's latest count, which is ahead of `corrected_position` by the pipeline. Counts that are put back meanwhile reach the output
--- by the ramp, and then the levels are those of the head. (A phase delayed like the position would stay off by these counts.)
+-- head's latest count, which is ahead of `corrected_position` by the latency of the pipeline. Counts that are put back
+-- meanwhile reach the output by the ramp, and then the levels are those of the head. (A phase delayed like the position
+-- would stay off by these counts.)
 --
 -- **Z** marks the zero of the output's angle, which is corrected_angle - following error, modulo
 -- counts_per_rev. It is high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A
@@ -51,11 +51,11 @@
 -- pipeline count as outstanding: 4 counts at one edge per clock. It reads 0 while disabled and after a fault.
 --
 -- **Fault.** `cannot_keep_up` is set, while enabled, when |following error| exceeds `following_limit`
--- or 2 * counts_per_rev - 1. From then on the output stands as if disabled. It does not catch up the missed counts, so
--- it never moves on by itself after a standstill. `clear` ends the fault: the output starts from the
--- present position as at a rise of `enable`. The receiver loses the counts in between and has to find
--- its zero again. Disabling does not clear the fault. Below the limit every count is sent, at `minimum_spacing`:
--- at most following_limit * minimum_spacing clocks late.
+-- or 2 * counts_per_rev - 1. From then on the output stands still as if disabled. It does not catch up the missed
+-- counts, so it never moves on by itself after a standstill. `clear` ends the fault: the output starts from the present
+-- position as at a rise of `enable`. The receiver loses the counts in between and has to find its zero again. Disabling
+-- does not clear the fault. Below the limit every count is sent, at `minimum_spacing`: at most following_limit *
+-- minimum_spacing clocks late.
 --
 -- **Reset** stops the output and clears the fault; Z is low. A and B keep their levels, so that no receiver
 -- sees both fall together. At power-up they are low.
@@ -91,7 +91,7 @@ entity quadrature_output is
     b                  : out   std_ulogic := '0';
     z                  : out   std_ulogic := '0';
     following_error    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
-    cannot_keep_up     : out   std_ulogic := '0'                              -- sticky: the output stands
+    cannot_keep_up     : out   std_ulogic := '0'                              -- sticky: the output stands still
   );
 end entity quadrature_output;
 
@@ -123,8 +123,8 @@ architecture rtl of quadrature_output is
 
   end function counts_of;
 
-  -- Tables of the level of Z by the counts after the zero: not gated, and gated, by the distance of (A, B) from
-  -- z_state.
+  -- Tables of the level of Z: if Z is not gated, by the counts after the zero; if it is gated, by the distance of (A,
+  -- B) from z_state.
   function is_high_ungated (behind_zero : u_signed(3 downto 0); width : u_unsigned(1 downto 0)) return std_ulogic is
   begin
 
@@ -194,7 +194,7 @@ begin
 
   follow : process (clock) is
 
-    -- `following`: enable one clock ago. `enabled`: the clocks before, (0) two clocks ago
+    -- `following`: enable one clock ago. `enabled`: enable in the two clocks before that, (0) the later one
     variable following   : std_ulogic                               := '0';
     variable a_level     : std_ulogic;
     variable b_level     : std_ulogic;
@@ -234,12 +234,12 @@ begin
     variable angle_ahead  : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable angles_ahead  : of_turns                                 := (others => (others => '0'));
     variable behind_zero : of_turns                                 := (others => (others => '0'));
-    -- Whether the oldest, (2), counts from an index
+    -- `referenced` of the last three clocks, (2) the oldest
     variable referenced_then : std_ulogic_vector(2 downto 0)        := "000";
     variable beyond      : u_signed(POSITION_WIDTH - 1 downto 3);
     variable near        : u_signed(3 downto 0);
     variable gated       : std_ulogic;
-    -- Distance of phase_then from z_state, and whether a gated Z is as wide
+    -- Distance of phase_then from z_state, and whether a gated Z is still high at this distance
     variable behind_state  : u_unsigned(1 downto 0)                 := "00";
     variable is_state_high : std_ulogic                             := '0';
     -- following_limit, or two turns minus one count if that is less

@@ -7,12 +7,12 @@
 -- turns or of the capture. It refuses an access that belongs to no unit or is illegal for this core's generics or
 -- state. An access is illegal if its lane, head, prepared set, conditions, local table or turns are not built. A write
 -- without all four bytes is illegal for a coefficient, the offset, the mean, a prepared set, the local table and a turn
--- step. Of the capture, these accesses are illegal: a word beyond the two words of every sample of a bank, any word
+-- step. These accesses to the capture are illegal: a word beyond the two words of every sample of a bank, any word
 -- while no bank is ready, and every write. A read or write of a register is illegal if the register map does not allow
 -- it.
 --
--- **Latency.** 1 clock from `judge` to the verdict, of which one bit is high; it stands until the next. The pulse that
--- requests the word from the unit comes with it, for one clock.
+-- **Latency.** 1 clock from `judge` to the verdict. One bit of the verdict is high; the verdict stays until the next
+-- one. The pulse that requests the word from the unit comes with the verdict, for one clock.
 --
 -- **Number formats.** Addresses in bytes.
 --

@@ -15,9 +15,9 @@
 -- **Order.** A write is accepted when address and data are both valid, in the same clock. If a read and a
 -- write wait together they alternate: neither waits for more than one transfer of the other kind.
 --
--- **Check.** `taken` is high in the first clock in which address, kind and strobes of a transfer stand
--- at the outputs; they keep their values until its end. `refused` is sampled in the clock after it. A refused
--- transfer is answered with `SLVERR` and data 0.
+-- **Check.** `taken` is high in the first clock in which address, kind and strobes of a transfer are at the outputs;
+-- they keep their values until its end. `refused` is sampled in the clock after it. A refused transfer is answered with
+-- `SLVERR` and data 0.
 --
 -- **Answer.** `answered` pulses once for every transfer that is not refused, in the clock of `refused` or any later
 -- one, with `data`.

@@ -10,7 +10,7 @@
 -- decoded in the clock of the check, and the word that is read has a register in the block. Another
 -- unit is asked 2 clocks after `arvalid`, or `awvalid` and `wvalid`; its answer follows a clock later.
 --
--- **Number formats.** Addresses in bytes; everything else through the register map.
+-- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
 -- **Other units.** `access_address` and `access_data` are valid from the clock before the pulse that requests
 -- a word until its answer. Each pulse is answered by one pulse, in its own clock or later, together with the word that

@@ -7,15 +7,15 @@
 -- multiple of `angle_step` above or below the last multiple reached. Source: section 3.2 of the paper (sampling clock
 -- of 1 kHz); the Fourier transform D21[n] of its equation (7) assumes equal angle steps.
 --
--- **Latency.** `trigger` is high one clock after the clock that it belongs to: a unit that latches
--- values delayed by one clock with it gets the values of the crossing itself.
+-- **Latency.** `trigger` is high one clock after the clock that it belongs to: a unit that delays its values by one
+-- clock and latches them with `trigger` gets the values of the crossing itself.
 --
 -- **Number formats.** turn_position s31.0 counts; angle_step u24.0 counts; sample_period u32.0
 -- clocks.
 --
 -- **Equal time.** The first trigger belongs to the clock `sample_period` - 1 clocks after the
 -- first enabled one. A change of `sample_period` applies to the present interval: an
--- interval already longer than the new period ends at once. 0 acts as 1.
+-- interval already longer than the new period ends at once. A period of 0 acts as 1.
 --
 -- **Equal angle.** The multiples are m * angle_step from the zero of the index, computed exactly:
 -- no error accumulates. A multiple is reached at the same count from below and from above,
@@ -23,9 +23,9 @@
 -- not reached again before one of its neighbours: a table that vibrates at a multiple gives one sample, and
 -- after a reversal the table passes that multiple without a sample. The first multiple after the start is
 -- reached from either side; a table that stands on a multiple at the start has to reach a
--- neighbour first. A division finds the grid, also while the table moves: there is no
--- trigger in the first 36 enabled clocks, and in at most 38 clocks from a change of angle_step
--- on. 0 gives no trigger. turn_position wraps modulo 2**32; the grid continues evenly across the wrap.
+-- neighbour first. A division finds the grid, even while the table moves: there is no trigger in the first 36 enabled
+-- clocks, and in at most 38 clocks from a change of angle_step on. An angle_step of 0 gives no trigger. turn_position
+-- wraps modulo 2**32; the grid continues evenly across the wrap.
 --
 -- From the start on the entity counts the movement modulo angle_step; the division only gives the value
 -- of that counter at the multiples. So turn_position may move by at most one count per clock, as
@@ -99,8 +99,8 @@ begin
 
   equal_time : process (clock) is
 
-    -- Clocks of the interval, this one included. In the first clock is_first is set instead: one bit to set
-    -- instead of 32.
+    -- Clocks of the interval, this one included. In the first clock is_first is set instead, which is one bit in place
+    -- of 32.
     variable elapsed  : u_unsigned(31 downto 0) := to_unsigned(1, 32);
     variable is_first : std_ulogic              := '1';
     variable ends     : std_ulogic;
@@ -164,7 +164,8 @@ begin
     variable down        : std_ulogic;
     variable stood       : std_ulogic;
     variable arrives     : std_ulogic;
-    -- The table stands on a multiple; the direction in which it left the last one; no multiple yet.
+    -- High if the table stands on a multiple; the direction in which it left the last one; high if it has reached no
+    -- multiple yet.
     variable on_multiple : std_ulogic := '0';
     variable left_up     : std_ulogic := '0';
     variable fresh       : std_ulogic := '1';
@@ -271,13 +272,13 @@ begin
 
       end case;
 
-      -- This is no step: a change of angle_step restarts the division a clock later, which needs no fast path.
+      -- The step 0 differs from angle_step, so the division restarts a clock later, as after a change of angle_step.
       if jumps = '1' then
         step          := (others => '0');
         angle_trigger <= '0';
       end if;
 
-      -- This applies in every state, because START defines the beginning: one case fewer.
+      -- This runs in every state, which saves a case; START sets the initial value.
       on_multiple := arrives or (on_multiple and not (up or down));
 
       if reset = '1' or enable = '0' or mode /= 1 or changes = '1' then

@@ -23,12 +23,12 @@
 -- `full_before_turn`.
 --
 -- **Ownership.** A bank that is handed over is READY: it belongs to the processor until `release_bank` pulses, and
--- the sampler does not write it in that time. `bank_ready` is high while a bank is READY, `ready_bank` is its number, and
--- `capture_ready` pulses when it becomes READY. At most one bank is READY; the sampler fills the other one. If
--- its turn is complete before the release, that turn is dropped and the sampler fills the
--- same bank again: `capture_overrun` pulses, `overrun_count` increments, and the next header carries
--- `overrun`. A release is in time up to the clock after that of the closing sample. A release
--- without a READY bank has no effect. Release the bank after the last read has been answered.
+-- the sampler does not write it in that time. `bank_ready` is high while a bank is READY, `ready_bank` is its number,
+-- and `capture_ready` pulses when a bank becomes READY. At most one bank is READY; the sampler fills the other one. If
+-- the turn in that bank is complete before the release, this turn is dropped and the sampler fills the same bank again:
+-- `capture_overrun` pulses, `overrun_count` increments, and the next header carries `overrun`. A release is in time up
+-- to the clock after that of the closing sample. A release without a READY bank has no effect. Release the bank after
+-- the last read has been answered.
 --
 -- **Header.** `header_start_time` is the time stamp of the first sample, `header_sequence` counts
 -- the banks handed over, from 0; `header_sample_count` is the number of stored pairs.
@@ -38,19 +38,19 @@
 -- holds from an earlier fault counts too; a flag that it raises some clocks after the fault may appear in the
 -- next bank only. The header keeps its value while `bank_ready` is high.
 --
--- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. If one
--- goes low, the unfinished turn is dropped and not counted as an overrun; a READY bank stays READY. Change
--- counts_per_rev only while `enable` is low. mode, sample_period and angle_step may change at any
--- time (see `sample_trigger`); the present turn then contains samples of both settings.
+-- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. If one of them goes low, the
+-- unfinished turn is dropped and not counted as an overrun; a READY bank stays READY. Change counts_per_rev only while
+-- `enable` is low. mode, sample_period and angle_step may change at any time (see `sample_trigger`); the present turn
+-- then contains samples of both settings.
 --
 -- **Reading.** The read port reads only the samples of the READY bank. Without a READY bank, and from sample
 -- header_sample_count on, it gives 0.
 --
 -- **More heads.** With HEADS = 3 or 4 a second memory stores the positions of the other heads in the same clocks; a read with
--- `read_further` high reads head 3 or 4 in place of head 1 or 2. A unit outside selects the head whose turn is captured and that
--- triggers: `reference_position` and `reference_zero_moved` belong to that head, and sampling runs while `enable`
--- is high, whichever indices were seen. Change the reference only while `enable` is low.
--- `header_further_flags` are flags 0 to 7 of heads 3 and 4. A core of two heads does not contain this part.
+-- `read_further` high reads head 3 or 4 in place of head 1 or 2. A unit outside selects the reference head, whose turns
+-- are captured and whose angle triggers the samples: `reference_position` and `reference_zero_moved` belong to this
+-- head, and sampling runs while `enable` is high, whichever indices were seen. Change the reference only while `enable`
+-- is low. `header_further_flags` are flags 0 to 7 of heads 3 and 4. A core of two heads does not contain this part.
 --
 -- **Reset** frees both banks and clears the sequence, `overrun_count` (which wraps) and a pending
 -- overrun flag; the memory keeps its words, and the header is undefined until `bank_ready`.
@@ -101,7 +101,7 @@ entity sampler is
     capture_overrun     : out   std_ulogic;                                          -- pulse: a turn was dropped
     capture_busy        : out   std_ulogic;                                          -- level: a turn is being captured
     bank_ready          : out   std_ulogic;                                          -- level: a bank belongs to the processor
-    ready_bank          : out   std_ulogic;                                          -- its number
+    ready_bank          : out   std_ulogic;                                          -- number of the READY bank
     header_start_time   : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     header_sequence     : out   u_unsigned(31 downto 0);                             -- banks handed over before this one
     header_sample_count : out   u_unsigned(15 downto 0);                             -- sample pairs

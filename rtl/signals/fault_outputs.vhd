@@ -9,17 +9,18 @@
 --
 -- **Alarm.** `alarm` is high while a fault is `present` whose bit in `alarm_sources` is set.
 --
--- **Driver enable.** `driver_enable` is high while `enable` is, until a fault is `present` whose bit in `release_sources` is
--- set. From then on it is low, and `released` high, until a low `enable`, or a `clear` (pulse) with no such fault `present` a
--- clock after it. So one pulse can clear both the fault and the release, a fault that persists keeps the drivers
--- released, and the end of a fault alone does not enable the drivers again. `causes` are the faults that released them,
--- and those that came since; after a `clear` that was not enough, those that are still present.
+-- **Driver enable.** `driver_enable` is high while `enable` is high, until a fault is `present` whose bit in
+-- `release_sources` is set. From then on it is low, and `released` high, until `enable` is low, or until no such fault
+-- is `present` a clock after a `clear` (pulse). So one pulse can clear both the fault and the release, a fault that
+-- persists keeps the drivers released, and the end of a fault alone does not enable the drivers again. `causes` are the
+-- faults that released the drivers and those that came later; after a `clear` that did not end the release, those that
+-- are still present.
 --
 -- **Reset** clears the alarm and the release, and leaves `driver_enable` as it is: a reset of the core, in which A and
--- B stand, does not trip a drive that watches its lines. `enable` falls with the reset. The hold ends, without a gap,
--- when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then `driver_enable`
--- falls, so that an old output leaves the lines until somebody sets it up again. Drivers that were released stay so
--- until `enable` is high. A reset within a hold does not make it longer.
+-- B stand still, does not trip a drive that watches its lines. `enable` falls with the reset. The hold ends, without a
+-- gap, when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then
+-- `driver_enable` falls, so that an output that is not set up again leaves the lines. Drivers that were released stay
+-- released until `enable` is high. A reset within a hold does not make it longer.
 
 library ieee;
   use ieee.std_logic_1164.all;

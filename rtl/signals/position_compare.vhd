@@ -2,20 +2,20 @@
 --
 -- # position_compare
 --
--- Gives a strobe when the corrected position reaches a given count, and each multiple of an interval from there: a
--- signal that triggers a camera or a laser at even angles.
+-- Gives a strobe when the corrected position reaches a given count or a multiple of an interval from this count. The
+-- strobe triggers a camera or a laser at even angles.
 --
 -- **Latency.** 2 clocks from `position` to `strobe`.
 --
--- **Number formats.** position, first s31.0 counts; interval u24.0 counts, 0: `first` alone. Differences hold across the
--- wrap of the position as long as it is within 2**31 counts.
+-- **Number formats.** position, first s31.0 counts; interval u24.0 counts, 0: `first` alone. Differences are correct
+-- across the wrap of the position as long as it is within 2**31 counts.
 --
 -- **Arming.** `arm` (pulse) restarts with `first` and `interval`. `first` is reached when the position comes to it, or
--- passes it, from the side on which it was at the arming; if the position stood at `first`, then when it leaves `first`
--- in either direction. From then on the place reached last is left when the position is a whole interval away from it,
--- in either direction: the next place is then reached. So a position that trembles on a place gives one strobe. A
--- position that jumps further gives a strobe every third clock until it has caught up. `disarm` (pulse) ends it, also
--- in the clock of an `arm`.
+-- passes it, from the side on which it was at the arming; if the position stood at `first`, this place is reached when
+-- the position leaves it in either direction. From then on the next place is reached when the position is a whole
+-- interval away from the last place reached, in either direction. So a position that vibrates at a place gives one
+-- strobe. A position that jumps further gives a strobe every third clock until it has caught up. `disarm` (pulse) ends
+-- the comparison, even in the clock of an `arm`.
 --
 -- **Reset** disarms.
 
@@ -35,7 +35,7 @@ entity position_compare is
     position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     first    : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     interval : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);    -- counts, 0: once
-    armed    : out   std_ulogic := '0';                       -- level: it waits for a place
+    armed    : out   std_ulogic := '0';                       -- level: waits for a place
     strobe   : out   std_ulogic := '0'
   );
 end entity position_compare;

@@ -35,7 +35,7 @@ architecture rtl of pulse_input is
   signal pins     : std_ulogic_vector(0 downto 0);
   signal levels   : std_ulogic_vector(0 downto 0);
   signal filtered : std_ulogic_vector(0 downto 0);
-  -- The reset, and the clocks after it in which the synchroniser still outputs earlier levels.
+  -- High during the reset and the clocks after it in which the synchroniser still outputs earlier levels.
   signal settling : std_ulogic_vector(SETTLED_AFTER - 1 downto 0) := (others => '1');
 
 begin

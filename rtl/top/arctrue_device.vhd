@@ -13,9 +13,9 @@
 -- **Clock and reset** come from the processor, see zynq_processor. Until the firmware releases the reset, the outputs
 -- are low and the LEDs out.
 --
--- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault while a head has an index error,
--- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was
--- clipped; compensation while the output is corrected. See status_leds.
+-- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault is lit while a head has an index error,
+-- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was clipped;
+-- compensation is lit while the output is corrected. See status_leds.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -33,7 +33,7 @@ entity arctrue_device is
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot represent
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least

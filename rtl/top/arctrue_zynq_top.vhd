@@ -22,7 +22,7 @@ entity arctrue_zynq_top is
     MEAN          : boolean                       := false;                 -- correct the mean of both heads, not head 1 alone
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot represent
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least

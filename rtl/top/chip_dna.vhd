@@ -3,16 +3,17 @@
 -- # chip_dna
 --
 -- Reads the chip's fixed identifier (device DNA) from the primitive DNA_PORT, once after the reset, and holds it. READ
--- loads the identifier into the primitive's shift register, whose bit 56 is at DOUT; SHIFT moves the next one there.
+-- loads the identifier into the primitive's shift register, whose bit 56 is at DOUT; SHIFT moves the next bit there.
 -- Source: 7 series configuration user guide (UG470), chapter 5, "Device DNA".
 --
 -- **Latency.** 118 × CLOCKS_PER_HALF clocks from the end of the reset to `known`.
 --
 -- **Number formats.** `dna` u57.0.
 --
--- **Clock.** The primitive runs on a divided clock that is a register here, CLOCKS_PER_HALF clocks high and as many
--- low; READ and SHIFT change, and DOUT is sampled, at its falling edge. At 100 MHz and 8 clocks that is 6.25 MHz of the
--- 100 that are allowed, and each path has half a period, 80 ns. constraints/vivado/chip_dna.xdc states this for Vivado.
+-- **Clock.** The primitive runs on a divided clock from a register of this entity, which is high for CLOCKS_PER_HALF
+-- clocks and low for as many; READ and SHIFT change, and DOUT is sampled, at its falling edge. At 100 MHz and 8 clocks
+-- the divided clock has 6.25 MHz (100 MHz are allowed), and each path has half a period, 80 ns.
+-- constraints/vivado/chip_dna.xdc states this for Vivado.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -3,7 +3,7 @@
 -- # reset_release
 --
 -- Generates the core's synchronous reset from the processor's reset, which comes at any time: synchronises it to the
--- clock, and ends the core's reset CLOCKS clocks after it ended there.
+-- clock, and ends the core's reset CLOCKS clocks after the synchronised reset has ended.
 --
 -- **Latency.** `reset` rises 3 clocks after `asynchronous_reset_n` falls and falls 3 + CLOCKS clocks
 -- after that rises; one clock more if the pin is sampled late.
@@ -18,7 +18,7 @@ library ieee;
 
 entity reset_release is
   generic (
-    CLOCKS : positive range 1 to 65535 := 64 -- from the end of the reset in the clock's domain
+    CLOCKS : positive range 1 to 65535 := 64 -- clocks of reset after the end of the synchronised reset
   );
   port (
     clock                : in    std_ulogic;

@@ -18,12 +18,12 @@
 --
 -- **I2C.** The signals of controller 0 go through the fabric (EMIO). `scl_low` and `sda_low` request that a wire is
 -- pulled low; a wire is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O. General-purpose pins
--- 54 (SCL) and 55 (SDA) are on the same wires: with them the firmware clocks a device that holds SDA until it releases
--- the wire.
+-- 54 (SCL) and 55 (SDA) are on the same wires: through these pins the firmware clocks a device that holds SDA low,
+-- until the device releases SDA.
 --
 -- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way then: it
--- gets no answer, and the processor would wait for ever. One that begins during the reset, or in the
--- RESET_CLOCKS clocks after it, waits until the reset is over.
+-- gets no answer, and the processor would wait for ever. An access that begins during the reset, or in the RESET_CLOCKS
+-- clocks after it, waits until the reset is over.
 --
 -- **Write data** are taken in the order of their addresses; WID is ignored.
 

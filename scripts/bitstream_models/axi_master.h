@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Plays a list of accesses as the processor's AXI3 master does at M_AXI_GP0: a valid item stays until it
-// is taken, an address and its data come in either order, and answers are taken after random times. Lines that
-// are not valid get random levels. The list is that of scripts/bitstream_stimulus.py.
+// Plays a list of accesses like the processor's AXI3 master at M_AXI_GP0: VALID stays high until READY is
+// high, an address and its data come in either order, and the master is ready for answers after random times.
+// Signals of a channel without VALID get random levels. scripts/bitstream_stimulus.py writes the list.
 
 #pragma once
 
@@ -18,18 +18,18 @@
 struct Access {
     char kind; // w write, r read, n nothing for `data` clocks, z reset for `data` clocks
     uint32_t address;
-    uint32_t data; // data of the first beat; each beat adds BEAT_STEP
+    uint32_t data; // data of the first beat; those of each further beat are larger by BEAT_STEP
     int beats;
     uint64_t size;
     uint64_t burst;
     uint64_t strobe;
-    int last;     // beat that has WLAST
+    int last;     // number of the beat with WLAST
     int together; // may start during an access in the other direction
 };
 
 constexpr uint32_t BEAT_STEP = 0x01000193;
 
-// Reads one access per line: the fields of Access in their order.
+// Reads a file with one access per line; a line has the fields of Access in their order.
 inline std::vector<Access> read_accesses(const char *path) {
     std::vector<Access> found;
     std::FILE *file = std::fopen(path, "r");
@@ -48,10 +48,10 @@ inline std::vector<Access> read_accesses(const char *path) {
     return found;
 }
 
-// A valid line and the lines that belong to it.
+// State of a channel that this master drives: VALID and its payload.
 struct Offer {
-    bool is_due = false;   // an item waits for its handshake
-    bool is_shown = false; // valid is high
+    bool is_due = false;   // an address or a beat waits for its handshake
+    bool is_shown = false; // VALID is high
 
     bool decide() {
         is_shown = is_due && (is_shown || one_in(2));
@@ -94,7 +94,7 @@ class Master {
         return next_;
     }
 
-    // Sets the levels of the next clock.
+    // Sets the levels of all signals for the next clock.
     template <typename Bus> void drive(Bus &inputs) {
         start();
         write_address_.decide();
@@ -118,7 +118,7 @@ class Master {
         set(inputs, AXI.rready, takes_read_);
     }
 
-    // Takes the handshakes of this clock, from the outputs before its edge.
+    // Finds the handshakes of this clock in the outputs before its edge.
     template <typename Bus> void take(const Bus &outputs) {
         if (reset_clocks_ > 0) {
             --reset_clocks_;

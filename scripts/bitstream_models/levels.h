@@ -8,7 +8,7 @@
 
 inline uint64_t state;
 
-// Random number of SplitMix64.
+// Returns the next random number of the generator SplitMix64.
 inline uint64_t any() {
     uint64_t value = (state += 0x9E3779B97F4A7C15u);
     value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9u;

@@ -1,4 +1,4 @@
-"""Call the command line from a test."""
+"""Run the command line from a test."""
 
 from __future__ import annotations
 

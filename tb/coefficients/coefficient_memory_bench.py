@@ -40,7 +40,7 @@ async def start(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     if FOLD > 1:
         cocotb.start_soon(count_slots(dut))
-    # The previous test may have left a swap that waits for the end of another.
+    # The previous test may have left a swap that waits for the end of another swap.
     for _ in range(2 * (FILLED + FOLD) + 2):
         await RisingEdge(dut.clock)
     dut.reset.value = 0
@@ -82,11 +82,12 @@ def outputs(dut: Any) -> tuple[int, int, int, int]:
 
 
 DELAYS = (0, PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
-"""Clocks from an angle in slot 0 to the four parts."""
+"""Number of clocks from an angle in slot 0 to each of the four parts of its bank."""
 
 
 def expected(bank: Coefficients, block: int = 0) -> tuple[int, int, int, int]:
-    """Return the outputs that an angle of the bank meets in a slot: those of block ``block``."""
+    """Return the outputs that an angle must meet in slot ``block``: the words of this block of
+    lanes."""
     lanes = slice(block * BUILT, (block + 1) * BUILT)
     return (
         flat(bank.phase_steps[lanes], PHASE_STEP_WIDTH),
@@ -121,7 +122,7 @@ async def write(dut: Any, address: int | None, data: int) -> int:
     await RisingEdge(dut.clock)
     dut.write_enable.value = 0
     dut.write_offset.value = 0
-    # The content of the write is taken over in its own clock.
+    # The entity stores address and data in the clock of the write; later ones have no effect.
     dut.write_data.value = 0xDEADBEEF
     dut.write_address.value = 255
     for clocks in range(1, LONGEST_WRITE + FOLD + 10):
@@ -170,7 +171,7 @@ async def check_active(dut: Any, bank: Coefficients) -> None:
 
 @cocotb.test()
 async def swap_takes_effect_in_one_clock(dut: Any) -> None:
-    """Each part changes as a whole, with the delay of its place in the pipeline."""
+    """Each part of the bank changes as a whole, after the delay of its place in the pipeline."""
     rng, before = await start_with_idle_bank(dut, 1)
     await pulse_swap_and_settle(dut)
     after = random_bank(rng)
@@ -186,7 +187,7 @@ async def swap_takes_effect_in_one_clock(dut: Any) -> None:
         markers.append(int(dut.swap_marker.value))
         assert int(dut.swap_busy.value) == int(1 <= clock <= FILLED)
         dut.swap.value = 0
-    # Clock 0 is that of the swap; the first angle of the new bank comes with the marker.
+    # Clock 0 is the clock of the swap; the first angle of the new bank comes with the marker.
     assert [clock for clock, marker in enumerate(markers) if marker] == [1]
     check_met(slots[0], seen, [before] + [after] * (len(seen) - 1))
 
@@ -235,7 +236,8 @@ async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
 
 @cocotb.test()
 async def swaps_one_after_the_other(dut: Any) -> None:
-    """A swap while the idle bank is filled waits; words of the earlier bank do not return."""
+    """A swap that comes while the idle bank is filled waits; words of the earlier bank do not
+    return."""
     _, bank = await start_with_idle_bank(dut, 6)
     markers = 0
     for clock in range(2 * (FILLED + FOLD) + 10):
@@ -278,7 +280,7 @@ async def read_back_shows_what_is_stored(dut: Any) -> None:
 
 @cocotb.test()
 async def every_angle_meets_one_bank(dut: Any) -> None:
-    """Swaps and writes come at random instants: an angle meets one snapshot of the idle bank."""
+    """Swaps and writes come at random instants: each angle meets the idle bank of one instant."""
     await start(dut)
     rng = random.Random(3)
     model = CoefficientMemory(COUNTS_PER_REV, LANES)
@@ -309,7 +311,8 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
         dut.write_data.value = data
         await clock_and_see(dut, seen, slots)
         if dut.swap_marker.value == 1:
-            # The swap was requested, and the idle bank was filled first; acknowledged words count.
+            # The swap was requested, and the idle bank was filled before it; acknowledged words are
+            # swapped.
             assert asked
             assert last < 0 or clock - last >= FILLED
             assert clock - max(clock_of_swap, last + FILLED) <= FOLD + 2

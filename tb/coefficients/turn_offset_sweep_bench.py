@@ -86,8 +86,8 @@ def check(memory: Memory, bank: int, turn: int, steps: list[int], offsets: list[
 
 @cocotb.test()
 async def every_turn_is_exact(dut: Any) -> None:
-    """Any turn of s23.0 is ready in the stated time, as a fraction within half a unit of 24
-    bits."""
+    """The offsets of any turn number in s23.0 are ready in the stated time and correct to 2⁻²⁵
+    turn."""
     memory = await start(dut)
     steps, offsets = random_words(1)
     await load(memory, steps, offsets)
@@ -95,7 +95,7 @@ async def every_turn_is_exact(dut: Any) -> None:
     turns = [0, 1, -1, 1_000_000, -1_000_000, 2**23 - 2, -(2**23) + 1]
     for turn in turns + [rng.randrange(-(2**23) + 1, 2**23 - 1) for _ in range(10)]:
         dut.turn.value = turn
-        await memory.clocks(ready_clocks(LANES) - 4)  # 2 clocks to `turn`, 2 from the place's read
+        await memory.clocks(ready_clocks(LANES) - 4)  # less 2 clocks to `turn` and 2 of a read
         check(memory, 0, turn, steps, offsets)
         for lane in range(LANES):
             exact = Fraction(turn * steps[lane], 1 << 48) + Fraction(offsets[lane], 1 << 24)
@@ -105,7 +105,7 @@ async def every_turn_is_exact(dut: Any) -> None:
 
 @cocotb.test()
 async def tremble_keeps_the_neighbours(dut: Any) -> None:
-    """During a tremble of any rhythm the offsets of the turns in use never change."""
+    """While the table trembles in any rhythm, the offsets of the turns in use never change."""
     memory = await start(dut)
     steps, offsets = random_words(3)
     await load(memory, steps, offsets)
@@ -129,7 +129,8 @@ async def tremble_keeps_the_neighbours(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_during_a_tremble_is_complete(dut: Any) -> None:
-    """After a write the turns on both sides of a trembling wrap are new when `swept` rises."""
+    """After a write, the offsets of the turns on both sides of a trembling wrap are new when
+    `swept` rises."""
     memory = await start(dut)
     rng = random.Random(8)
     for seed in range(6):
@@ -146,8 +147,8 @@ async def a_write_during_a_tremble_is_complete(dut: Any) -> None:
 
 @cocotb.test()
 async def turns_one_after_the_other(dut: Any) -> None:
-    """The next turn is ready in the stated time after a wrap, at the highest speed, in both
-    directions."""
+    """The offsets of the next turn are ready in the stated time after a wrap, at the highest speed,
+    in both directions."""
     memory = await start(dut)
     steps, offsets = random_words(5)
     await load(memory, steps, offsets)
@@ -163,7 +164,7 @@ async def turns_one_after_the_other(dut: Any) -> None:
 
 @cocotb.test()
 async def banks_and_take_over(dut: Any) -> None:
-    """Writes change only the idle bank; take_over copies the steps; swept waits for both."""
+    """Writes change only the idle bank; `take_over` copies the steps; `swept` rises after both."""
     memory = await start(dut)
     steps, offsets = random_words(6)
     await load(memory, steps, offsets)
@@ -174,8 +175,8 @@ async def banks_and_take_over(dut: Any) -> None:
         waited += 1
     assert 2 * SWEEP_CLOCKS <= waited <= ready_clocks(LANES)
     check(memory, 0, 5, steps, offsets)
-    # A swap: bank 0 is active; bank 1 gets its steps, and its offsets from the filling of the
-    # memory.
+    # After the swap bank 0 is active. The copy gives bank 1 the steps of bank 0, and the filling of
+    # the memory gives it the offsets.
     dut.idle_bank.value = 1
     dut.take_over.value = 1
     await memory.clock()

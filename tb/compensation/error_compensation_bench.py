@@ -25,7 +25,8 @@ PAIRS = (LANES + 1) // 2
 FOLD = int(os.environ.get("FOLD", "1"))
 MEAN = os.environ.get("MEAN", "false") == "true"
 CLOCKS = 1500
-# Two amplitudes at the end of s13.11 with a cosine 2⁻¹³ above one, eight times its bound.
+# Two amplitudes at the end of s13.11, each times a cosine of 1 + 2⁻¹³. The error of a cosine is at
+# most an eighth of this excess.
 PAIR_MAX = 2 * (8192 + 1) << PAIR_FRACTION
 OFFSET_MAX = 2**24 - 1
 
@@ -111,7 +112,7 @@ async def compare(
 @cocotb.test()
 @cocotb.parametrize(counts_per_rev=[4, 5, 1000, 65536, 12_345_678, 2**24])
 async def random_input(dut: Any, counts_per_rev: int) -> None:
-    """Pair sums reach twice the turn, so that corrections are clipped and not clipped."""
+    """Pair sums reach twice the turn, so that some corrections are clipped and others are not."""
     rng = np.random.default_rng(counts_per_rev)
     largest = min(PAIR_MAX, (2 * counts_per_rev << PAIR_FRACTION) // max(1, PAIRS // 2))
     offset_max = min(OFFSET_MAX, counts_per_rev << 9)
@@ -135,7 +136,7 @@ async def random_input(dut: Any, counts_per_rev: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sign=[1, -1])
 async def extremes(dut: Any, sign: int) -> None:
-    """Terms are at the ends of their formats, readings at both ends of the turn; the position
+    """Terms lie at the ends of their formats, readings at both ends of the turn; the position
     wraps."""
     counts_per_rev = 2**24
     model = await compare(
@@ -182,8 +183,8 @@ async def every_fraction_rounds_once(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(fold=[FOLD])
 async def folded_sums(dut: Any, fold: int) -> None:
-    """Results of pair sums over FOLD clocks equal those of one angle per clock, except the ramp's
-    clocks."""
+    """Pair sums that arrive over FOLD clocks give the results of a model in which each angle is
+    repeated for FOLD clocks."""
     angles = 300
     counts_per_rev = 12_345_678
     rng = np.random.default_rng(fold)
@@ -248,7 +249,8 @@ async def folded_sums(dut: Any, fold: int) -> None:
 
 @cocotb.test(skip=not MEAN)
 async def mean_joins_before_the_rounding(dut: Any) -> None:
-    """Every term of the mean is random or at its ends; carriers change with swaps, under the ramp.
+    """Every term of the mean is random or at an end of its format; carriers change with swaps while
+    the ramp acts.
 
     The jump of the reading at a change of the carrier never shows in the corrected position.
     """
@@ -259,7 +261,7 @@ async def mean_joins_before_the_rounding(dut: Any) -> None:
     pair_sums = np.full((clocks, PAIRS), quarter) + rng.integers(0, 2, (clocks, PAIRS))
     term_max = 3 * 2 * 2**16 << MEAN_TERM_FRACTION
     term = rng.integers(-(2**26), 2**26, clocks)
-    term[:600] = 0  # so that a ramp ends
+    term[:600] = 0  # so that one ramp ends
     term[600:1200] = rng.integers(-term_max, term_max + 1, 600)
     term[1200:1204] = -term_max, term_max, term_max, -term_max
     swap = (rng.random(clocks) < 0.01) | (np.arange(clocks) == 100)

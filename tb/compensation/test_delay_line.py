@@ -1,4 +1,4 @@
-"""The delay line delays by exactly its clocks."""
+"""The delay line delays words by exactly CLOCKS clocks."""
 
 from __future__ import annotations
 

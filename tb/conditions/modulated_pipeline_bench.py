@@ -39,7 +39,7 @@ NAMES = ("direction", "speed", "word_a", "word_b")
 
 
 def bank_of(seed: int) -> Coefficients:
-    """Return lanes of every modulator, order 0 among them."""
+    """Return a bank with lanes of every modulator, one of them of order 0."""
     rng = np.random.default_rng(seed)
     orders = rng.integers(0, 90, LANES)
     orders[0] = 0
@@ -64,7 +64,7 @@ def bank_of(seed: int) -> Coefficients:
 
 
 class Sweep:
-    """Drive the step and the modulators in every clock, and record them."""
+    """Drives and records the sweep's step and the modulators in every clock."""
 
     def __init__(self, dut: Any, seed: int) -> None:
         self.dut = dut
@@ -74,7 +74,7 @@ class Sweep:
         self.clock = 0
         self.steps: list[int] = []
         self.held: list[Modulators] = []
-        """Modulators at the last step of each sweep, sweep after sweep."""
+        """Modulators at the last step of each sweep, in the order of the sweeps."""
 
     def put(self, modulators: Modulators) -> None:
         self.now = modulators
@@ -131,8 +131,8 @@ async def begin(dut: Any, seed: int) -> Sweep:
 
 @cocotb.test()
 async def held_modulators(dut: Any) -> None:
-    """With constant modulators, the outputs equal those of lanes with the amplitudes times the
-    modulators, for each FOLD."""
+    """With constant modulators, the outputs equal those of plain lanes whose amplitudes are
+    multiplied by the modulators, for each FOLD."""
     sweep = await begin(dut, 1)
     rng = np.random.default_rng(3)
     one = MODULATOR_ONE
@@ -141,8 +141,8 @@ async def held_modulators(dut: Any) -> None:
         sweep.put(held)
         dut.angle.value = 0
         waited = await sweep.load(bank)
-        # A whole sweep after the last write, less the clocks of its acknowledge, and the end of the
-        # sweep before.
+        # The swap waits for the end of the present sweep and then for a whole sweep, less the
+        # clocks of the last write's acknowledge.
         assert SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + FOLD + 8
         await sweep.settle()
         angles = rng.integers(0, COUNTS_PER_REV, 150)
@@ -161,7 +161,8 @@ async def held_modulators(dut: Any) -> None:
 
 @cocotb.test()
 async def the_read_back_is_nominal(dut: Any) -> None:
-    """Words read back and filled after a swap are the written ones."""
+    """Words that are read back equal the written ones, also those that a swap copies to the idle
+    bank."""
     sweep = await begin(dut, 2)
     bank = bank_of(5)
     sweep.put(sweep.random())
@@ -172,7 +173,7 @@ async def the_read_back_is_nominal(dut: Any) -> None:
         for _ in range(3):
             await RisingEdge(dut.clock)
         assert int(dut.read_data.value) == data
-    # The other bank has the same words: it corrects the same.
+    # The other bank has the same words, so that the outputs stay equal.
     dut.angle.value = dut.position.value = COUNTS_PER_REV // 3
     await sweep.settle()
     before = outputs(dut)
@@ -185,7 +186,7 @@ async def the_read_back_is_nominal(dut: Any) -> None:
 
 @cocotb.test()
 async def moving_modulators(dut: Any) -> None:
-    """Each angle meets the amplitudes that the sweep had written when it was read."""
+    """Each angle meets the amplitudes that the sweep had written when the pipeline read them."""
     sweep = await begin(dut, 4)
     bank = bank_of(9)
     dut.angle.value = 0
@@ -225,7 +226,7 @@ async def moving_modulators(dut: Any) -> None:
 
 
 def effective_history(sweep: Sweep, bank: Coefficients) -> np.ndarray[Any, Any]:
-    """Return the view of a read in each clock of every lane of bank 1, (clocks, lanes)."""
+    """Return the amplitudes of bank 1 that a read in each clock would return, (clocks, lanes)."""
     clocks = len(sweep.steps) + SWEEP_CLOCKS
     found = np.zeros((clocks, LANES), dtype=np.int64)
     now = np.zeros(LANES, dtype=np.int64)

@@ -26,7 +26,7 @@ async def start(dut: Any, width: int, dead_zone: int) -> None:
 
 
 async def follow(dut: Any, positions: list[int], put_backs: list[int]) -> list[tuple[int, bool]]:
-    """Return place and known for each reading, without the latency."""
+    """Return the outputs ``place`` and ``known`` for each reading, without the latency."""
     found = []
     last = len(positions) - 1
     for clock in range(len(positions) + STOP_LATENCY):
@@ -39,7 +39,8 @@ async def follow(dut: Any, positions: list[int], put_backs: list[int]) -> list[t
 
 @cocotb.test()
 async def every_clock_as_the_model(dut: Any) -> None:
-    """Every clock is equal, over trembles, steps of up to 8 counts, jumps and counts put back."""
+    """Every clock equals the model, with trembles, steps of up to 8 counts, jumps and counts put
+    back."""
     generator = random.Random(28)
     for width, dead_zone in ((0, 0), (16 * 40, 0), (16 * 25 + 5, 4), (16 * 60, 255), (3, 1)):
         await start(dut, width, dead_zone)
@@ -68,7 +69,8 @@ async def every_clock_as_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def a_new_width_makes_it_unknown(dut: Any) -> None:
-    """After 2W to one side the place is W and known; after another width it is unknown again."""
+    """After a travel of 2W to one side the place is W and known; a new width makes it unknown
+    again."""
     await start(dut, 16 * 10, 0)
     found = await follow(dut, list(range(1, 21)), [0] * 20)
     assert found[-1] == (160, True)

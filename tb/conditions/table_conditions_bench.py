@@ -18,7 +18,7 @@ KNOWN = 1 << 31
 
 
 class Window:
-    """The table's reading, clock by clock, and the registers."""
+    """Drives the table's reading clock by clock, and accesses the registers."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -137,7 +137,8 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
     turned_at = window.place
     for _ in range(10 * width):
         await window.clock()
-        # Up to two sweeps late: 72 counts of the 400 at a quarter of a count a clock.
+        # The direction is up to two sweeps late, which are 72 of the 400 counts at a quarter of a
+        # count a clock.
         way = turned_at - window.place
         now = max(1.0 - way / width, -1.0)
         before = max(1.0 - max(way - 75.0, 0.0) / width, -1.0)
@@ -148,7 +149,8 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
 
 @cocotb.test()
 async def speed_of_a_table(dut: Any) -> None:
-    """In steady motion the ratio is right to one clock per window; at standstill it decays to 0."""
+    """In steady motion the speed ratio is right to one clock per window; at standstill it decays to
+    0."""
     window = Window(dut)
     await window.start()
     nominal = round(0.5 * 2**32)

@@ -61,7 +61,8 @@ async def every_clock_as_the_model(dut: Any) -> None:
             )
         )
     model = TableSpeed(NOMINAL, WINDOW, LONGEST)
-    # In reset and the two clocks after it the window's time stays at these values.
+    # The entity's time counts from the end of the reset, but the first row arrives two clocks
+    # later.
     for _ in range(SPEED_LATENCY - 1):
         model.move(*rows[0])
     expected = [model.move(*row) for row in rows]

@@ -25,20 +25,20 @@ FOLD = int(os.environ.get("FOLD", "1"))
 EVENTS = "EVENTS" in os.environ
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
 QUICK = "QUICK" in os.environ
-"""Whether the tests that turn longest are left out."""
+"""Whether the tests with the longest motions are left out."""
 LOSSES = [(1, False), (0, True)] + ([] if QUICK else [(0, False), (1, True)])
-"""Pairs of ``heal`` and ``head2_dead`` with which counts are lost."""
+"""Pairs of ``heal`` and ``head2_dead`` for the test of lost counts."""
 CAPTURE_DEPTH = 64
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
 
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
-OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # place of B, A in 00, 10, 11, 01
+OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # index of B, A in counting order
 
 
 class Machine:
-    """The core with the table before it and a decoder after it; it logs one entry every clock."""
+    """Drives the core with a turning table and decodes its output; logs one entry every clock."""
 
     def __init__(self, dut, bus: Bus) -> None:
         self.dut = dut
@@ -55,7 +55,8 @@ class Machine:
         self.output: list[int] = []
         self.z: list[int] = []
         self.stuck_at: int | None = None
-        """Reading of head 1 from which its wires hold their levels for a period, which is lost."""
+        """Reading of head 1 at which its wires begin to hold their levels for one period of four
+        counts."""
         self.head2_stands = False
         self.head2 = 0
         self.first_time = -1
@@ -134,10 +135,10 @@ async def clear_coefficients(machine: Machine) -> None:
 
 
 def check_samples(machine: Machine, start_time: int, samples: NDArray[np.int32]) -> None:
-    """Check that every sample is both readings of one clock, ``SAMPLE_PERIOD`` clocks apart."""
+    """Check that each sample has both readings of one clock, ``SAMPLE_PERIOD`` clocks apart."""
     reading = np.array(machine.reading)
     first = start_time - machine.first_time
-    for delay in range(12):  # pins to position
+    for delay in range(12):  # latency from pins to position
         expected = reading[first - delay :: SAMPLE_PERIOD][: len(samples)]
         if len(expected) == len(samples) and np.array_equal(expected, samples):
             return
@@ -194,8 +195,9 @@ async def from_edges_to_corrected_edges(dut):
     assert status["compensating"] == 1
     assert status["ramp_busy"] == 0
 
-    # Bit by bit: after the ramp the corrected position is the model's, 29 clocks after the
-    # decoder's position; folded, that of the last position accepted by 28 + FOLD clocks before.
+    # After the ramp the corrected position equals the model's bit by bit, 29 clocks after the
+    # decoder's position. A folded core corrects the last position that it accepted, 28 + FOLD
+    # clocks after it.
     reading = np.array(machine.reading)[:, 0]
     model = compensate(reading % table.COUNTS_PER_REV, reading, coefficients, rotation=ROTATION)
     corrected = np.array(machine.corrected)[settled_at:]
@@ -210,7 +212,8 @@ async def from_edges_to_corrected_edges(dut):
     assert len(matches) == 1, f"equal to the model at delays {matches}"
     dut._log.info("pins to corrected position: %d clocks", matches[0])
 
-    # The table's own angle: the mean is free (a0), the remainder is the error.
+    # The output is compared with the table's own angle. The mean of the difference is free (a0),
+    # and the remainder is the error.
     angle, output = np.array(machine.angle), np.array(machine.output)
     late = 6 + matches[0]
     turn_clocks = int(table.COUNTS_PER_REV * CLOCKS_PER_COUNT)
@@ -264,7 +267,7 @@ async def a_scattered_index_changes_no_capture(dut):
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("index_tolerance") == 2
-    machine.index_scatter = (0, 1, -1, 0, -1, 1)  # neighbours differ by up to 2
+    machine.index_scatter = (0, 1, -1, 0, -1, 1)  # neighbouring marks differ by up to 2
     await names.update("control", capture_enable=1)
     turning = cocotb.start_soon(machine.turn(table.motion(6.0, CLOCKS_PER_COUNT)))
     lengths = []
@@ -321,12 +324,12 @@ async def correction_waits_for_the_index(dut):
         snapshot.correction / 2048
     )
     assert 14 * 2048 <= snapshot.correction <= 26 * 2048
-    # The fraction, against R - ε(R) in float64: 2^-12 count of the amplitude, 2^-11 of the cut, and
-    # 6 counts times the error of a cosine, 5.3e-5.
+    # The exact position differs from R - ε(R) in float64 by at most 2^-12 count for the amplitude,
+    # 2^-11 for the truncation, and 6 counts times the error of a cosine, 5.3e-5.
     exact = snapshot.head1_position - coefficients.error_counts(np.array([snapshot.head1_angle]))
     assert abs(snapshot.exact_position_counts - exact[0]) < 2**-12 + 2**-11 + 6 * 5.3e-5
-    # Through index and start of the correction the output followed without losing a count. Its
-    # first levels were those of head 1 at that count.
+    # The output passed the index and the start of the correction without losing a count. Its first
+    # levels were those of head 1 at the same count.
     corrected = machine.corrected
     to_phase = machine.output[-1] - machine.output[0] - (corrected[-1] - corrected[0])
     assert abs(to_phase) <= 2
@@ -334,7 +337,7 @@ async def correction_waits_for_the_index(dut):
     assert (machine.output[-1] - place) % 4 == 0
     # A count of the head and a count of the ramp may coincide; a step would be 14 or more.
     assert np.abs(np.diff(corrected)).max() <= 2, "the corrected position made a step"
-    # Bypass: the correction decays to the position of the head.
+    # When `compensate` is off, the correction decays and the output returns to head 1's position.
     await names.update("control", compensate=0)
     await ClockCycles(dut.clock, 400)
     snapshot = await names.snapshot()
@@ -344,7 +347,8 @@ async def correction_waits_for_the_index(dut):
 
 @cocotb.test()
 async def z_waits_for_the_index(dut):
-    """No Z comes before the first index or in a re-arm while turning; then one a turn, at zero."""
+    """No Z comes before the first index, nor between a re-arm and the next index; all others are a
+    turn apart."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", output_enable=1)
@@ -440,10 +444,11 @@ async def a_shorter_turn_sends_no_burst(dut):
 @cocotb.test()
 @cocotb.parametrize((("heal", "head2_dead"), LOSSES))
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
-    """A period is lost on the wires: the correction stays on, and place and Z become right again.
+    """A period is lost on the wires: the correction stays on, and position and Z become right
+    again.
 
-    Head 2 proves the loss at the first mark; without head 2 two marks do. After the healing, the
-    output's count is that of the table again.
+    Head 2 proves the loss at the first mark; without head 2 the second mark proves it. After the
+    healing, the output's count is that of the table again.
     """
     machine = await prepared(dut)
     names = machine.registers
@@ -486,7 +491,7 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
     rises = np.flatnonzero(np.diff(machine.z) == 1)
     at_z = np.array(machine.output)[rises + 1]
-    # One turn from Z to Z, except the four counts that the output did not receive either.
+    # Two Z are a turn apart, except for the four counts that the output did not receive either.
     assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
     assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4 * (1 - heal)
     assert np.abs(np.diff(machine.corrected)).max() <= 2
@@ -495,7 +500,8 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
 
 @cocotb.test()
 async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
-    """Head 1 loses four counts; the turn after its zero has moved lies on multiples again."""
+    """Head 1 loses four counts; in the turn after its zero has moved, samples lie on multiples
+    again."""
     step = 32
     machine = await prepared(dut)
     names = machine.registers
@@ -522,7 +528,8 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
 
 @cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
-    """One mark is 20 counts late, then all are in place: it is reported, and the zero stays."""
+    """One mark is 20 counts late, and all later ones are in place: the core reports it and keeps
+    the zero."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", compensate=1, output_enable=1)
@@ -539,7 +546,8 @@ async def a_mark_out_of_its_place_moves_nothing(dut):
 @cocotb.test()
 @cocotb.parametrize(swaps=[0, 1])
 async def polarity_and_direction_of_the_pins(dut, swaps: int):
-    """An encoder has A inverted, or A and B exchanged too; the drive has the same settings."""
+    """The input settings undo an inverted A and, with ``swaps``, exchanged A and B; the output has
+    such settings, too."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("head1_input.pins", invert_a=1, invert_z=1, swap_ab=swaps)
@@ -599,7 +607,8 @@ async def alarm_and_release_of_the_drivers(dut):
 
 @cocotb.test()
 async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
-    """The write that ends `cannot_keep_up` also ends its release; a head's flag stays."""
+    """The write that clears `cannot_keep_up` also ends the release that it caused, but not a
+    release by a head's flag."""
     machine = await prepared(dut)
     names = machine.registers
     await names.command("clear_head1", "clear_head2")
@@ -635,7 +644,8 @@ async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
 @cocotb.test()
 @cocotb.parametrize(releases=[0, 1])
 async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_for(dut, releases):
-    """The output stands with head 1 while the table turns: an alarm, and by choice a release."""
+    """Output and head 1 stand while the table turns: the core raises an alarm and, if set, releases
+    the drivers."""
     machine = await prepared(dut)
     names = machine.registers
     await names.write("filter_length", 12)
@@ -659,7 +669,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
     await ClockCycles(dut.clock, 4)
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
     assert await names.read("head1.flags.swallowed") == 0
-    # Counted edges that are too close to each other are not such a fault.
+    # Edges that are counted but too close to each other are not swallowed.
     await names.write("filter_length", 1)
     await names.write("minimum_edge_spacing", 50)
     await machine.turn(fast[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT)
@@ -698,8 +708,8 @@ async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
 
 @cocotb.test()
 async def instruments_beside_the_table(dut):
-    """sync_in requests samples and each gives an output pulse; a probe latches the position; places
-    are compared."""
+    """Each edge of sync_in requests a sample, which gives a pulse; probe_in latches the position;
+    compare_out marks every 64 counts."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", capture_enable=1, capture_mode=2, output_enable=1)
@@ -731,7 +741,7 @@ async def instruments_beside_the_table(dut):
         dut.probe_in.value = 0
         await machine.turn(motion[first + 25 : first + 50])
     await ClockCycles(dut.clock, 100)
-    # The low word latches the group.
+    # The read of the low word latches the other words of its group.
     assert await names.read("probe.time") > machine.first_time
     assert await names.read("probe.edges") == asked % 2**16
     rises = np.flatnonzero(np.diff(pulses) == 1)
@@ -745,7 +755,8 @@ async def instruments_beside_the_table(dut):
     at = np.array(machine.corrected)[-len(compared) :][place]
     assert place.size > 3
     assert np.all(np.diff(at) == 64)
-    # Without correction: the position at the pins of the probe's edge, counted from the reset.
+    # Without correction the latched position is that of the pins at the probe's edge, counted from
+    # the reset.
     latched = await names.read("probe.position")
     assert abs(latched + zero - probed[-1]) <= 1
 
@@ -798,11 +809,12 @@ async def events_wait_for_the_processor(dut):
     reading = np.array(machine.reading)[begin:, 0][rises]
     assert np.abs(found[:, 3] + zero - reading).max() <= 1
     assert await names.read("events.lost") == 0
-    # The last event is that of the latch.
+    # The latch has the last event.
     await names.read("probe.time")
     assert await names.read("probe.position") == found[-1, 3]
     assert await names.read("probe.edges") == rises.size
-    # More than the queue holds: the first ones stay, and the numbers show how many are lost.
+    # More events come than the queue holds: the first ones stay, and a number shows how many are
+    # lost.
     await machine.turn(motion[60 * interval * int(CLOCKS_PER_COUNT) :])
     await ClockCycles(dut.clock, 100)
     more = int(np.count_nonzero(np.diff(compared) == 1)) - rises.size
@@ -811,7 +823,7 @@ async def events_wait_for_the_processor(dut):
     assert await names.read("events.lost") == more - 64
     late = await waiting_events(names)
     assert np.array_equal(late[:, 1], rises.size + np.arange(64))
-    # The probe alone from now on.
+    # From now on only edges of the probe are recorded.
     await names.update("events.recorded", probe=1, compare=0)
     await names.command("compare_disarm")
     dut.probe_in.value = 1

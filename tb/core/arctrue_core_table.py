@@ -63,7 +63,8 @@ def harmonics_from_capture(samples: NDArray[np.int64]) -> list[tuple[int, float,
     """Return order, amplitude (counts) and phase (rad) of the error as a function of the reading.
 
     R2 - R1 - separation is the error at R2 less the error at R1: plain least squares on ``samples``
-    (n, 2). One order more than the disc has absorbs the use of reading for angle.
+    (n, 2). The fit has one order more than the disc, which absorbs the use of the reading for the
+    angle.
     """
     turn = 2.0 * np.pi / COUNTS_PER_REV
     orders = sorted({order for order, _, _ in HARMONICS} | {3})

@@ -40,7 +40,7 @@ SUM_COUNTS = float(os.environ.get("SUM_COUNTS", "0"))
 COUNTS_PER_REV = int(os.environ.get("COUNTS_PER_REV", str(2**24)))
 RATE_ONE = 1 << 24
 RATE_MAX = 2**32 - 1
-# Whole units of 2⁻¹¹ count a clock at RATE_MAX.
+# Speed of the ramp at RATE_MAX, whole units of 2⁻¹¹ count a clock.
 RAMP_UNITS = 255
 UNIT = 2**CORRECTION_FRACTION
 
@@ -117,7 +117,8 @@ def outputs(dut: Any) -> tuple[int, int, int]:
 
 
 def random_bank(rng: np.random.Generator, sum_counts: float) -> Coefficients:
-    """Return low orders, one of 0…65535 and 16,384 if it fits; amplitudes add up to the sum."""
+    """Return a bank of low orders, a random order up to 65535, and 16,384 with more than two lanes.
+    The sizes of the amplitudes add up to ``sum_counts``."""
     orders = rng.integers(1, 120, LANES)
     orders[0] = 1
     orders[-1] = rng.integers(0, 65536)
@@ -136,7 +137,8 @@ def random_bank(rng: np.random.Generator, sum_counts: float) -> Coefficients:
 
 
 async def settle(dut: Any) -> None:
-    """Apply with amplitudes of zero, so that no remainder is caught."""
+    """Switch the correction on with amplitudes of zero, so that the ramp starts without a
+    remainder."""
     await load(dut, Coefficients.zero(COUNTS_PER_REV, LANES))
     dut.apply.value = 1
     for _ in range(LATENCY + FOLD + 2):
@@ -145,7 +147,7 @@ async def settle(dut: Any) -> None:
 
 @cocotb.test()
 async def a_turn_of_angles(dut: Any) -> None:
-    """Angles evenly over a turn are equal to the model and near equation (9).
+    """The outputs for angles evenly over a turn equal the model and are near equation (9).
 
     In a folded pipeline, angles that are not accepted come between them.
     """
@@ -216,7 +218,8 @@ async def a_turn_of_angles(dut: Any) -> None:
 
 @cocotb.test()
 async def latencies_of_table_1(dut: Any) -> None:
-    """Phase takes 5, harmonics 20, delay line 25, compensation 4, in all 29 clocks.
+    """The phase takes 5 clocks, the harmonics 20, the compensation 4, in all 29; the delay line
+    takes 25.
 
     In a folded pipeline the reading waits FOLD - 1 clocks more for the last sums.
     """
@@ -267,9 +270,10 @@ def banks_of_angles(
 ) -> tuple[list[Coefficients], list[int]]:
     """Return the banks, and for each angle the number of its bank, from the levels at the pins.
 
-    ``markers``: an angle is the first of a new bank; ``swaps``: a swap is requested, and a write is
-    pending; ``acknowledged``: the write that ends. The function checks that each requested swap
-    takes place once and in time: with the next accepted angle where nothing delays it.
+    ``markers``: whether an angle is the first of a new bank; ``swaps``: whether a swap is
+    requested, and whether a write is pending; ``acknowledged``: the write that ends. The function
+    checks that each requested swap takes place once and in time: with the next accepted angle where
+    nothing delays it.
     """
     memory = CoefficientMemory(COUNTS_PER_REV, LANES)
     banks, bank = [memory.active], []
@@ -388,9 +392,9 @@ def check_continuity(
     applied: NDArray[np.bool_],
     ramp_rate: int,
 ) -> None:
-    """Check that the correction changes by at most |Δε| of the active coefficients and the rate.
+    """Check that the correction changes by at most |Δε| of the active coefficients plus the rate.
 
-    After a marker's hold, Δε is that of two clocks.
+    In the first clock after a marker's hold, Δε is the change in two clocks.
     """
     ideal = np.empty((2, angle.size))
     bounds = np.empty(angle.size)

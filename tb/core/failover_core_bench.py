@@ -39,12 +39,13 @@ STEP_LIMIT = 40
 MISSING = 24
 """Limit of missing edges, below STEP_LIMIT, so that this check finds a dead head first."""
 LOAD_CLOCKS = 4 * (4 * LANES + 10) + 4
-"""Clocks from a failure to the swap, by the head of prepared_sets."""
+"""Largest number of clocks from a failure to the swap, as the header of prepared_sets states."""
 DECODER_CLOCKS = 20
-"""Clocks from the pins to a fault, from there to the load, from the first angle to the
-interrupt."""
+"""Sum of the clocks from the pins to a fault, from the fault to the load, and from the first angle
+with the set to the interrupt."""
 SWAP_WAITS = 12
-"""Allowance in clocks for a swap that waits for the idle bank or a head's zero; none here does."""
+"""Allowance in clocks for a swap that waits for the idle bank or a head's zero; here no swap
+waits."""
 CARRIERS = {0: 1, 1: 2, 2: 1, 3: 1, 4: 1}
 LANES_ERROR = 2.0
 """Allowance in counts for the difference of E between the sets of this table; the harmonics of the
@@ -56,7 +57,8 @@ if HEADS < 4:
     UNTIL_ZEROS = COUNTS + 150
 EVERYONE = tuple(range(1, HEADS + 1))
 TURNS_WITHOUT_A_HEAD = {"missing_edges"} if "QUICK" in os.environ else {"all"}
-"""Causes after which the mean of the other heads is compared over a whole turn, or all."""
+"""Causes after which the mean of the other heads is compared over a whole turn; "all" means
+each."""
 
 
 def set_of(missing: int) -> MeanSet:
@@ -148,7 +150,7 @@ async def illegal_step(machine: Table, head: int) -> None:
 
 
 def share(head: int) -> float:
-    """Return the weight of a head in the mean of all; the carrier has the remainder."""
+    """Return the magnitude of a head's weight in the mean of all heads."""
     return abs(set_of(0).weights[head - 1]) / WEIGHT_ONE
 
 
@@ -185,7 +187,8 @@ async def a_dead_carrier_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
-    """The head is found with the first two edges that are nearer than `minimum_edge_spacing`."""
+    """The head is found at the first two edges that are closer to each other than
+    `minimum_edge_spacing`."""
     machine = await guarded(dut)
     await machine.registers.write("minimum_edge_spacing", 4)
     head = 2
@@ -197,7 +200,7 @@ async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
-    """A slip by twice the limit is found at every motion of the axis; the burst takes two clocks a
+    """A slip by twice the limit is found for every motion of the axis; the slip takes two clocks a
     count."""
     machine = await guarded(dut)
     head = 3
@@ -211,8 +214,8 @@ async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(slip=[4, 12])
 async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
-    """Below the limit of a step the output errs by the head's share until the index of that
-    head."""
+    """A slip below the step limit changes the output by the slip times the head's weight, until the
+    index of that head shows the fault."""
     machine = await guarded(dut)
     head = 2
     began = len(machine.corrected)
@@ -223,8 +226,8 @@ async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
 
 @cocotb.test(skip=HEADS < 4)
 async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
-    """The parity shows 12 counts times the head's weight though the axis moves; its limit raises
-    the alarm."""
+    """A slip of 12 counts changes the parity by 12 times the head's weight, whatever the place of
+    the axis. A parity beyond its limit raises the alarm."""
     machine = await guarded(dut, index=0)
     names = machine.registers
     weights = parity_weights(turn_rad(PLACES))
@@ -297,8 +300,8 @@ async def no_head_fails_without_a_fault(dut: Any) -> None:
 async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
     """Processor's words and a prepared set that use a dead head are both refused.
 
-    Words without the head are accepted, and it stays left out. Once it has its index and is
-    requested, the words of all heads are accepted again.
+    Words without the head are accepted, and the head stays left out. After its index and a request
+    for its return, the words of all heads are accepted again.
     """
     machine = await guarded(dut)
     names = machine.registers
@@ -340,7 +343,8 @@ async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
     right(await swapped(everyone), swaps=0, left_out=1 << head - 1, set=7, swap_refused=1)
 
     machine.stands = set()
-    # It jumps to the place of the table: illegal steps, which a left-out head may make.
+    # The head's pins jump to the table's angle. A head that is left out may make such illegal
+    # steps.
     await machine.turn(COUNTS + 60)
     right(await names.read_fields("heads_status"), left_out=1 << head - 1, set=7)
     await names.write_raw("heads_command", 1 << (8 + head - 1))

@@ -1,4 +1,4 @@
-"""cocotb test of fold_sequence: slots and strobes by counting clocks."""
+"""cocotb test of fold_sequence: compares slots and strobes with a count of the clocks."""
 
 from __future__ import annotations
 

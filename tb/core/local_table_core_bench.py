@@ -1,7 +1,8 @@
 """cocotb test of the core with LOCAL_TABLE: a scratch of the disc is removed from the pins'
 position.
 
-A table of four windows joins a sum of orders. In every clock the correction is the models'.
+A table of four windows is added to a sum of orders. In every clock the correction equals the
+models'.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, p
 
 COUNTS = table.COUNTS_PER_REV
 HEIGHT = 9.0
-"""Height in counts of the scratch in each window."""
+"""Largest height in counts of the scratches; each window has one."""
 SIGNED = ("healed", "correction", "corrected_position")
 NAMES = ("angle_in", *SIGNED)
 LATENCY = PIPELINE_LATENCY + FOLD - 1
@@ -84,7 +85,7 @@ async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None
 
 
 def turns(number: float) -> NDArray[np.float64]:
-    """Return a motion in counts, one place a clock."""
+    """Return the angle in counts at each clock of a motion over this number of turns."""
     return np.arange(int(number * COUNTS * CLOCKS_PER_COUNT)) / CLOCKS_PER_COUNT
 
 
@@ -118,7 +119,8 @@ async def scratches_are_taken_away(dut: Any) -> None:
 
 @cocotb.test()
 async def words_of_the_table(dut: Any) -> None:
-    """Every word reads back; writes of parts of a word and addresses beyond are refused."""
+    """Every word reads back; writes of parts of a word and accesses beyond the table are
+    refused."""
     machine = await prepared(dut)
     bus = machine.bus
     first, place = registers.LOCAL_POINTS_ADDRESS, registers.LOCAL_PLACE_CHOICE_ADDRESS

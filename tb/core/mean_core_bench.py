@@ -60,8 +60,8 @@ def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
-    """Return weights of ``heads`` (numbers) that suppress motion of the axis; the carrier absorbs
-    rounding."""
+    """Return weights of ``heads`` (numbers) that suppress motion of the axis. The weight of the
+    carrier absorbs the rounding."""
     places = turn_rad([PLACES[head - 1] for head in heads])
     rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
     words = [0] * HEADS
@@ -73,7 +73,7 @@ def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
 
 
 def lanes_of(mean: MeanSet) -> Coefficients:
-    """Return E of the mean: a harmonic of the disc, as all heads see it with their weights."""
+    """Return E of the mean: each harmonic of the disc as the weighted sum of what the heads see."""
     shares = np.array(mean.weights) / WEIGHT_ONE
     seen = [
         (n, a * np.exp(1j * p) * np.sum(shares * np.exp(1j * n * turn_rad(PLACES))))
@@ -89,7 +89,7 @@ def lanes_of(mean: MeanSet) -> Coefficients:
 
 
 class Table:
-    """The core with the table before it; each clock logs the true and the output values."""
+    """Drives the core with a turning table; logs the true and the output values in each clock."""
 
     def __init__(self, dut: Any, registers: RegisterMap) -> None:
         self.dut = dut
@@ -210,11 +210,11 @@ POSITION_CLOCKS = 5
 
 
 def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
-    """Check the table's angle up to a constant: readings and the output are rounded to counts.
+    """Check that the output is the table's angle up to a constant, within the rounding to counts.
 
     The rounding of a head is half a count times its weight; that of the output is another half. The
-    lanes are at the carrier's reading, up to 10 counts from the table's angle: times their slope,
-    0.035. Amplitudes and phases are rounded by less than 0.01.
+    lanes are evaluated at the carrier's reading, up to 10 counts from the table's angle, which adds
+    10 times their slope, 0.035. Amplitudes and phases are rounded by less than 0.01.
     """
     slope = sum(2.0 * np.pi * n * a / COUNTS for n, a, _ in DISC)
     bound = sum(map(abs, mean.weights)) / WEIGHT_ONE * 0.5 + 0.5 + 10.0 * slope + 0.01
@@ -264,7 +264,8 @@ async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
 
 @cocotb.test(skip=len(os.environ.get("CARRIERS", "").split()) < 4)
 async def three_heads_go_on_without_the_first(dut: Any) -> None:
-    """The carrier's pins stop; the set without head 1 is right, and no clock has a step."""
+    """The carrier's pins stop; the output with the set without head 1 is right and makes no
+    step."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())
@@ -272,7 +273,7 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
     await machine.turn(COUNTS + 150)
     await load(machine, mean_of((1, 2, 3, 4), 1))
     without = mean_of((2, 3, 4), 3)
-    # As for a failover: the words are ready, head 1 dies, the change follows at once.
+    # As in a failover, the words are ready, head 1 dies, and the swap follows at once.
     await names.write_coefficients(lanes_of(without))
     await names.write_mean(without)
     began = len(machine.corrected)
@@ -287,7 +288,8 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_is_delayed(dut: Any) -> None:
-    """Each sample has all heads of one clock, and the last head's state of ``delay`` clocks before.
+    """Each sample has the readings of all heads in one clock, but the last head's is ``delay``
+    clocks older.
 
     ``tb/top/arctrue_zynq_heads_bench.py`` captures all heads without a delay.
     """

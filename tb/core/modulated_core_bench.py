@@ -1,6 +1,6 @@
 """cocotb test of the core with MODULATORS: amplitudes follow the motion of the pins.
 
-The table turns up, reverses and turns down. In every clock the correction is the models': the
+The table turns up, reverses and turns down. In every clock the correction equals the models': the
 amplitude of each lane is the nominal one times the modulator of the last sweep.
 """
 
@@ -32,10 +32,11 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, LANES, ROTATION, Machin
 WIDTH_COUNTS = 150
 DEAD_ZONE = 4
 NOMINAL = 0.25
-"""Nominal speed in counts a clock; the table has a fifth on average."""
+"""Nominal speed in counts a clock; the table's mean speed is a fifth of a count a clock."""
 WORD_A = -40_000
 UP_TURNS, DOWN_TURNS = 12.0, 1.5
-"""Turns upwards are longer than two windows of the speed, 2·2¹⁴ clocks."""
+"""Numbers of turns up and down; the turns up last longer than two windows of the speed, 2·2¹⁴
+clocks."""
 WRITE_CLOCKS = 6
 """Clocks from a step of the sweep to the first read that sees its write."""
 READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
@@ -93,8 +94,8 @@ class Log:
 
 
 def amplitudes_read(seen: dict[str, NDArray[np.int64]], loaded: Coefficients) -> NDArray[np.int64]:
-    """Return the view of a read in each clock of every lane, (clocks, lanes), after a whole
-    sweep."""
+    """Return the amplitudes that a read in each clock would return, (clocks, lanes); they are valid
+    after a whole sweep."""
     clocks = seen["sweep_step"].size
     found = np.zeros((clocks + WRITE_CLOCKS, LANES), dtype=np.int64)
     held = Modulators()
@@ -129,7 +130,8 @@ async def set_up(machine: Machine) -> Coefficients:
 
 @cocotb.test()
 async def every_clock_is_the_models(dut: Any) -> None:
-    """The models match from the settled ramp on, with the speed's windows, and over a reversal."""
+    """The core equals the models from the end of the ramp on, over windows of the speed and a
+    reversal."""
     machine = await prepared(dut)
     loaded = await set_up(machine)
     log = Log(dut)
@@ -162,17 +164,19 @@ async def every_clock_is_the_models(dut: Any) -> None:
         apart = np.flatnonzero(found != expected)
         assert not apart.size, (name, clock[apart[:5]], apart.size)
 
-    # The modulators are those of the motion: the models above take them from the core.
+    # The modulators follow the motion; the comparison above takes them from the core and cannot
+    # show this.
     settled = turned_at + int(4 * WIDTH_COUNTS * CLOCKS_PER_COUNT)
     assert set(seen["direction"][:turned_at]) == {MODULATOR_ONE}
     assert set(seen["direction"][settled:]) == {-MODULATOR_ONE}
     assert set(seen["word_a"]) == {WORD_A}
     assert np.unique(amplitudes[SWEEP_CLOCKS * 2 :, 1]).size > 5, "over the reversal"
-    # A window has 2^14 clocks: the mean speed of some 5.5 turns, whose ripple has 7 a turn.
+    # A window of 2^14 clocks gives the mean speed over some 5.5 turns; the ripple has 7 periods a
+    # turn.
     speed = seen["speed"][turned_at - 1] / MODULATOR_ONE
     assert abs(speed * NOMINAL * CLOCKS_PER_COUNT - 1.0) < 0.02, speed
-    # Head 1 on the pins: the table's own reading of a few clocks before, from the start of
-    # counting.
+    # The core's position is the reading that the table showed on the pins of head 1 a few clocks
+    # before, up to a constant.
     reading = np.array(machine.reading[-seen["healed"].size :])[:, 0]
     apart = [seen["healed"][20:] - reading[20 - lag : reading.size - lag] for lag in range(20)]
     assert sum(np.ptp(way) == 0 for way in apart) == 1, "the position is not that of the pins"

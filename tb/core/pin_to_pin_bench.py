@@ -26,9 +26,10 @@ def _outputs(dut: Any) -> tuple[int, int]:
 
 @cocotb.test()
 async def from_pin_to_pin(dut: Any) -> None:
-    """Count the rising clock edges from the change of the pin to that of the output, edge by edge.
+    """For each edge, count the rising clock edges from the change of the pin to the output's
+    change.
 
-    The edge of the pin comes half a clock before the first of them.
+    The pin changes half a clock before the first counted edge.
     """
     for name in ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z"):
         getattr(dut, name).value = 0

@@ -65,9 +65,9 @@ async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDAr
 
 
 def compare(rows: NDArray[np.int64], loaded: Coefficients) -> None:
-    """Check that every accepted angle has the model's correction in its turn."""
+    """Check that the correction of every accepted angle equals the model's for the angle's turn."""
     seen, later = rows[:-LATENCY], rows[LATENCY:]
-    # The number of the turn comes two clocks after the angle: that of the first row.
+    # The turn number comes two clocks after its angle: this is the number of the first row.
     turns = turn_numbers(seen[:, 0], COUNTS, int(rows[2 * FOLD, 4]))
     model = compensate(seen[:, 0], seen[:, 1], loaded, turns=turns)
     same = [
@@ -87,8 +87,8 @@ async def settled(machine: Machine) -> None:
 
 @cocotb.test()
 async def lines_of_real_orders(dut: Any) -> None:
-    """Turn three turns forwards and four backwards, with another bank, and with whole orders
-    again."""
+    """Turn three turns forwards and four backwards; then turn with another bank, and with whole
+    orders."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["real_orders"] == 1
@@ -124,7 +124,7 @@ async def lines_of_real_orders(dut: Any) -> None:
 
 @cocotb.test()
 async def rearm_keeps_the_turn(dut: Any) -> None:
-    """No count is lost: after the next index each turn has its number again."""
+    """A re-arm loses no count: after the next index each turn has the same number as before."""
     machine = await prepared(dut)
     names = machine.registers
     turn = np.arange(int(COUNTS * CLOCKS_PER_COUNT)) / CLOCKS_PER_COUNT

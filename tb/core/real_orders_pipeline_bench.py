@@ -109,7 +109,8 @@ async def play(dut: Any, total: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
-    """Go forwards over a wrap, tremble on the second, go back over three, at a count a clock."""
+    """Return a motion forwards over a wrap, with a tremble on the second wrap, and back over
+    three."""
     fastest = np.arange(0, int(1.95 * COUNTS_PER_REV), FOLD)
     to_wrap = np.arange(fastest[-1], 2 * COUNTS_PER_REV, max(1, FOLD // 2))
     tremble = 2 * COUNTS_PER_REV + rng.integers(-2, 3, size)
@@ -119,7 +120,7 @@ def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
 
 @cocotb.test()
 async def both_ways_and_tremble(dut: Any) -> None:
-    """At a count a clock every correction is the model's, which is the line itself."""
+    """At one count a clock every correction equals the model's, and this is the line itself."""
     await begin(dut)
     bank = bank_of(1)
     dut.angle.value = dut.position.value = 0
@@ -133,19 +134,19 @@ async def both_ways_and_tremble(dut: Any) -> None:
     assert np.array_equal(turns, total // COUNTS_PER_REV)
     model = compensate(angles, total, bank, turns=turns)
     assert np.array_equal(found, np.column_stack(model))
-    # Return the line in float64 over all turns, without a step at a wrap and without drift.
+    # The line in float64 over all turns has no step at a wrap and no drift.
     line = np.zeros(total.size)
     for lane in range(LANES):
         cycles = HALF_ORDERS[lane % len(HALF_ORDERS)] * (total / COUNTS_PER_REV)
         phase = 2.0 * np.pi * (cycles + bank.phase_offsets[lane] / 2.0**PHASE_WIDTH)
         line += bank.amplitudes_counts[lane] * np.cos(phase)
-    # CORDIC and phases: 2⁻¹⁶ of each amplitude is ample.
+    # CORDIC and phases err by less than 2⁻¹³ of each amplitude.
     assert np.abs(found[:, 2] / 2048 - line).max() < bank.amplitudes_counts.sum() * 2.0**-13
 
 
 @cocotb.test()
 async def whole_orders_as_without(dut: Any) -> None:
-    """Lanes without a turn step are those of a core without REAL_ORDERS, in every turn."""
+    """Lanes without a turn step act as in a core without REAL_ORDERS, in every turn."""
     await begin(dut)
     bank = bank_of(3, (1.0, 2.0, 5.0, 31.0))
     dut.angle.value = dut.position.value = 0
@@ -158,7 +159,8 @@ async def whole_orders_as_without(dut: Any) -> None:
 
 @cocotb.test()
 async def zero_moves_and_heals(dut: Any) -> None:
-    """The angle jumps by lost counts, also over the wrap: the lines continue by these counts."""
+    """The angle jumps by lost counts, also over the wrap: the lines' phases advance by these
+    counts."""
     await begin(dut)
     bank = bank_of(4, largest_counts=9)
     dut.angle.value = dut.position.value = 0
@@ -195,7 +197,7 @@ async def zero_moves_and_heals(dut: Any) -> None:
         bank,
         turns=turn_numbers(total % COUNTS_PER_REV, COUNTS_PER_REV),
     )
-    # After the ramp has absorbed a jump, every output is the model's.
+    # After the ramp has absorbed a jump, every output equals the model's.
     settled = found[:, 3] == 0
     assert settled[: ends[0]].all()
     assert np.array_equal(found[settled, :3], np.column_stack(model)[settled])
@@ -263,7 +265,8 @@ async def swaps_at_any_moment(dut: Any) -> None:
         fold=FOLD,
         turns=turns,
     )
-    # The model begins after a reset, the gateware settled: they differ until the model is settled.
+    # The model begins after a reset, but the gateware has settled: they differ until the model has
+    # settled, too.
     settled = np.arange(markers.size) >= 900
     assert np.flatnonzero(markers)[0] > 900
     apart = np.flatnonzero((found != np.column_stack(model[:3])).any(axis=1) & settled)
@@ -272,7 +275,8 @@ async def swaps_at_any_moment(dut: Any) -> None:
 
 @cocotb.test()
 async def read_back_and_fill(dut: Any) -> None:
-    """Words read back; after a swap the other bank corrects the same, in the next turns too."""
+    """Words read back; after a swap the other bank gives the same correction, in the next turns
+    too."""
     await begin(dut)
     bank = bank_of(7)
     await load(dut, bank)

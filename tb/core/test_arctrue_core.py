@@ -18,8 +18,8 @@ UNFOLDED = ("illegal_accesses_are_refused", "interrupt_of_a_swap_and_its_ramp")
     ids=["lanes_and_latency", "all"],
 )
 def test_core(testcase: tuple[str, ...] | None) -> None:
-    """Every lane has a pipeline; ``make test-large`` runs all tests, as ``test_folded_core``
-    does."""
+    """Every lane has a pipeline; ``make test-large`` runs all tests, here and in
+    ``test_folded_core``."""
     simulate(
         "arctrue_core",
         "tb.core.arctrue_core_bench",

@@ -101,7 +101,7 @@ def test_lanes_with_a_table(fold: int) -> None:
 
 @pytest.mark.parametrize("fold", [1, 4])
 def test_swap_and_latencies_with_a_table(fold: int) -> None:
-    """The numbers of clocks are those of the CORDIC."""
+    """The numbers of clocks are the same as with the CORDIC."""
     run("latencies_of_table_1", lanes=8, fold=fold, rotation="table")
     run(
         "swap_and_bypass_under_load",
@@ -125,7 +125,8 @@ def test_an_unknown_rotation_is_refused(capfd: pytest.CaptureFixture[str]) -> No
     [(2, 2, 18), (6, 2, 18), (4, 2, 20), pytest.param(64, 8, 18, marks=pytest.mark.large)],
 )
 def test_other_folded_configurations(lanes: int, fold: int, cosine_width: int) -> None:
-    """One lane built, an odd number, a cosine with truncated pair sums, and the largest number."""
+    """The cases build one lane, an odd number of lanes, lanes with truncated pair sums, and the
+    most lanes."""
     run("a_turn_of_angles", lanes, angles=200, fold=fold, cosine_width=cosine_width)
 
 

@@ -17,7 +17,7 @@ WAYS_AND_RETURN = (
 """Ways in which a head fails, and its return after an illegal step.
 
 ``sim/tests/instrument/test_failover.py`` has a head that steps against the others;
-``tb/mean/test_head_failover.py`` compares each decision, also each refusal, with the model.
+``tb/mean/test_head_failover.py`` compares each decision and each refusal with the model.
 """
 
 

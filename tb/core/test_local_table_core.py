@@ -1,6 +1,6 @@
 """Test of the whole core with a local table.
 
-With a pipeline for each lane, ``hidden_effect/test_scratch.py`` runs it as a netlist.
+``hidden_effect/test_scratch.py`` runs a core with a pipeline for each lane as a netlist.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from tb.support.simulation import simulate
     ],
 )
 def test_core_with_a_local_table(fold: int, signs: str) -> None:
-    """``signs`` are those of the tables loaded one after the other; the banks of the table have
-    their own test."""
+    """``signs`` are the signs of the tables that are loaded one after the other; ``tb/local_table``
+    tests the table's banks."""
     simulate(
         "arctrue_core",
         "tb.core.local_table_core_bench",

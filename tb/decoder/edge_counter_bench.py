@@ -35,7 +35,7 @@ async def counts_levels_in_any_order(dut: Any) -> None:
     ports = edge_ports(counted_edges(a, b, preload, reset))
     comes = ports.pop("comes")
     expected = vars(trace) | {name: np.append(values, 0) for name, values in ports.items()}
-    # The signal is valid from the previous clock on; the last clock is not checked.
+    # `comes` is checked in its own clock; the last clock has no outputs after it and is not driven.
     inputs = {name: values[:-1] for name, values in inputs.items()}
     await follows(dut, inputs, expected, at_once={"comes": comes})
     assert trace.position.min() < RESET_POSITION < trace.position.max()

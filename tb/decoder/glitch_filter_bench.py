@@ -15,7 +15,7 @@ CLOCKS = 6000
 
 @cocotb.test()
 @cocotb.parametrize(
-    # Mean clocks that a level holds, and the lengths to choose from.
+    # Mean number of clocks between changes of a level, and filter lengths to choose from.
     (("holds", "lengths"), [(1.5, [0, 1, 2]), (4, [1, 2, 3, 4, 5]), (200, [1, 100, 254, 255])])
 )
 async def follows_the_model(dut, holds: float, lengths: list[int]) -> None:

@@ -19,14 +19,14 @@ from tb.decoder.drive import edge_ports, follows
 
 SETTINGS = ("counts_per_rev", "index_tolerance", "rearm", "zero_again", "heal", "other_head_agrees")
 NAMES = [*SCATTERED, *FAULTY, *RANDOM_SEEDS]
-# It is long for the spacing of edges, which index_zero ignores.
+# This scenario is long only to test the spacing of edges, which index_zero ignores.
 NAMES.remove("edges_65535_clocks_apart")
 
 
 @cocotb.test()
 @cocotb.parametrize(name=NAMES)
 async def follows_the_model(dut: Any, name: str) -> None:
-    """The levels come without synchroniser and filter."""
+    """The bench drives the levels without synchroniser and filter."""
     given = stimuli(name)
     column = given.columns
     a, b, z = column["a"], column["b"], column["z"]

@@ -23,7 +23,7 @@ RESET_POSITION = int(os.environ["RESET_POSITION"])
 DEFAULT_GENERICS = (STAGES, RESET_POSITION) == (2, 0)
 
 OUTPUTS = [field.name for field in fields(DecoderTrace)]
-# Longer than any pipeline or filter: a design that is constant so long does nothing more.
+# This is longer than any pipeline or filter: after so many constant clocks no output changes.
 IDLE_CLOCKS = 400
 
 
@@ -74,7 +74,7 @@ async def follows_the_model(dut, name: str) -> None:
     model = quadrature_decoder(inputs, STAGES, RESET_POSITION)
     clock = got["clock"].astype(np.int64)
     for output in OUTPUTS:
-        # The bits are the same whether signed or not.
+        # Only bits are compared, so that the sign of an output has no effect.
         bits = np.uint64(2 ** len(getattr(dut, output)) - 1)
         expected = getattr(model, output)[clock + 1].astype(np.uint64) & bits
         wrong = np.flatnonzero(got[output] != expected)
@@ -131,7 +131,7 @@ async def long_turn_at_an_edge_every_clock(dut) -> None:
         dut.z.value = 1
         await RisingEdge(dut.index_strobe)
         await FallingEdge(dut.clock)
-        # The mark is reported with the next step; the position is one more than that.
+        # The mark is reported after the next step; the position has then advanced by one more step.
         seen.append(dut.index_position.value.to_signed())
         assert dut.position.value.to_signed() == seen[-1] + 2
         assert dut.angle.value.to_unsigned() == 2

@@ -26,17 +26,18 @@ BUS_INPUTS = (
     *("awvalid", "awaddr", "wvalid", "wdata", "wstrb"),
     *("bready", "arvalid", "araddr", "rready"),
 )
-# Without an interrupt the firmware checks the core this often: on the device its timer wakes it
-# every millisecond, which is longer than a turn of this table.
+# Number of times a turn that the firmware checks the core without an interrupt. On the device the
+# timer wakes the firmware every millisecond, which is longer than a turn of this table.
 LOOKS_A_TURN = 64
 # The output is a few clocks behind the pipeline.
 OUTPUT_CLOCKS = 100
-# The judged turn, and a little more.
+# Number of recorded turns: the judged turn and a little more.
 RECORDED_TURNS = 1.01
 
 
 class Clocks:
-    """Count clocks as the played edges do: 0 is the clock in which ``run`` is first seen."""
+    """Counts clocks with the same zero as the played edges: the clock in which ``run`` is first
+    seen."""
 
     def __init__(self) -> None:
         self._start_ns: float | None = None
@@ -52,7 +53,7 @@ class Clocks:
 
 
 class Operator:
-    """Type at the console, keep the typed and received lines, and report the progress."""
+    """Types at the console, keeps the typed and received lines, and reports the progress."""
 
     def __init__(self, dut: HierarchyObject, files: DemoFiles) -> None:
         self.clocks = Clocks()
@@ -140,5 +141,6 @@ async def whole_loop(dut: HierarchyObject) -> None:
         words_moved=processor.core.words_moved,
         console=operator.lines,
     ).write(files.run)
-    # GHDL looks for cocotb's finish only after a timer: ended at an edge, it would run for ever.
+    # GHDL looks for cocotb's finish only after a timer: if the test ended at an edge, the
+    # simulation would run for ever.
     await Timer(3 * CLOCK_NS, "ns")

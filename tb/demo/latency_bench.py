@@ -14,7 +14,7 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from arctrue.studies.demo.files import DemoFiles
 
 OUTPUTS = ("phases", "pair_sums", "delayed_angle", "corrected_angle")
-# From 1/8 to 3/8 of a turn every output changes.
+# Every output changes when the angle steps from 1/8 to 3/8 of a turn.
 BEFORE, AFTER = 1 << 21, 3 << 21
 # The ramp from the initial zero correction ends within this time.
 SETTLE_CLOCKS = 12_000

@@ -27,7 +27,7 @@ def test_decoders_show_the_counts_of_the_table(tmp_path: Path) -> None:
         counts_per_rev=4096,
         noise_rad=2e-5,
     )
-    # From −40° over both marks, past a whole turn, and back over both marks once more.
+    # The table turns from −40° over both marks, past a whole turn, and back over both marks.
     motion = Motion((0.0, 2e-3, 12e-3, 14e-3, 21e-3), (0.0, 800.0, 800.0, -1000.0, -1000.0), -0.7)
     random = np.random.default_rng(7)
     heads = [count_edges(table, head, motion, random) for head in (0, 1)]

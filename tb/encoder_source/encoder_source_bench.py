@@ -24,13 +24,14 @@ CLOCKS = 7_800
 """Number of clocks: two turns of 3,200 clocks, and the time before the first index."""
 
 BOUND_COUNTS = 1.6
-"""Bound: the true angle is cut to a count (1); reading (0.5) and coefficients (0.1) are rounded."""
+"""Largest deviation, counts: the true angle is truncated (1), reading (0.5) and coefficients (0.1)
+are rounded."""
 
 LEVELS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
 
 def decoded(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the counts of every clock, from 0, by the paper's figure 4."""
+    """Return the count in every clock, from 0 on, decoded as in the paper's figure 4."""
     code = np.array([LEVELS[pair] for pair in zip(a.tolist(), b.tolist(), strict=True)])
     steps = (np.diff(code) + 1) % 4 - 1
     assert np.all(np.abs(steps) <= 1), "A and B changed together"
@@ -62,7 +63,7 @@ async def all_heads_show_one_disc(dut: object) -> None:
         for head, levels in heads.items():
             for name, values in levels.items():
                 values[number] = int(getattr(dut, f"head{head}_{name}").value)
-    # True angle that a pin of clock k shows: the sum has one step in the first clock.
+    # True angle that the pins show in clock k; the sum has one step in the first clock.
     true_counts = STEP * (np.arange(1, CLOCKS + 1) - LATENCY)
     index_clocks = {}
     for head, start in enumerate(AHEAD[:HEADS], start=1):

@@ -40,7 +40,7 @@ class SimulatedCore:
         self.banks: list[NDArray[np.int32]] = []
         """Each bank that was read, in words of the capture memory."""
         self.error: BusError | None = None
-        """First exception below the C code, which has no exceptions itself."""
+        """First error of an access; it is kept here because C code passes no exceptions on."""
         ffi, _ = firmware()
         self._calls = (
             ffi.callback("core_read_word", self._read),
@@ -68,7 +68,8 @@ class SimulatedCore:
             self.error = BusError(f"{what} answered {response!r}")
 
     def _capture(self, _: Any, number: int) -> Any:
-        # The processor reads in place, some words many times: here each word is fetched once.
+        # The real processor reads the bank in place and some words many times; here each word is
+        # fetched once.
         self._on_capture()
         bank = np.frombuffer(self._bytes(CAPTURE_ADDRESS, number), dtype="<i4").copy()
         self.banks.append(bank)

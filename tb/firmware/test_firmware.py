@@ -15,7 +15,8 @@ from arctrue.studies.demo.run import run_demo
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import PinEvents
 
-# One lane fewer than the disc has orders: the smallest order stays, below the limit here.
+# There is one lane fewer than the disc has orders: the smallest order is not corrected, and is
+# below the limit.
 SETTINGS = DemoSettings(counts_per_rev=1 << 12, lanes=3, disc_scale=32.0, sample_period_clocks=20)
 HEAD_SEPARATION_DEG = 33.0
 TOLD_DECIMALS = 2e-9

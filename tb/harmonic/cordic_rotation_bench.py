@@ -21,7 +21,7 @@ LATENCY = CORDIC_ITERATIONS - 1
 
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
-    """Angles of the first quadrant are its ends, evenly spread, and random."""
+    """Angles are the ends of the first quadrant, angles evenly over it, and random ones."""
     rng = np.random.default_rng(2)
     ends = np.concatenate(
         [np.arange(64), QUARTER // 2 + np.arange(-32, 32), QUARTER - 1 - np.arange(64)]

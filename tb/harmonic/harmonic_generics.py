@@ -12,7 +12,7 @@ CORDIC_ITERATIONS = int(os.environ.get("CORDIC_ITERATIONS", number_formats.CORDI
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
 
 DEFAULT = (number_formats.COSINE_WIDTH, number_formats.CORDIC_ITERATIONS)
-# Narrower and wider than the default, fewer and more iterations, and the ends of the ranges.
+# Widths below and above the default, fewer and more iterations, and the ends of both ranges.
 OTHERS = ((14, 12), (20, 18), (18, 11), (8, 8), (24, 24), (8, 24))
 
 

@@ -99,7 +99,8 @@ async def cosines(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """The phase takes 19 clocks, a partner 20; the amplitude comes 16 clocks after its phase."""
+    """The product comes 19 clocks after its phase, 20 with a partner; the amplitude comes 16 after
+    it."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     dut.phase.value = 0
     dut.amplitude.value = 1000

@@ -63,7 +63,8 @@ async def pair_sums(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """The clocks are counted at the ports: 20 from the phases, and 16 later their amplitudes."""
+    """The clocks are counted at the ports: sums come 20 clocks after their phases, amplitudes 16
+    after."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     unit = 1 << 11
     dut.phases.value = flat(np.zeros(LANES, dtype=np.int64), PHASE_WIDTH)

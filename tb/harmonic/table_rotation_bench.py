@@ -25,7 +25,8 @@ UNUSED_WIDTH = OFFSET_WIDTH - DIGITS_WIDTH
 
 @cocotb.test()
 async def every_place(dut: Any) -> None:
-    """All 2**17 places come one per clock in random order; the bits below are random."""
+    """All 2**17 values of the used bits come one per clock in random order; the bits below are
+    random."""
     random = np.random.default_rng(5)
     places = random.permutation(1 << (ADDRESS_WIDTH + DIGITS_WIDTH)).astype(np.int32)
     angles = (places << UNUSED_WIDTH) + random.integers(0, 1 << UNUSED_WIDTH, places.size)

@@ -28,7 +28,7 @@ def test_other_generics(width: int, iterations: int, add_partner: str) -> None:
 
 @pytest.mark.parametrize("add_partner", ["false", "true"])
 def test_from_the_table(add_partner: str, tmp_path: Path) -> None:
-    """The bound is the sum of the errors in the head of table_rotation."""
+    """The bound is the sum of the errors in the header of table_rotation."""
     file = tmp_path / "cosines.npz"
     generics = {"ADD_PARTNER": add_partner, "ROTATION": "table"}
     simulate(

@@ -33,11 +33,12 @@ GIVEN = ("awvalid", "wvalid", "arvalid", "bready", "rready")
 SAID = ("awready", "wready", "arready", "bvalid", "rvalid")
 
 CONTROLS = (0b00111, 0b01111, 0b10111, 0b00110, 0b00101)
-"""Control words: captures at equal time, at equal angle, from outside; parts disabled."""
+"""Control words: captures at equal time, at equal angle and on request, and two with parts
+disabled."""
 ABSENT_HEADS = {f"head{head}_{pin}": 0 for head in range(HEADS + 1, HEADS_MAX + 1) for pin in "abz"}
 """Pins of the heads that this core does not have."""
 DNA = {"chip_dna": 0x0AB_CDEF_0123_4567, "chip_dna_known": 1}
-"""Constant value that the primitive of the top level has read."""
+"""Constant identifier that the core gets from a primitive of the top level."""
 COMMANDS = (
     "clear_head1",
     "clear_head2",
@@ -65,7 +66,7 @@ def command(*names: str) -> Access:
 
 
 def set_up() -> Iterator[Access]:
-    """Yield registers at the scale of this test; the re-arm takes 128 clocks."""
+    """Yield the accesses that set up registers for this short turn; the re-arm takes 128 clocks."""
     for path, word in (
         ("counts_per_rev", COUNTS_PER_REV),
         ("sample_period", 9),
@@ -75,7 +76,8 @@ def set_up() -> Iterator[Access]:
         ("minimum_edge_spacing", 4),
         ("interrupt_enable", 0x7FFF if HAS_FURTHER else 0x7FF),
         ("pulse_widths", 3 << 16 | 2),
-        # Reached during the 40 reads below, before a random access can disarm it.
+        # The table reaches this place during the 40 reads below, before a random access can disarm
+        # it.
         ("compare.first", 40),
         ("compare.interval", 8),
     ):
@@ -150,7 +152,7 @@ def accesses(draw: random.Random) -> Iterator[Access]:
 
 
 class Master:
-    """One access at a time, with random stalls of every channel."""
+    """Makes one access at a time, with random stalls of every channel."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -260,7 +262,7 @@ async def note_everything(dut) -> None:
         last = list(row)
         inputs.append(row)
         await RisingEdge(dut.clock)
-        # Levels before the edge, which the edge samples.
+        # These levels before the edge are the ones that the edge samples.
         levels = {name: str(getattr(dut, f"s_axil_{name}").value) == "1" for name in SAID}
         given = {name: bool(master.inputs[f"s_axil_{name}"]) for name in GIVEN}
         accepted = {

@@ -175,7 +175,7 @@ def compiled(
             netlist = write_netlist(entity, folder / "netlist", generics=generics)
             if change:
                 netlist.write_text(change(netlist.read_text(encoding="utf-8")), encoding="utf-8")
-            # The wide memories of the initial values are not tested here.
+            # Initial values of wide memories are not tested here.
             verilate(netlist, folder / "verilated", log)
             _compile(entity, folder, log)
     header = target / "verilated" / f"V{entity}.h"
@@ -199,7 +199,8 @@ def _compile(entity: str, folder: Path, log: Path) -> None:
         ),
         encoding="utf-8",
     )
-    # One compilation: the included headers take longer than the files themselves.
+    # One compilation is enough for all files, because the headers take longer than the files
+    # themselves.
     everything = folder / "everything.cpp"
     parts = [*sorted(verilated.glob("*.cpp")), main]
     everything.write_text("".join(f'#include "{part}"\n' for part in parts), encoding="utf-8")

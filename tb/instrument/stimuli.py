@@ -36,14 +36,14 @@ class Case:
     stimulus: Callable[[np.random.Generator], Stimulus]
     settled: int
     in_core: bool = False
-    """True if the cores of ``test_equal.py`` have the unit with the same functions."""
+    """True if the cores in ``test_equal.py`` contain the unit with the same generics."""
 
     def __str__(self) -> str:
         return "-".join([self.entity, *(f"{name}{value}" for name, value in self.generics.items())])
 
 
 def bits(random: np.random.Generator, width: int, clocks: int) -> list[int]:
-    """Return random words; some of them all zero, all one, or with one bit set."""
+    """Return random words; some have all bits 0, all bits 1, or a single bit 1."""
     data = random.bytes(clocks * (width // 8 + 1))
     size = width // 8 + 1
     mask = 2**width - 1
@@ -157,7 +157,8 @@ def changes_of_carrier(random: np.random.Generator, swap_marker: list[int]) -> S
 
 
 def folded_error_compensation(random: np.random.Generator) -> Stimulus:
-    """Return pair sums of an angle over FOLD clocks, with a constant reading meanwhile."""
+    """Return inputs in which the pair sums of an angle come over FOLD clocks, with a constant
+    reading."""
     given = error_compensation(random)
     clocks = len(given["reset"])
     for name in (
@@ -245,7 +246,8 @@ def sampler(random: np.random.Generator) -> Stimulus:
     given = {
         "reset": reset_first(clocks, random, 0.0005),
         "enable": held(pulses(random, 0.9, clocks // 100), 100),
-        # Sampling at equal times, at equal angles, from outside, and no sampling.
+        # The modes are sampling at equal times (0), at equal angles (1), on request (2), and no
+        # sampling (3).
         "mode": held([0, 1, 2, 0, 1, 2, 3, 1, 2, 1], clocks // 10),
         "external": pulses(random, 0.1, clocks),
         "sample_period": held([11, 1, 5, 7, 15], clocks // 5),
@@ -322,7 +324,7 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def modulated_coefficient_memory(random: np.random.Generator) -> Stimulus:
-    """Return inputs where a swap waits for a whole sweep, and a write for the swap."""
+    """Return inputs where a swap waits for a whole sweep, and a write waits for the swap."""
     return coefficient_memory(random, 3 * SWEEP_CLOCKS)
 
 
@@ -340,7 +342,7 @@ def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def table_conditions(random: np.random.Generator) -> Stimulus:
-    """Return a table that moves to and fro, and writes of registers: at the start, and now and
+    """Return a table that moves to and fro, and writes of registers at the start and now and
     then."""
     clocks = 24_000
     place = np.cumsum(held(random.integers(-1, 2, clocks // 800).tolist(), 800))

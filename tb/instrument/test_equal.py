@@ -18,8 +18,8 @@ from tb.support.simulation import simulate
 # The pipeline and the answers of the bus are known from the reset on.
 CORE_SETTLED = 80
 # The bench's second reset ends at clock 3,080; the output is switched on again some 300 clocks
-# later, and new coefficients are swapped in 100 clocks after that. They and the levels of A and B
-# survive a reset on purpose.
+# later, and new coefficients are swapped in 100 clocks after that. The coefficients and the levels
+# of A and B survive a reset on purpose.
 CORE_FORGOTTEN = 3500
 POWER_UPS = range(1, 9)
 """Seeds of the registers' values before the first reset."""
@@ -102,8 +102,8 @@ def does_the_same_from_random_registers(
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     usual = replay.outputs(inputs, folder)
     at_random = compiled("arctrue_core", generics, with_random_registers)
-    # Values before the core settles: in the first clock alone two draws of few outputs may be
-    # equal.
+    # All values before the core settles are compared, because two draws may give equal outputs in
+    # the first clock.
     begun = {tuple(tuple(values[:CORE_SETTLED]) for values in usual.values())}
     for seed in POWER_UPS:
         other = at_random.outputs(inputs, folder, seed)

@@ -17,13 +17,14 @@ from tb.local_table.local_table_bench import random_table
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
 COPY_CLOCKS = LATENCY + 2 * POINTS + 1
-"""Longest wait of an access, from the head of the entity."""
+"""Longest wait of an access in clocks, as the header of the entity states."""
 STEADY = 3
-"""Clocks from a new counts_per_rev to windows of that turn."""
+"""Number of clocks from a new counts_per_rev to the windows of the new turn."""
 
 
 class Unit:
-    """The entity with a new angle in every clock; it logs angles, the bank of each, and values."""
+    """Drives the entity with a new angle in every clock; logs each angle, its table, and each
+    value."""
 
     def __init__(self, dut: Any, seed: int) -> None:
         self.dut = dut
@@ -148,7 +149,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
         points, place = await unit.idle_words(places)
         assert points == [int(table.points[n]) & 0xFFFF_FFFF for n in places]
         assert place == table.place_words(), "the idle bank got the same words"
-    # Only one word changes: all other points of the table are the copy, point by point.
+    # Only one word is written: all other points of the table must come from the copy.
     changed = LocalTable(
         table.counts_per_rev, table.starts, table.width, table.fraction, table.points.copy()
     )

@@ -17,7 +17,8 @@ ANGLES = 4000
 
 
 def random_table(random: np.random.Generator, windows: int, width: int) -> LocalTable:
-    """Return windows without overlap, one of them over the zero; points up to both ends of s18."""
+    """Return windows without overlap, one of them over the zero, with points up to both ends of
+    s18."""
     spacing = COUNTS_PER_REV // windows
     first = COUNTS_PER_REV - 3 if width else int(random.integers(COUNTS_PER_REV))
     starts = tuple((first + number * spacing) % COUNTS_PER_REV for number in range(windows))
@@ -27,7 +28,7 @@ def random_table(random: np.random.Generator, windows: int, width: int) -> Local
 
 
 def some_angles(random: np.random.Generator, tables: list[LocalTable]) -> np.ndarray:
-    """Return angles around the ends of every window, and anywhere."""
+    """Return angles around the ends of every window, and random angles."""
     near = np.arange(-6, 7)
     ends = [
         start + side + near
@@ -90,7 +91,7 @@ async def follows_the_model(dut: Any, kind: int) -> None:
         f"angle {angles[wrong[0]]}, bank {banks[wrong[0]]}: {found[wrong[0]]}, expected "
         f"{expected[wrong[0]]} ({wrong.size} of {angles.size} differ)"
     )
-    # Both kinds of angle occur where the windows leave out a part of the turn.
+    # Angles inside windows occur, and angles outside if the windows do not cover the turn.
     assert (expected != 0).any()
     if kind:
         assert (expected == 0).sum() > 100

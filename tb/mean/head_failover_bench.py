@@ -1,4 +1,4 @@
-"""cocotb tests of head_failover: its decisions equal the model clock by clock, and its refusals.
+"""cocotb tests of head_failover: its decisions and refusals equal the model clock by clock.
 
 The bench simulates banks and prepared sets: a load ends with its swap, or is refused, as
 prepared_sets decides by ``may_activate``.
@@ -46,7 +46,8 @@ async def start(dut: Any, return_after: int) -> None:
 
 
 class Banks:
-    """Idle and active words of the mean, and the loading of prepared sets; one call a clock."""
+    """Simulates idle and active words of the mean, and the loading of prepared sets; one call a
+    clock."""
 
     def __init__(self, choose: random.Random) -> None:
         self.choose = choose
@@ -59,7 +60,8 @@ class Banks:
         self.of_set = False
         self.number = 0
         self.quiet = 0
-        """Clocks since the idle words changed: an access of the bus lies between."""
+        """Clocks since the idle words changed; a swap needs a bus access and comes more than 3
+        clocks later."""
 
     def words_of(self, number: int) -> int:
         """Return the words of a set; one set in ten uses the head that is missing in it."""
@@ -110,7 +112,7 @@ async def decisions_equal_the_model(dut: Any) -> None:
     happened: Counter[str] = Counter()
     for return_after in (0, RETURN_AFTER):
         await start(dut, return_after)
-        # Four clocks of reset and one of the register have passed in both.
+        # Entity and model have passed four clocks of reset and one of the register.
         model = HeadFailover(HEADS, return_after, INTERVAL_BITS)
         await RisingEdge(dut.clock)
         model.number = dut.number.value.to_unsigned()
@@ -137,7 +139,7 @@ async def decisions_equal_the_model(dut: Any) -> None:
                 getattr(dut, name).value = int(getattr(shown, name))
             dut.loaded.value, dut.refused.value = int(shown.loaded), int(shown.refused)
             await RisingEdge(dut.clock)
-            # Values from before this edge: those of the clock that ends.
+            # These values were set before this edge and belong to the clock that ends.
             found = (
                 *(int(dut.load.value), dut.number.value.to_unsigned()),
                 *(dut.left_out.value.to_unsigned(), int(dut.changed.value)),

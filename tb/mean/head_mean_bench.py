@@ -86,7 +86,7 @@ async def start(dut: Any) -> None:
 
 
 def random_set(rng: np.random.Generator, zeros: NDArray[np.int64]) -> MeanSet:
-    """Return random weights, and offsets that align the heads up to some counts and sixteenths."""
+    """Return random weights, and offsets that align the heads to within 50 counts."""
     carrier = int(rng.integers(1, HEADS + 1))
     missing = int(rng.choice([head for head in range(HEADS + 1) if head != carrier]))
     weights = rng.integers(-20_000, 30_000, HEADS)
@@ -103,7 +103,7 @@ async def the_count_goes_on_from_carrier_to_carrier(dut: Any) -> None:
     rng = np.random.default_rng(HEADS)
     await start(dut)
     position = motion(rng)
-    # The index of each head, whose offset is removed again.
+    # Position of each head's index; the offsets of the sets align the heads again.
     index = position[0] - rng.integers(0, COUNTS, HEADS)
     angle = (position - index) % COUNTS
     zeros = (position[0] - index) % COUNTS
@@ -162,7 +162,7 @@ def compare(
         later = seen[clock + MEAN_LATENCY]
         expected = weighted_mean(wholes[np.newaxis], mean, COUNTS).term[0]
         assert later.term == expected, f"clock {clock}"
-        # Angle and position belong to one count, over all carriers.
+        # Position minus angle is the same for all carriers.
         if clock == 10:
             between = (now.position - now.angle) % COUNTS
         assert (now.position - now.angle) % COUNTS == between, f"clock {clock}"
@@ -205,7 +205,7 @@ async def applied_when_every_used_head_has_its_index(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_waits_for_what_moves_a_zero(dut: Any) -> None:
-    """A swap waits from that clock on for eight clocks, and while a word is written."""
+    """A swap waits in the clock in which a zero may move and for eight clocks after it."""
     await start(dut)
     for _ in range(20):
         await RisingEdge(dut.clock)

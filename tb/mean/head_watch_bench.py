@@ -41,7 +41,7 @@ def shown(dut: Any) -> tuple[int, int]:
 
 @cocotb.test()
 async def a_new_fault_of_a_decoder_fails_its_head(dut: Any) -> None:
-    """A head fails once with the rising flag and with each further count, if the cause is
+    """A head is reported once when its flag rises and once for each further count, if the cause is
     enabled."""
     await start(dut)
     bits = {"illegals": 0, "overspeeds": 1, "swallowed": 2, "index_errors": 5}

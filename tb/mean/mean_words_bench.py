@@ -81,7 +81,7 @@ async def swaps_are_whole(dut: Any) -> None:
         address = choose.randrange(16)
         dut.read_address.value = address
         await RisingEdge(dut.clock)
-        # Values from before this edge: those of the clock that ends.
+        # These values were set before this edge and belong to the clock that ends.
         assert dut.active_words.value.to_unsigned() == flat_words(active)
         assert dut.idle_words.value.to_unsigned() == flat_words(idle)
         assert dut.next_words.value.to_unsigned() == flat_words(idle if swap else active)

@@ -19,7 +19,7 @@ HEADS = int(os.environ.get("HEADS", "4"))
 
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
-    """Words are random and at both ends; each set stays for two renewals."""
+    """Words are random or at both ends; each set lasts for two calculations of the parity."""
     rng = np.random.default_rng(HEADS)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     over = 0

@@ -61,7 +61,7 @@ async def access(dut: Any, number: int, word: int, data: int | None = None) -> i
 
 
 class Bank:
-    """The idle and the active bank behind the entity; one call a clock."""
+    """Simulates the idle and the active bank behind the entity; one call a clock."""
 
     def __init__(self, dut: Any, choose: random.Random) -> None:
         self.dut = dut
@@ -130,7 +130,7 @@ async def fill(dut: Any, choose: random.Random) -> dict[int, dict[Place, int]]:
 
 @cocotb.test()
 async def every_set_is_loaded_whole(dut: Any) -> None:
-    """A load takes the clocks that the head of the entity states."""
+    """A load takes at most the number of clocks that the header of the entity states."""
     choose = random.Random(HEADS)
     await start(dut)
     sets = await fill(dut, choose)
@@ -156,8 +156,7 @@ async def every_set_is_loaded_whole(dut: Any) -> None:
 async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) -> None:
     """Writes, swaps and loads are random: each acknowledged write arrives, each set is whole.
 
-    The entity does not swap words that must not become active, also random words; `refused` reports
-    this.
+    The entity does not swap words while `may_activate` is low; `refused` reports this.
     """
     choose = random.Random(20 + HEADS)
     await start(dut)
@@ -168,7 +167,8 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
     under_way: tuple[Place, int] | None = None
     for _ in range(20_000):
         busy = dut.busy.value == 1
-        # A value read after an edge is from before it: `busy` shows a load two clocks later.
+        # A read after an edge gives the value before it, so that `busy` shows a load two clocks
+        # later.
         pause = max(pause - 1, 0)
         load = not busy and not pause and choose.random() < 0.01
         swap = under_way is None and choose.random() < 0.02

@@ -28,8 +28,8 @@ WIDEST = WEIGHT_LIMIT - 1
 
 
 def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
-    """Yield equal weights, the carrier alone, the largest of either sign, a missing head,
-    random."""
+    """Yield sets with equal weights, the carrier alone, the largest weights of either sign, and
+    random weights without one head."""
     equal = [WEIGHT_ONE // HEADS] * HEADS
     equal[0] += WEIGHT_ONE - sum(equal)
     yield MeanSet(tuple(equal), (0,) * HEADS)
@@ -50,7 +50,8 @@ def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
 
 
 def some_readings(rng: np.random.Generator, counts_per_rev: int) -> NDArray[np.int64]:
-    """Return heads that nearly agree, mainly at the zero, and heads that do not agree."""
+    """Return readings of heads that nearly agree, mainly at the zero, and of heads that do not
+    agree."""
     true = rng.integers(-40, 40, 150)
     near = rng.integers(-300, 300, (150, HEADS)) + true[:, np.newaxis]
     limits = [65_535, 65_536, 65_537, counts_per_rev // 2]

@@ -74,7 +74,8 @@ async def extremes(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_five_clocks(dut: Any) -> None:
-    """The clocks are counted at the ports: 5 from angle and step, 3 from the offset."""
+    """The clocks are counted at the ports: the phase comes 5 clocks after angle and step, 3 after
+    the offset."""
     await start(dut)
     dut.angle.value = 1
     dut.phase_step.value = 2**40

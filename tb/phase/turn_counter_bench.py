@@ -41,7 +41,8 @@ async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], 
         await RisingEdge(dut.clock)
         selects.append(int(dut.turn_select.value))
         turns.append(dut.turn.value.to_signed())
-    # Read before the edge that ends a clock: the select is constant in the clock after the angle.
+    # Values are read before the edge that ends a clock. The select is constant from the clock after
+    # its angle to the next angle.
     first = np.arange(angles.size) * FOLD
     for later in range(1, FOLD + 1):
         assert np.array_equal(np.array(selects)[first + 1], np.array(selects)[first + later])
@@ -49,7 +50,7 @@ async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], 
 
 
 async def check(dut: Any, total: NDArray[np.int64]) -> None:
-    """Check that turn number and angle together are the counts ``total`` over many turns."""
+    """Check that turn number and angle together give the counts ``total`` over many turns."""
     await start(dut, int(total[0] % COUNTS_PER_REV))
     angles = total % COUNTS_PER_REV
     selects, turns = await play(dut, angles)

@@ -1,4 +1,4 @@
-"""The output's edges enter the decoder: every count must return, and one zero a turn."""
+"""The output's edges enter the decoder, which must return every count and one zero a turn."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def motion(case: LoopBack, seed: int) -> NDArray[np.int64]:
         counts[edge] = way
         left -= 1
         edge += case.clocks_a_count + (int(random.integers(0, 9)) if random.random() < 0.05 else 0)
-    # Two counts in the same direction remove the hysteresis before the other moves.
+    # The last counts go in one direction, which removes the hysteresis before the final comparison.
     counts[edge - case.clocks_a_count : case.clocks - REST // 2 : case.clocks_a_count] = way
     return case.start + np.cumsum(counts)
 
@@ -74,7 +74,8 @@ async def loses_no_count(dut, name: str) -> None:
     dut.minimum_spacing.value = case.minimum_spacing
     dut.filter_length.value = case.filter_length
 
-    # A reset keeps the levels, here the levels of the start, so that the output makes no edge.
+    # A reset keeps the levels. They are made the levels of the first position, so that no edge
+    # comes.
     dut.reset.value = 1
     for _ in range(4):
         await FallingEdge(dut.clock)
@@ -100,7 +101,8 @@ async def loses_no_count(dut, name: str) -> None:
     then = np.arange(RESETS, len(sent)) + 1 - latency
     expected = position[np.maximum(then, 0)]
     slack = np.abs(got - (expected - position[0]))
-    # One count of hysteresis; the output may take two clocks a count to catch up after a reversal.
+    # The output has a hysteresis of one count, and may need two clocks a count to catch up after a
+    # reversal.
     assert slack.max() <= 1, f"clock {RESETS + int(slack.argmax())}: off by {slack.max()} counts"
     assert got[-1] == position[-1] - position[0]
 

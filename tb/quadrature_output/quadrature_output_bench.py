@@ -23,7 +23,8 @@ async def follows_the_model(dut, name: str) -> None:
         getattr(dut, key).value = column[0] % 2**32
     dut.reset.value = 1
     dut.clear.value = 0
-    # Longer than the pipeline of the entity: nothing of an earlier scenario remains.
+    # This is longer than the pipeline of the entity, so that nothing of an earlier scenario
+    # remains.
     for _ in range(8):
         await FallingEdge(dut.clock)
 

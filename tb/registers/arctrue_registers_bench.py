@@ -41,7 +41,7 @@ LOCAL_PLACES = [
     model_map.LOCAL_POINTS + 4 * model_map.LOCAL_POINT_WORDS,
     model_map.LOCAL_POINTS + 0x8000,
 ]
-"""Addresses of words of the local table, of its place, and next to both."""
+"""Addresses of the local table's points and place words, and addresses next to both."""
 
 
 TURN_PLACES = [
@@ -49,7 +49,8 @@ TURN_PLACES = [
     model_map.TURN_STEPS + 4 * 127,
     *(model_map.TURN_NUMBER + 4 * word for word in (0, 1, 127)),
 ]
-"""Addresses of turn steps, also of lanes that are not built, of the turn number, and next to it."""
+"""Addresses of turn steps (also of lanes that are not built) and of the turn number, and addresses
+next to both."""
 
 
 async def prepared(
@@ -106,7 +107,8 @@ def change_inputs(dut, generator: random.Random, model: RegisterModel) -> None:
 
 
 def set_places() -> list[int]:
-    """Return addresses of every prepared set, next to the sets, and of one set beyond the last."""
+    """Return addresses of words of every prepared set, of gaps in it, and of one set beyond the
+    last."""
     words = [*range(4 * LANES + 2), 0x100, *range(0x1FE, 0x212), 0x3FF]
     return [
         model_map.PREPARED_SETS + model_map.SET_BYTES * number + 4 * word
@@ -242,7 +244,8 @@ async def commands_act_for_one_clock(dut):
 
 @cocotb.test()
 async def snapshot_is_one_clock(dut):
-    """Inputs change in every clock and reads stall: all values have the same clock count."""
+    """Inputs change in every clock and reads stall, but all values of a snapshot come from one
+    clock."""
     generator = random.Random(14)
     bus, _ = await prepared(dut, generator, stall=0.4)
     parts = {port: (width, generator.getrandbits(24)) for port, width in driven_ports().items()}
@@ -305,7 +308,8 @@ async def bursts_keep_their_order(dut):
 
 @cocotb.test()
 async def answers_after_their_clocks_in_turn(dut):
-    """The pins show the clocks that the heads of register_access and axi_lite_access state."""
+    """Answers come after the clocks that the headers of register_access and axi_lite_access
+    state."""
     bus, _ = await prepared(dut, random.Random(20))
     seen: list[dict[str, int]] = []
     names = ("awvalid", "wvalid", "arvalid", "bvalid", "rvalid")
@@ -345,7 +349,7 @@ async def answers_after_their_clocks_in_turn(dut):
 @cocotb.test()
 async def interrupts_set_enable_and_clear(dut):
     bus, _ = await prepared(dut, random.Random(16))
-    # Bits whose source is a level count only its rising edge; the others are strobes.
+    # Bits with a level as source are set only by its rising edge; the other bits have strobes.
     for bit in range(16):
         dut.interrupt_status.value = 1 << bit
         await ClockCycles(dut.clock, 1)
@@ -373,11 +377,12 @@ async def interrupts_set_enable_and_clear(dut):
 
 @cocotb.test()
 async def no_event_is_lost_in_the_clock_of_its_clear(dut):
-    """One event moves over the clear clock by clock: exactly one place must hide the clear.
+    """One event comes at each clock around the clear: for exactly one of these clocks the line must
+    stay high.
 
-    An event before the clear leaves the line low at the end; after it, the line falls and rises
-    again; in the same clock the line never falls. If the clear had priority there, no place would
-    do that.
+    After an event before the clear, the line is low at the end. With an event after the clear, the
+    line falls and rises again. With an event in the clock of the clear, it never falls. If the
+    clear had priority, no event would keep the line high.
     """
     bus, _ = await prepared(dut, random.Random(17))
     await bus.write(0x0A0, 1)
@@ -422,7 +427,7 @@ async def reset_restores_every_register(dut):
 
 @cocotb.test()
 async def named_access(dut):
-    """The Python access class works with the ports."""
+    """The Python class RegisterMap reads and writes the registers over the bus."""
     bus, _ = await prepared(dut, random.Random(19))
     registers = bus.registers()
     dut.core_configuration.value = 4 | 18 << 8 | 100 << 16

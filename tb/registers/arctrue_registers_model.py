@@ -157,7 +157,7 @@ def driven_ports() -> dict[str, int]:
 
 @dataclass
 class RegisterModel:
-    """Answers reads and writes by the description: a pair (accepted, word)."""
+    """Answers reads and writes by the description; an answer is a pair (accepted, word)."""
 
     lanes: int
     capture_depth: int
@@ -231,7 +231,8 @@ class RegisterModel:
         return COEFFICIENTS <= address < COEFFICIENTS + 16 * self.lanes
 
     def heads_words(self, *, write: bool) -> set[int]:
-        """Return the addresses in the window of the heads that may be read, or written."""
+        """Return the addresses in the window of the heads that may be read or, with ``write``,
+        written."""
         if not self.has_mean:
             return set()
         words = {DELAYS, *([HEADS_COMMAND] * (self.heads > 2) if write else [HEADS_STATUS])}

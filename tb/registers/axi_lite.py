@@ -32,7 +32,7 @@ class BusError(Exception):
 
 
 def stalls(generator: random.Random, share: float) -> Iterator[bool]:
-    """Yield for ever: pause (True) in a ``share`` of the clocks, in bursts of random length."""
+    """Yield without end: True (pause) in a ``share`` of the clocks, in bursts of random length."""
     while True:
         pause = generator.random() < share
         yield from itertools.repeat(pause, generator.randint(1, 6))
@@ -94,7 +94,8 @@ class Bus:
 async def start(dut: Any, *, period_ns: int = 10, reset_clocks: int = 8) -> Bus:
     """Start the clock, reset ``dut`` and return the bus on its ports ``s_axil_*``.
 
-    Reset is held and the master's signals are zero before the master is made: it must not see 'U'.
+    Reset is held and the master's signals are zero before the master is made, because the master
+    must not see 'U'.
     """
     for name in MASTER_DRIVES:
         getattr(dut, f"s_axil_{name}").value = 0

@@ -87,7 +87,8 @@ class Processor:
         return self.release_in < 0
 
     def reads(self, bank: list[int]) -> tuple[int, int] | None:
-        """Return the word address to read now and whether it is of heads 3 and 4, or None.
+        """Return the word address to read now and whether the word is of heads 3 and 4; None for no
+        read.
 
         ``bank`` has the samples of the READY bank.
         """

@@ -1,4 +1,4 @@
-"""Compare the queue of events, clock by clock, with a list that follows the header."""
+"""Compare the queue of events, clock by clock, with a list that follows the entity's header."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ RESET_CLOCKS = 64
 FIRST_TIME = 2**64 - 2000
 """First value of the time, which wraps during the test."""
 PHASES = ((0.05, 0.5), (0.5, 0.05), (0.0, 0.3), (0.9, 0.9), (0.02, 0.02))
-"""Shares of clocks with a strobe of each kind, and with a `take`: an empty queue, a full one, one
-that is emptied, one that is read while it is written, and a slow one."""
+"""Shares of clocks with a strobe of each kind, and with a `take`, by phase: the queue is empty,
+full, emptied, read while it is written, and rarely used."""
 
 
 def schedule(random: np.random.Generator, kind: int) -> np.ndarray:

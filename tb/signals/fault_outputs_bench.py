@@ -49,7 +49,8 @@ async def at_random(dut) -> None:
         else:
             causes |= fatal
         cleared = bool(clear[clock]) and not reset[clock]
-        # From the first clock of a reset on the drivers keep their state until HOLD or `enable`.
+        # From the first clock of a reset on, the drivers keep their state for HOLD clocks or until
+        # `enable`.
         if reset[clock] and not resets and since_reset >= HOLD:
             since_reset = 0
         elif enable[clock] and not reset[clock]:
@@ -69,7 +70,8 @@ async def at_random(dut) -> None:
 @cocotb.test()
 @cocotb.parametrize(kind=range(KINDS), ends=[True, False])
 async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
-    """The clear that ends the fault a clock later also ends the release; otherwise it stays."""
+    """A clear also ends the release if the fault ends a clock later; otherwise the release
+    stays."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.enable.value, dut.clear.value, dut.present.value = 1, 0, 0

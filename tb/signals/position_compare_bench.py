@@ -1,4 +1,4 @@
-"""Compare the reached places with a walk over their list."""
+"""Compare the strobes of position_compare with the places that a position reaches."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]
     )
 )
 async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
-    """The walk has a tremble, goes up and down, and over the wrap of the position."""
+    """The position trembles, goes up and down, and passes its wrap."""
     random = np.random.default_rng(7)
     way = np.repeat([1, -1, -1, 1], CLOCKS // 4)
     steps = way * (random.random(CLOCKS) < 0.4) - way * (random.random(CLOCKS) < 0.15)
@@ -77,7 +77,7 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
             strobes.append(clock)
     target = first + 2**32 if start > 2**30 else first
     expected = places_reached(position, target, interval)
-    # The first two clocks after the arming are compared together.
+    # The entity evaluates the first two clocks after the arming together.
     late = [max(clock + LATENCY - 1, LATENCY) for clock in expected]
     assert strobes == [clock for clock in late if clock < CLOCKS]
     assert len(expected) == 1 if not interval else len(expected) > 10
@@ -113,7 +113,8 @@ async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interv
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1])
 async def catches_up_after_a_jump(dut, sense: int) -> None:
-    """A jump over seven places gives a strobe each, every third clock, and none after that."""
+    """A jump over seven further places gives one strobe for each, every third clock, and no other
+    one."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0
@@ -140,8 +141,8 @@ async def catches_up_after_a_jump(dut, sense: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(at_once=[False, True])
 async def disarmed_it_is_silent(dut, at_once: bool) -> None:
-    """Disarming works while it tracks, and in the clock of an arming; the next arming starts
-    again."""
+    """Disarming works while the entity tracks, and in the clock of an arming; the next arming
+    starts again."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0

@@ -1,4 +1,4 @@
-"""The probe's values are those of the stated clock; an edge in a reset gives none."""
+"""The probe's values are those of the stated clock; an edge in a reset latches nothing."""
 
 from __future__ import annotations
 

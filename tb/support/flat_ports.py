@@ -17,8 +17,8 @@ CONTEXT = re.compile(r"^(?:library|  use) .*;$", re.MULTILINE)
 
 
 def flat_name(record_port: str, element: str) -> str:
-    """Return the name of an element's port: that of the bus without the direction, then the
-    element's.
+    """Return the name of an element's port: the name of the bus without the direction, then the
+    element.
 
     A record port named in one word is no bus: its elements keep their own names.
     """
@@ -34,7 +34,8 @@ def _clause(entity: str, keyword: str) -> str:
 def wrapper(name: str, text: str, packages: Iterable[str]) -> str | None:
     """Return the VHDL of ``<name>_flat``, or None if the entity has no record ports.
 
-    ``text`` is that of the entity's file, ``packages`` are those of the packages that it uses.
+    ``text`` is the text of the entity's file, ``packages`` are the texts of the packages that it
+    uses.
     """
     records = {
         record: DECLARATION.findall(body)

@@ -30,7 +30,8 @@ from tb.support.flat_ports import wrapper
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATED_VHDL = ROOT / "build" / "generated" / "vhdl"
-# If GHDL looks for LLVM by another name than the system's, set-up puts that name here.
+# If GHDL looks for LLVM under a name that the system does not have, set-up makes a link with that
+# name in this folder.
 LLVM_NAMES = ROOT / "build" / "llvm_names"
 
 COVERAGE = "ARCTRUE_COVERAGE"
@@ -124,7 +125,7 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def _known_sources(library: Path) -> dict[str, str]:
-    """Return the digest of each file that the library has, by its path."""
+    """Return the digest of each file in the library, by the file's path."""
     noted = library / "sources.json"
     return json.loads(noted.read_text(encoding="utf-8")) if noted.exists() else {}
 
@@ -132,7 +133,7 @@ def _known_sources(library: Path) -> dict[str, str]:
 def _bring_in(library: Path, sources: Iterable[Path], version: str) -> None:
     """Make the files known to GHDL.
 
-    A library with an older version of a file, or with another GHDL's units, is cleared first.
+    A library with an older version of a file, or with units of another GHDL, is cleared first.
     """
     known = _known_sources(library)
     wanted = {
@@ -152,7 +153,7 @@ def _bring_in(library: Path, sources: Iterable[Path], version: str) -> None:
 
 @functools.cache
 def _version(backend: Backend) -> str:
-    del backend  # The environment names it to the system's ghdl.
+    del backend  # The system's ghdl reads the backend from the environment.
     return subprocess.run(["ghdl", "--version"], capture_output=True, text=True, check=True).stdout
 
 
@@ -176,7 +177,8 @@ def _built(toplevel: str, backend: Backend) -> Ghdl:
             sources[-1].write_text(flat, encoding="utf-8")
         _bring_in(library, sources, _version(backend))
         _ghdl(library, "-m", _top(toplevel))
-        # A simulation reads the list of units and the program, which the next build may replace.
+        # The simulation reads copies of the list of units and of the program, because the next
+        # build may replace both.
         for name in (UNITS, _top(toplevel)):
             if (library / name).exists():
                 shutil.copy2(library / name, folder / name)

@@ -50,7 +50,7 @@ OUTPUT_STEP = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
 
 class Device:
-    """The top level with the table before it and a decoder after it."""
+    """Drives the top level with a turning table and decodes its output."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -139,7 +139,7 @@ async def registers_over_axi3(dut: Any) -> None:
     found = await names.check_identity()
     assert (found["lanes"], found["capture_depth"]) == (LANES, CAPTURE_DEPTH)
     assert await names.read("pipeline.fold") == FOLD
-    # The coefficient window: one burst written and read back.
+    # One burst writes the coefficient window, and another one reads it back.
     words = [(n * 0x0101_0101 + 7) % 2**21 for n in range(4 * LANES)]
     assert await axi.write_burst(BASE + registers.COEFFICIENTS_ADDRESS, words) == OKAY
     read = await axi.read_burst(BASE + registers.COEFFICIENTS_ADDRESS, 4 * LANES)
@@ -147,10 +147,10 @@ async def registers_over_axi3(dut: Any) -> None:
     # Words 1 and 3 of a lane have fewer bits than 32: compare the words with all bits.
     assert [data for data, _ in read[0::4]] == words[0::4]
     assert [data for data, _ in read[2::4]] == words[2::4]
-    # An address outside the window, and a word that the map does not have.
+    # The bridge refuses an address outside its window.
     assert [answer for _, answer in await axi.read_burst(BASE + registers.MAP_BYTES, 1)] == [DECERR]
     assert await axi.write_burst(BASE + registers.MAP_BYTES, [0]) == DECERR
-    # The capture of heads 3 and 4, which this core does not have.
+    # The core refuses the capture of heads 3 and 4, which it does not have.
     further = BASE + registers.FURTHER_CAPTURE_ADDRESS
     assert [answer for _, answer in await axi.read_burst(further, 1)] == [SLVERR]
     with pytest.raises(BusError, match=f"answer {SLVERR}"):
@@ -159,7 +159,7 @@ async def registers_over_axi3(dut: Any) -> None:
 
 @cocotb.test()
 async def from_edges_to_corrected_edges(dut: Any) -> None:
-    """The output moves by the difference of R - e(R), equations (8) and (9) in float64."""
+    """The output moves by as many counts as R - e(R), equations (8) and (9) in float64."""
     device = await started(dut)
     names = device.registers
     await device.configure()
@@ -212,7 +212,7 @@ async def interrupt_and_capture(dut: Any) -> None:
     capture = await names.read_capture()
     travelled = capture.samples[:, 0] - capture.samples[0, 0]
     assert travelled[-1] >= table.COUNTS_PER_REV > travelled[-2]
-    # Both heads come from one clock: only pairs that the table showed.
+    # Both readings of a sample come from one clock: the table has shown each pair.
     shown = set(map(tuple, table.readings(motion).tolist()))
     assert set(map(tuple, capture.samples.tolist())) <= shown
     await names.command("capture_release")
@@ -246,7 +246,7 @@ async def i2c_wires_are_open_drain(dut: Any) -> None:
 
 @cocotb.test()
 async def two_general_purpose_pins_are_on_the_i2c_wires(dut: Any) -> None:
-    """Pin 54 pulls SCL and 55 SDA, and they read the wires; no other pin has an effect."""
+    """Pin 54 pulls SCL, pin 55 pulls SDA, and both read the wires; no other pin has an effect."""
     device = await started(dut)
     others = (1 << 64) - 4
     for name in ("scl", "sda"):
@@ -288,7 +288,7 @@ async def leds_show_the_state(dut: Any) -> None:
     await device.configure()
     await ClockCycles(device.clock, 3 * WINDOW)
     assert device.lit()[1:] == (0, 0, 0)
-    # Alive: 8 windows on, 8 off.
+    # The LED alive is on for 8 windows and off for 8.
     changes, before = [], device.lit()[0]
     for clock in range(34 * WINDOW):
         await FallingEdge(device.clock)
@@ -297,7 +297,7 @@ async def leds_show_the_state(dut: Any) -> None:
             before = device.lit()[0]
     assert np.diff(changes).tolist() == [8 * WINDOW] * (len(changes) - 1)
     assert len(changes) == 4
-    # Fault: until the processor has cleared it.
+    # The LED fault is on until the processor has cleared the fault.
     for level in (1, 0):
         device.drive("head2_a", level)
         device.drive("head2_b", level)
@@ -310,7 +310,7 @@ async def leds_show_the_state(dut: Any) -> None:
     await names.command("clear_head2")
     await ClockCycles(device.clock, 3 * WINDOW)
     assert device.lit()[1:] == (0, 0, 0)
-    # Capture, and compensation, which waits for the index.
+    # The LEDs capture and compensation stay off until the index has come.
     await names.update("control", capture_enable=1, compensate=1)
     await ClockCycles(device.clock, 3 * WINDOW)
     assert device.lit()[1:] == (0, 0, 0)
@@ -324,8 +324,8 @@ async def leds_show_the_state(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
-    """In a reset while the table turns A and B stand, Z is low, LEDs are off and registers are
-    reset; then the core works again."""
+    """In a reset while the table turns, A and B keep their levels, Z is low, LEDs are off and
+    registers are reset; after it the core works again."""
     device = await started(dut)
     names = device.registers
     for wait_ns in (1, 4, 6, 9):  # before and after both edges of the clock
@@ -335,7 +335,8 @@ async def reset_in_the_middle(dut: Any) -> None:
         await RisingEdge(device.clock)
         await Timer(wait_ns, "ns")
         device.ps7.fabric_resetn.value = 0
-        # An edge that was on its way still comes; then the levels stand, they do not drop.
+        # An edge that was on its way still comes; then the levels stay constant and do not drop to
+        # 0.
         await ClockCycles(device.clock, 8)
         held = [device.level(name) for name in ("out_a", "out_b")]
         reset_lasts = 0

@@ -28,7 +28,7 @@ def bursts(address: int, words: int) -> Iterator[tuple[int, int]]:
 
 
 class Axi3Master:
-    """One burst at a time in each direction; every answer must have the ID of its burst.
+    """Sends one burst at a time in each direction; every answer must have the ID of its burst.
 
     The fabric's side changes only with the rising edge: the levels at the falling edge are those
     that the next rising edge samples.

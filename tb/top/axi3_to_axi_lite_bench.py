@@ -99,7 +99,7 @@ def random_burst(chance: random.Random) -> Burst:
     size = chance.choice((0, 1, 2, 2))
     beats = chance.choice((2, 4, 8, 16)) if kind == WRAP else chance.randint(1, 16)
     last = 0x1000 - 2**size * beats if kind == INCR else 0xFFC
-    # Near both ends of the window.
+    # Addresses lie near one of the two ends of the window.
     address = BASE + chance.choice((0, MAP_BYTES - 0x4000))
     address += chance.randrange(4) * 0x1000 + chance.randint(0, last)
     if kind == WRAP:

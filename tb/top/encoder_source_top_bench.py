@@ -1,4 +1,4 @@
-"""The pins of encoder_source_top do not change during the reset; then both heads turn at a constant
+"""The pins of encoder_source_top do not change during the reset; then all heads turn at a constant
 speed."""
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CLOCKS = 18_000
 """Number of clocks; the later head has edges from clock 14,000, with its coefficients applied."""
 LEAST_EDGES = 30
 TAKEN_OVER = 4
-"""Edges within which the enabled output reaches the levels of the position."""
+"""Number of edges within which the output, once enabled, reaches the levels of the position."""
 SLOPE = (1864 + 2 * 78) * 2 * np.pi / 2**24
 """Largest slope of ε, equation (2), with the amplitudes of encoder_source, in counts a count."""
 
@@ -53,6 +53,6 @@ async def all_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
             assert name != before
             assert (level != level_before) == (name == "a")
         expected = COUNTS_A_CLOCK * (clocks[-1] - clocks[0])
-        # An edge may be a clock late at either end; a count is cut.
+        # An edge may be a clock late at either end, and the position is truncated to a count.
         bound = 1 + SLOPE * expected + 2 * COUNTS_A_CLOCK
         assert abs(len(edges) - 1 - expected) <= bound, f"head {head}: {len(edges) - 1} counts"

@@ -25,7 +25,7 @@ async def edges_until(dut: Any, level: int) -> int:
 
 @cocotb.test()
 async def held_from_power_up_without_any_edge(dut: Any) -> None:
-    """The pin is high from the first moment: the reset lasts all the same, then ends."""
+    """The pin is high from the first moment on: the reset is active all the same, and then ends."""
     dut.asynchronous_reset_n.value = 1
     cocotb.start_soon(Clock(dut.clock, CLOCK_NS, unit="ns", impl="gpi").start())
     await Timer(1, "ns")

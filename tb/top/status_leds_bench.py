@@ -1,4 +1,4 @@
-"""Compare random events of any length with the windows in which they fell."""
+"""Compare the LEDs in each window with the random events of the window before."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ async def a_window_shows_what_the_one_before_saw(dut: Any) -> None:
         seen = [0, 0, 0]
         for clock in range(WINDOW):
             for place, name in enumerate(STATES):
-                # Mostly short events of one or some clocks: about one in two windows.
+                # Most events last one or a few clocks; about every second window has an event.
                 levels[place] = int(chance.random() < (0.5 if levels[place] else 0.06))
                 getattr(dut, name).value = levels[place]
                 seen[place] += levels[place]

@@ -1,6 +1,6 @@
 """Programs that stand in for the tools of a flow: they record and check their calls.
 
-Each reads its files as the real one would, and fails where one is missing.
+Each reads its files like the real tool, and fails if one is missing.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ OPEN_TOOLS = {
     "xc7frames2bit": FRAMES2BIT,
 }
 
-# Project X-Ray's database of a chip that is one tile.
+# Project X-Ray's database of a chip with a single tile.
 GRID = {
     "PSS2_X1": {
         "type": "PSS2",
@@ -145,7 +145,7 @@ PSS2.PS7.ALONE 01_33
 
 
 def add_database(folder: Path) -> Path:
-    """Make the database's folder of the family and return it."""
+    """Write the database's folder of the family and return its path."""
     family = folder / "prjxray-db" / "zynq7"
     (family / PART).mkdir(parents=True)
     (family / PART / "part.yaml").write_text("part", encoding="utf-8")
@@ -175,7 +175,7 @@ class Bench:
         self.set_path()
 
     def set_path(self, *more: str) -> None:
-        """Set PATH to the fake programs and what the tests need themselves, without tools of a
+        """Set PATH to the fake programs and the programs that the tests need, without tools of a
         flow."""
         self.monkeypatch.setenv("PATH", os.pathsep.join([str(self.programs), *more]))
 

@@ -1,4 +1,4 @@
-"""A small top level with the processor, and its netlist by the real GHDL and Yosys."""
+"""A small top level with the processor, and its netlist that the real GHDL and Yosys make."""
 
 from __future__ import annotations
 

@@ -35,7 +35,8 @@ PMODS = (FIRST_PMOD, SECOND_PMOD)
 
 
 def vivado_files(top: str) -> list[Path]:
-    """Return the files that only Vivado reads for a top level, in its order."""
+    """Return the files that only Vivado reads for a top level, in the order in which it reads
+    them."""
     names = (*TOPS[top].scoped, TOPS[top].vivado)
     return [CONSTRAINTS / "vivado" / f"{name}.xdc" for name in names]
 
@@ -44,7 +45,8 @@ DEVICE_BOARDS = [board for board in boards() if board != SOURCE]
 
 
 def test_a_second_board_gives_what_the_first_takes() -> None:
-    """The signals of the heads leave the second board at the pins at which they enter the first."""
+    """The second board drives the signals of the heads at the pins at which the first board reads
+    them."""
     pins = check_pins(CONSTRAINTS / f"{SOURCE}.xdc", ports_of(f"{SOURCE}_top"))
     assert pins.pop("oscillator") == OSCILLATOR
     for board in DEVICE_BOARDS:
@@ -82,7 +84,7 @@ def test_every_port_has_a_pin_of_the_package(board: str) -> None:
     "path", [*(CONSTRAINTS / f"{name}.xdc" for name in DEVICE_BOARDS), TEMPLATE]
 )
 def test_an_open_input_is_pulled_low_and_the_bus_high(path: Path) -> None:
-    """The file that both flows read pulls these ports and no others."""
+    """The file that both flows read pulls only these inputs low and only the bus high."""
     pulled = {
         port: given["PULLTYPE"][0] for port, given in read_pins(path).items() if "PULLTYPE" in given
     }
@@ -193,14 +195,14 @@ def test_faults_are_named_with_their_line(fault: str, tmp_path: Path) -> None:
 
 
 def vivado_text() -> str:
-    """Return all of the device's files for Vivado, without comments."""
+    """Return the text of all files for Vivado of the device, without comments."""
     text = "".join(path.read_text(encoding="utf-8") for path in vivado_files(TOP))
     return re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
 
 
 def test_vivado_names_ports_of_the_top_and_its_clock() -> None:
-    """A pattern without a match would leave a path untimed; test_scoped_constraints covers
-    cells."""
+    """A pattern of port names that matches nothing would leave a path untimed.
+    test_scoped_constraints tests the patterns of cells."""
     text = vivado_text()
     ports = set(ports_of(TOP))
     patterns = " ".join(re.findall(r"get_ports \{?([\w* ]+)\}?\]", text)).split()
@@ -213,12 +215,12 @@ def test_vivado_names_ports_of_the_top_and_its_clock() -> None:
 
 
 def test_inputs_are_timed_and_their_skew_is_bounded() -> None:
-    """Without an input delay Vivado times no path from a pin; test_scoped_constraints bounds the
-    skew."""
+    """Vivado times a path from a pin only if it has an input delay. test_scoped_constraints tests
+    the bound of the skew."""
     text = vivado_text()
     for port in ("head*", "sync_in", "probe_in"):
         assert f"set_input_delay -clock fabric_clock 0.000 [get_ports {port}]" in text
-    # No exception may remove the bound again.
+    # No exception may cancel the bound of the skew.
     assert not re.search(r"^set_false_path -from \[get_ports head", text, re.MULTILINE)
     assert not re.search(r"^set_false_path -to \[get_ports (out|trig|comp)", text, re.MULTILINE)
     jitter = re.search(r"^set_input_jitter fabric_clock ([\d.]+)$", text, re.MULTILINE)
@@ -257,7 +259,7 @@ def test_asynchronous_pins_meet_synchronisers_that_are_marked() -> None:
     ],
 )
 def test_vivado_constraints_are_whole_tcl(top: str, expected: set[str]) -> None:
-    """A real Tcl reads braces and brackets; the commands are stand-ins that record their names."""
+    """A real Tcl parses braces and brackets; stand-ins for the commands record their own names."""
     tcl = shutil.which("tclsh")
     assert tcl, "tclsh is missing: apt-get install tcl"
     files = " ".join(str(path) for path in vivado_files(top))
@@ -282,8 +284,8 @@ def test_vivado_constraints_are_whole_tcl(top: str, expected: set[str]) -> None:
 
 
 def test_the_clock_of_the_identifier_is_the_one_that_the_entity_makes() -> None:
-    """The clock is divided by the generic, and each path is limited to less than its half
-    period."""
+    """The generic of the entity divides the clock, and the limit of each path is less than half a
+    period of the divided clock."""
     entity = (ROOT / "rtl" / "top" / "chip_dna.vhd").read_text(encoding="utf-8")
     found = re.search(r"CLOCKS_PER_HALF\s*: positive[^:]*:= (\d+)", entity)
     assert found is not None

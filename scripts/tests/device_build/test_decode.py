@@ -1,4 +1,4 @@
-"""Tests of single cells decoded from features; test_place_and_route.py has whole designs."""
+"""Tests of single cells decoded from features; test_place_and_route.py decodes whole designs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def init_features(letter: str, value: int) -> set[str]:
 
 
 def test_a_table_gives_the_bit_that_its_inputs_name() -> None:
-    """O6 is bit A6 … A1 of INIT, O5 bit A5 … A1 (UG474): every address of random tables."""
+    """Output O6 is bit A6 … A1 of INIT, O5 bit A5 … A1 (UG474), at every address of random
+    tables."""
     rng = np.random.default_rng(1)
     for _ in range(4):
         value = int.from_bytes(rng.bytes(8), "little")
@@ -45,7 +46,8 @@ def test_a_table_gives_the_bit_that_its_inputs_name() -> None:
 
 
 def test_an_input_that_changes_chooses_between_what_is_left() -> None:
-    """One table is A3 xor A5 with the others constant, and one passes A2 through."""
+    """The first table is A3 xor A5 with the other inputs constant; the second passes B2 to its
+    output."""
     value = sum(1 << place for place in range(64) if (place >> 2 ^ place >> 4) & 1)
     constant = {"A1": "1'b1", "A2": "1'b0", "A4": "1'b1", "A6": "1'b1"}
     made, text = one_slice(init_features("A", value), constant)
@@ -92,7 +94,7 @@ def test_what_is_not_decoded_is_refused(features: set[str], pin: str, message: s
 
 
 def test_pins_of_blocks_are_after_their_inverters() -> None:
-    """``Z…`` is set where a pin is not inverted and where a register is left out."""
+    """A feature ``Z…`` is set if a pin is not inverted or a register is not used."""
     text = dsp("one", frozenset({"ZIS_INMODE_INVERTED[1]", "AREG_2", "ZMREG[0]"}), str.lower, "p")
     assert ".INMODE({~inmode4, ~inmode3, ~inmode2, inmode1, ~inmode0})" in text
     assert ".AREG(2), .BREG(1), .CREG(1), .MREG(0)" in text
@@ -110,8 +112,8 @@ def test_pins_of_blocks_are_after_their_inverters() -> None:
 
 
 def grid_of_two(folder: Path, bits: dict[int, frozenset[int]]) -> Routes:
-    """Return two neighbouring tiles: a wire of the left one is connected to one of the right
-    one."""
+    """Return the routes of two neighbouring tiles; a wire of the left tile is connected to one of
+    the right tile."""
     family = folder / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
@@ -152,7 +154,8 @@ def grid_of_two(folder: Path, bits: dict[int, frozenset[int]]) -> Routes:
 
 
 def test_a_wire_is_followed_through_tiles_to_what_drives_it(tmp_path: Path) -> None:
-    """A feature drives the wire, or else the default that the database documents."""
+    """The driver of a wire is that of a feature, or without a feature the default that the database
+    documents."""
     driven = grid_of_two(tmp_path / "driven", {0x10: frozenset({1})})
     assert driven.source("RIGHT", "PIN") == Source(level=0)
     assert driven.features.unexplained() == []
@@ -173,7 +176,8 @@ def test_bits_and_wires_that_cannot_be_are_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("port", ["ARD", "BWR"])
 def test_an_address_is_handed_on_where_the_cascade_is_active(tmp_path: Path, port: str) -> None:
-    """Project X-Ray's ``CASCOUT_ARD_ACTIVE`` and ``_BWR_`` connect block RAMs above each other."""
+    """The features ``CASCOUT_ARD_ACTIVE`` and ``_BWR_`` of Project X-Ray connect neighbouring block
+    RAMs."""
     family = tmp_path / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
@@ -208,7 +212,7 @@ def test_an_address_is_handed_on_where_the_cascade_is_active(tmp_path: Path, por
 
 
 def test_an_assignment_of_a_signal_to_itself_is_dropped() -> None:
-    """Verilator uses the first of two: here it would be the meaningless one."""
+    """Verilator uses the first of two assignments, which would be the meaningless one here."""
     written = (
         "module core\n"
         "  (input clock,\n"
@@ -273,7 +277,7 @@ def test_a_bitstream_that_is_not_there_is_told(
 
 
 def test_a_wire_is_left_or_pulled_low_at_the_port_itself() -> None:
-    """GHDL writes it this way; a plain assignment stays unchanged."""
+    """GHDL writes the first assignments in this form; the plain assignment stays unchanged."""
     written = (
         "  assign scl = n2_oport; //(module output)\n"
         "  assign n2_oport = n103_o; // (inout - port)\n"

@@ -1,5 +1,5 @@
-"""Test of FASM to frames with a handmade database of one tile; docs compare Project X-Ray's
-once."""
+"""Test of FASM to frames with a handmade database of one tile; docs/ has a comparison with Project
+X-Ray."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scripts.tests.device_build.fake_tools import PART, add_database
 
 
 def words(folder: Path, fasm: str) -> dict[int, dict[int, int]]:
-    """Return a map of frame to word to value, where the value is not 0."""
+    """Return the words that are not 0, by frame and by place in the frame."""
     file = folder / "made.fasm"
     file.write_text(fasm, encoding="ascii")
     family = folder / "prjxray-db" / "zynq7"

@@ -33,8 +33,8 @@ def address(levels: Levels, table: str, bits: int) -> int:
 class Memory:
     """One configured slice and the behaviour of its primitive.
 
-    ``tied`` has pins at a constant or at the level of another pin; ``read`` and ``write`` are the
-    primitive by its pins.
+    ``tied`` states the pins that have a constant level or that of another pin; ``read`` and
+    ``write`` describe the primitive in terms of the slice's pins.
     """
 
     features: set[str]
@@ -45,7 +45,7 @@ class Memory:
 
     @property
     def free(self) -> list[str]:
-        """Return the pins that change independently."""
+        """Return the pins that can change independently of others."""
         pins = {f"{letter}{place}" for letter in LETTERS for place in range(1, 7)}
         pins |= {"AI", "BI", "CI", "DI", "AX", "BX", "CX", "DX", "CE", "WE"}
         return sorted(pins - self.tied.keys())
@@ -60,7 +60,8 @@ def random_init(rng: np.random.Generator) -> int:
 
 
 def ram32m(rng: np.random.Generator) -> Memory:
-    """Return RAM32M: four times two bits, 32 words, each with its own data and read address."""
+    """Return a RAM32M: 32 words of four times two bits; each two bits have their own data and read
+    address."""
     memory = {letter: [int(bit) for bit in rng.integers(0, 2, 64)] for letter in LETTERS}
     features = {f"{letter}LUT.{mode}" for letter in LETTERS for mode in ("RAM", "SMALL")}
     features |= {f"{letter}LUT.DI1MUX.{letter}I" for letter in "ABC"} | {"WEMUX.CE"}
@@ -85,7 +86,7 @@ def ram32m(rng: np.random.Generator) -> Memory:
 
 
 def ram64x1d_twice(rng: np.random.Generator) -> Memory:
-    """Return two RAM64X1D of one write address: D and C hold the data of DI, B and A those of
+    """Return two RAM64X1D with one write address: D and C store the data at DI, B and A those at
     BI."""
     inits = random_init(rng), random_init(rng)
     memory = [[init >> place & 1 for place in range(64)] for init in inits]
@@ -105,12 +106,13 @@ def ram64x1d_twice(rng: np.random.Generator) -> Memory:
 
 
 def same_address(tables: str) -> dict[str, str]:
-    """Return the inputs of tables that share those of D."""
+    """Return the input pins of ``tables`` with the pins of D to which they are connected."""
     return {f"{table}{place}": f"D{place}" for table in tables for place in range(1, 7)}
 
 
 def ram128x1d(rng: np.random.Generator) -> Memory:
-    """Return a RAM written and read at D's inputs and CX, read at B's inputs and AX."""
+    """Return a RAM128X1D: inputs D1 to D6 and CX are the write address and a read address, B1 to B6
+    and AX the other read address."""
     init = random_init(rng) | random_init(rng) << 64
     memory = [init >> place & 1 for place in range(128)]
     features = {f"{letter}LUT.RAM" for letter in LETTERS} | {"WA7USED"}
@@ -133,7 +135,7 @@ def ram128x1d(rng: np.random.Generator) -> Memory:
 
 
 def ram256x1s(rng: np.random.Generator) -> Memory:
-    """Return a RAM with one address for all: D's inputs, CX (and AX), BX."""
+    """Return a RAM256X1S, with one address for reading and writing: D's inputs, CX (and AX), BX."""
     inits = [random_init(rng) for _ in LETTERS]
     init = sum(value << 64 * place for place, value in enumerate(inits))
     memory = [init >> place & 1 for place in range(256)]
@@ -176,8 +178,8 @@ endmodule
 
 
 def simulated(memories: list[Memory], rows: np.ndarray, folder: Path) -> list[str]:
-    """Return the outputs before every clock from Verilator; ``rows`` has a level for every free
-    pin."""
+    """Return the outputs before every clock edge, from Verilator; ``rows`` has a level for every
+    free pin."""
     text = Text()
     place = 1
     outputs: list[str] = []
@@ -219,8 +221,8 @@ def simulated(memories: list[Memory], rows: np.ndarray, folder: Path) -> list[st
 @pytest.mark.large
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_rams_of_look_up_tables_do_what_the_primitives_do(tmp_path: Path) -> None:
-    """RAM32M, RAM64X1D, RAM128X1D and RAM256X1S have random contents and random levels at every
-    pin."""
+    """RAM32M, RAM64X1D, RAM128X1D and RAM256X1S start with random contents and get random levels at
+    every pin."""
     rng = np.random.default_rng(1)
     memories = [make(rng) for make in (ram32m, ram64x1d_twice, ram128x1d, ram256x1s)]
     rows = rng.integers(0, 2, (CLOCKS, sum(len(memory.free) for memory in memories)))
@@ -269,7 +271,7 @@ def test_a_ram_is_written_at_the_edge_that_the_slice_has() -> None:
 
 
 def test_the_pins_that_a_ram_depends_on_are_told() -> None:
-    """Data input 1 of A comes from DI through B where no feature says otherwise."""
+    """Data input 1 of A comes from DI through B unless a feature selects another source."""
     numbered = {f"{letter}{place}" for letter in "AD" for place in range(1, 7)}
     assert set(ram_pins(frozenset(SMALL | {"WEMUX.CE"}))) == numbered | {"CLK", "CE", "DI", "AX"}
     deep = frozenset({"DLUT.RAM", "WA7USED", "WA8USED"})
@@ -278,7 +280,8 @@ def test_the_pins_that_a_ram_depends_on_are_told() -> None:
 
 
 def slice_with_ram(folder: Path, undriven: str) -> Routes:
-    """Return a tile with one slice, its table D a RAM; all pins except one are 1 by default."""
+    """Return the routes of a tile with one slice, whose table D is a RAM; all pins except
+    ``undriven`` are 1 by default."""
     family = folder / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
@@ -342,5 +345,5 @@ def test_a_ram_with_all_its_pins_driven_is_counted(tmp_path: Path) -> None:
 def test_only_the_lowest_dsp_of_a_column_has_no_cascade(
     tile: str, name: str, pin: str, none: bool
 ) -> None:
-    """By UG479, cascades come from the DSP below."""
+    """The DSP below drives the cascade inputs (UG479)."""
     assert has_no_source(tile, name, pin) is none

@@ -81,7 +81,7 @@ def test_lanes_are_folded_no_more_than_the_tools_need() -> None:
         (["--lanes", "65"], "expected 1 to 64, found 65"),
         (["--lanes", "0"], "expected 1 to 64, found 0"),
         (["--lanes", "12", "--fold", "8"], "8 lanes a pipeline do not divide 12 lanes"),
-        # The message has 3 or "3", depending on the version of Python.
+        # Depending on its version, Python writes 3 or "3" in the message.
         (["--fold", "3"], "argument --fold: invalid choice"),
     ],
 )
@@ -135,7 +135,7 @@ def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
 def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
     bench.add_open_tools()
     bench.monkeypatch.setenv("FAKE_MHZ", "99.99")
-    # nextpnr then ends with an error, or without an error if an option allows it: both must fail.
+    # nextpnr then ends with an error, or without one if an option permits it: both must fail.
     for code in ("1", "0"):
         bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", code)
         assert run(bench) == 1
@@ -343,7 +343,7 @@ def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
 @pytest.mark.parametrize("top", TOPS.values(), ids=TOPS)
 def test_yosys_reads_the_netlist_of_every_top(tmp_path: Path, top: Top) -> None:
-    """An instance named like a keyword of Verilog once stopped one of them."""
+    """An instance whose name was a keyword of Verilog once made Yosys reject one of the tops."""
     generics = {"LANES": 1, "CAPTURE_DEPTH": 64} if top.has_core else {}
     netlist = write_netlist(top.name, tmp_path / "made", generics=generics)
     script = f"read_verilog {netlist.name}; hierarchy -top {top.name}; select -assert-any c:*"

@@ -1,4 +1,5 @@
-"""Tests of the open tools themselves, if present: VHDL to a bitstream, and back to its bits."""
+"""Tests of the open tools, if they are installed: from VHDL to a bitstream, and back to its
+bits."""
 
 from __future__ import annotations
 
@@ -49,7 +50,7 @@ CLOCKS = 100_000
 
 @dataclass(frozen=True)
 class Made:
-    """The small design, routed."""
+    """The small design after place and route."""
 
     job: Job
     tools: OpenTools
@@ -68,7 +69,7 @@ class Made:
         return bits_of_bitstream(self.job.bitstream, reader, part_file)
 
     def bench(self, bits: Bits, folder: Path) -> Path:
-        """Build the program that runs the design in ``bits`` and its VHDL side by side."""
+        """Build the program that runs the VHDL and the design in ``bits`` in parallel."""
         design = Design.read(self.netlist.parent, SMALL_TOP.name)
         pins = check_pins(self.job.pins, design.pads)
         decoded, _ = decode(self.chip, bits, design, pins)
@@ -94,7 +95,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
 
 
 def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> None:
-    """Project X-Ray's reader finds the same bits in the same frames, and no others."""
+    """Project X-Ray's reader finds exactly the bits that the frames contain, in the same frames."""
     assert f"for {PART}" in check_bitstream(made.job.bitstream, PART)
     frames = frames_of(made.job.folder / "arctrue.tied.fasm", made.chip)
     asked = {
@@ -110,20 +111,20 @@ def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> Non
 
 
 def test_the_encoder_source_is_placed_and_routed(tmp_path: Path) -> None:
-    """Yosys makes chains of its constant settings that the core does not have."""
+    """Yosys makes carry chains from its constant settings; the core has no such chains."""
     name = "encoder_source_top"
     job = Job(TOPS[name], PART, {}, CONSTRAINTS / "encoder_source.xdc", tmp_path / "job")
     job.reports.mkdir(parents=True)
     tools = bitstream_open.find_open_tools(PART)
     verilog = write_netlist(name, tmp_path / "netlist")
     netlist = synthesise(verilog, flatten=True, for_nextpnr=True)
-    # A TimingError is raised if it is slower than its clock.
+    # A TimingError is raised if the design is slower than its clock.
     routed = place_until_timed(job, tools.nextpnr, tools.chipdb, netlist)
     assert "MHz" in routed.timing
 
 
 def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
-    """The FASM of nextpnr lacks the tie-offs, and the netlist names no constant."""
+    """nextpnr's FASM contains no tie-offs, and this netlist names no constants that need them."""
     untied = tmp_path / "untied.json"
     untied.write_text('{"modules": {}}', encoding="utf-8")
     job = replace(made.job, folder=tmp_path)
@@ -135,7 +136,8 @@ def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_path: Path) -> None:
-    """The comparison covers DSP, RAMs, shift register, carry chains and all except the PS7."""
+    """The comparison covers DSP, RAMs, shift register and carry chains: all parts except the
+    PS7."""
     bench = made.bench(made.bits(), tmp_path)
     compared = run(bench, CLOCKS, 1)
     assert faults_of(compared) == []
@@ -151,10 +153,11 @@ def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_pa
 
 
 def words_come_back(bench: Path) -> None:
-    """Write and read single words and bursts with the bench's bus master, a reset between.
+    """Write and read single words and bursts with the bench's bus master, with a reset in between.
 
-    The design reads its memory of 18 bits, with sign, at 0x2000, and at 0x3000 the memories of 16,
-    64 and 128 words, which keep the last word written to any address with the same low bits.
+    At 0x2000 the design reads its memory of 18 bits, with sign. At 0x3000 it reads the memories of
+    16, 64 and 128 words, each of which holds the last word written to any address with the same low
+    bits.
     """
     rng = random.Random(1)
     words = {4 * place: rng.getrandbits(32) for place in rng.sample(range(16, 1024), 200)}
@@ -177,14 +180,14 @@ def words_come_back(bench: Path) -> None:
     in_order = [signed[address] for address in [*order, *range(0, 64, 4)]]
     count = len(order)
     assert read[:count] + read[2 * count :] == [word & 0xFFFF_FFFF for word in in_order]
-    # The bits above bit 23 keep the former content of the address of the last write.
+    # The bits above bit 23 show what the last written address contained before.
     in_look_up_tables = [word & 0xFF_FFFF for word in read[count : 2 * count]]
     assert in_look_up_tables == [last_written(words, address) for address in order]
 
 
 def last_written(words: dict[int, int], address: int) -> int:
-    """Return the content of the memories of 16, 64 and 128 words at an address; ``words`` in
-    order."""
+    """Return the content of the memories of 16, 64 and 128 words at an address; ``words`` are in
+    the order of writing."""
     found = 0
     for depth, first, bits in ((16, 0, 16), (64, 16, 6), (128, 22, 2)):
         mask = (1 << bits) - 1 << first
@@ -209,7 +212,7 @@ def test_without_tie_offs_it_computes_something_else(made: Made, tmp_path: Path)
 def test_as_nextpnr_leaves_it_a_wire_is_pulled_where_it_must_not(
     made: Made, tmp_path: Path
 ) -> None:
-    """The first differences are those of the two wires, before any word has been multiplied."""
+    """The first differences are at the two wires, before the design multiplies any word."""
     frames = tmp_path / "inverted.frames"
     frames_of(made.routed.fasm, made.chip).write(frames)
     compared = made.compared(bits_of_frames(frames), tmp_path)

@@ -1,5 +1,5 @@
-"""Tests of the reach of Vivado's constraints in the device's netlist, whatever its instances'
-names."""
+"""Tests of the cells and pins to which Vivado's constraints apply, whatever the instances' names
+are."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ PRELUDE = Path(__file__).with_name("vivado_prelude.tcl")
 DEVICES = ["arctrue_zynq_top", "arctrue_zynq_heads_top", "arctrue_zynq_differential_top"]
 TOP_OPTIONS = {"arctrue_zynq_heads_top": ["--heads", "4"]}
 HALF_A_CLOCK_NS = 0.5e9 / number_formats.CLOCK_HZ
-# Pins of asynchronous signals, and those whose timing matters to the connected device.
+# Asynchronous inputs, and outputs whose timing matters to the connected device.
 TIMED_INPUT = re.compile(r"head[1-4]_[abz](_[pn])?|sync_in|probe_in")
 TIMED_OUTPUT = re.compile(r"out_[abz](_[pn])?|trigger_out|compare_out")
 
 
 class Outcome:
-    """The effect of the constraints in one netlist."""
+    """The effect of the constraints on one netlist."""
 
     def __init__(self, cells: list[Cell], ports: list[str], noted: list[list[str]]) -> None:
         self.cells = cells
@@ -48,7 +48,7 @@ class Outcome:
         return [cell.name for cell in self.cells if cell.reference == entity]
 
     def bounds(self, option: str) -> dict[str, float]:
-        """Return the largest delay in ns from or to each object, of bounds from or to ports."""
+        """Return, for each object of ``option``, the largest permitted delay in ns."""
         found: dict[str, float] = {}
         for words in self.constraints:
             if words[0] == "set_max_delay" and option in words:
@@ -64,7 +64,8 @@ def run(
     top: str,
     change: Callable[[Mapping[str, str]], dict[str, str]] = dict,
 ) -> Outcome:
-    """Run ``make bitstream FLOW=vivado`` on the netlist of ``top`` with its sources changed."""
+    """Run ``make bitstream FLOW=vivado`` on the netlist of ``top`` after ``change`` of its
+    sources."""
     tclsh = shutil.which("tclsh")
     assert tclsh, "tclsh is missing: apt-get install tcl"
     bench = Bench(folder, monkeypatch)
@@ -142,7 +143,8 @@ INSIDES = {
 def test_another_name_inside_an_entity_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, entity: str
 ) -> None:
-    """This shows that the test above can fail: a file and its entity belong together."""
+    """The constraints of a file miss a cell that has another name, so that the test above can
+    fail."""
 
     def rename(texts: Mapping[str, str]) -> dict[str, str]:
         text = re.sub(rf"\b{INSIDES[entity]}\b", "renamed", texts[entity])
@@ -171,7 +173,8 @@ def test_an_entity_that_is_not_there_stops_the_run(
 
 
 def test_scoped_files_speak_of_the_inside_only() -> None:
-    """Names of instances above an entity, and of ports of a top, must not be in its file."""
+    """The file of an entity must not contain names of instances above the entity, or of ports of a
+    top."""
     for entity in TOPS["arctrue_zynq_top"].scoped:
         path = ROOT / "constraints" / "vivado" / f"{entity}.xdc"
         text = re.sub(r"^#.*$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE)

@@ -1,5 +1,5 @@
-"""Tests of the processor's accesses while a bitstream runs, and of the reported gaps in their
-reach."""
+"""Tests of the accesses that the processor makes while a bitstream runs, and of the reported
+gaps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ CLOCKS = 40_000
 
 
 def answered(accesses: list[Access]) -> list[Answer]:
-    """Answer as a core of the register map: coefficients held, a correction and samples."""
+    """Return the answers of a core with the register map: stored coefficients, a correction,
+    samples."""
     held = dict.fromkeys(CORE.coefficients, 0)
     sequence = 0
     answers = []
@@ -98,7 +99,7 @@ def answer_reaches(accesses: list[Access], answer: Answer, address: int) -> bool
     ],
 )
 def test_a_word_reads_as_the_register_map_says(word: int, written: int, reads: int) -> None:
-    """K has 48 bits, the phase 24, the amplitude 25 with its sign."""
+    """A word of K has 48 bits, the phase 24, the amplitude 25 with its sign."""
     assert stored(registers.COEFFICIENTS_ADDRESS + 16 * 3 + 4 * word, written) == reads
 
 

@@ -16,7 +16,7 @@ RIOI3_X73Y87.IOI_OLOGIC0_D1.IOI_IMUX34_1
 
 
 def test_a_routed_enable_is_straight_once(tmp_path: Path) -> None:
-    """The second has the feature already; an output that always drives needs its inversion."""
+    """The second pad has the feature already; the pad that always drives must not get it."""
     wanted = ["RIOI3_X73Y51.OLOGIC_Y0.ZINV_T1"]
     assert straight_enables(TWO_WIRES) == wanted
     path = tmp_path / "routed.fasm"

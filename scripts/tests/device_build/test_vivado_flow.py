@@ -55,7 +55,7 @@ def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[st
     generics = [synthesis[n + 1] for n, word in enumerate(synthesis) if word == "-generic"]
     assert generics == ["LANES=8", "CAPTURE_DEPTH=1024", "FOLD=1"]
     read = [words[1:] for words in noted if words[0] == "read_xdc"]
-    # The processor's file comes first: it makes the clock that the others name.
+    # The processor's file comes first, because it creates the clock that the other files name.
     entities = ["zynq_processor", "quadrature_output", "pulse_output", "chip_dna"]
     scoped = [["-ref", entity, f"{entity}.xdc"] for entity in entities]
     assert read == [*scoped, ["pynq_z2.xdc"], ["arctrue_zynq_top.xdc"]]
@@ -78,7 +78,7 @@ def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[st
 
 
 def test_rotation_reaches_the_synthesis(bench: Bench) -> None:
-    """Vivado expects quotation marks round the value of a string generic."""
+    """Vivado expects quotation marks around the value of a string generic."""
     assert run(bench, "--rotation", "table") == 0
     (synthesis,) = (words for words in commands(bench) if words[0] == "synth_design")
     assert synthesis[synthesis.index('ROTATION="table"') - 1] == "-generic"

@@ -1,7 +1,7 @@
-"""Find the cells that Vivado creates from VHDL sources, by the names that its constraints use.
+"""Finds the cells that Vivado creates from VHDL sources, by the names that its constraints use.
 
-The text is searched for instances of entities and of components, and for a register for each signal
-or port that is assigned in a clocked process.
+It searches the text for instances of entities and of components, and finds a register for each
+signal or port that is assigned in a clocked process.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ REGISTER_PINS = ("C", "CE", "D", "Q")
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell: ``name`` is its path from the top, ``pins`` are those of a leaf."""
+    """One cell: ``name`` is its path from the top, ``pins`` are the pins if it is a primitive."""
 
     name: str
     reference: str
@@ -30,13 +30,13 @@ class Cell:
 
 
 def texts_of(paths: list[Path]) -> dict[str, str]:
-    """Return the sources without comments, by the names of their files, which are those of the
-    units."""
+    """Return the sources without comments, by the names of their units, which are those of the
+    files."""
     return {path.stem: re.sub(r"--.*", "", path.read_text(encoding="utf-8")) for path in paths}
 
 
 def relabelled(texts: Mapping[str, str]) -> dict[str, str]:
-    """Return the same design with another label for every instance of an entity."""
+    """Return the same design in which every instance of an entity has another label."""
 
     def other(match: re.Match[str]) -> str:
         return f"part_{len(match[1])}_{match[1][::-1]} : {match[2]}{match[3]}"
@@ -46,7 +46,7 @@ def relabelled(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def cells_of(texts: Mapping[str, str], entity: str, above: str = "") -> Iterator[Cell]:
-    """Yield all cells below one instance of ``entity``, whose path is ``above``."""
+    """Yield all cells below an instance of ``entity``; ``above`` is the path of the instance."""
     text = texts[entity]
     kinds = dict(SIGNAL.findall(text)) | {name: kind for name, kind, _ in PORT.findall(text)}
     registers = {
@@ -69,7 +69,7 @@ def cells_of(texts: Mapping[str, str], entity: str, above: str = "") -> Iterator
 
 
 def pins_of(text: str, component: str) -> Iterator[str]:
-    """Yield the pins of a primitive, one per bit, from the declaration of its component."""
+    """Yield the pins of a primitive, one per bit, as the declaration of its component states."""
     declaration = re.search(rf"\bcomponent {component} is(.*?)end component", text, re.DOTALL)
     assert declaration, component
     for name, _, highest in PORT.findall(declaration[1]):
@@ -80,7 +80,7 @@ def pins_of(text: str, component: str) -> Iterator[str]:
 
 
 def write_netlist(path: Path, cells: list[Cell], ports: list[str]) -> None:
-    """Write a file for vivado_netlist.tcl."""
+    """Write the cells and ports into a file that vivado_netlist.tcl reads."""
     lines = [f"port {port}" for port in ports]
     lines += [f"cell {cell.name} {cell.reference} {' '.join(cell.pins)}" for cell in cells]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

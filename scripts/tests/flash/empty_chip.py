@@ -1,4 +1,4 @@
-"""Run the processor in QEMU without a program, with its console open."""
+"""Runs the processor in QEMU without a program, with its console open."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from contextlib import contextmanager
 from pathlib import Path
 
 SECONDS = 60.0
-"""Longest wait without output; a start takes far less on a busy machine."""
+"""Longest wait for output of the console; a start takes far less, even on a busy machine."""
 
 
 class EmptyChip:
-    """An emulated processor; ``debugger`` is the socket for gdb."""
+    """An emulated processor; ``debugger`` is the path of the socket for gdb."""
 
     def __init__(self, console: socket.socket, debugger: Path) -> None:
         self.console = console
         self.debugger = debugger
 
     def wait_for(self, text: bytes) -> bytes:
-        """Return the complete output of the console, once it contains ``text``."""
+        """Wait until the output of the console contains ``text``; return the whole output."""
         said = b""
         while text not in said:
             try:

@@ -1,8 +1,8 @@
 """A simulated adapter with a Zynq's scan chain, for OpenOCD's remote_bitbang.
 
-It follows IEEE 1149.1 (the state machine, two instruction registers, identification and bypass) and
-has the part of the fabric that configuration needs (UG470): JPROGRAM and CFG_IN. No code comes from
-OpenOCD.
+It follows IEEE 1149.1 (state machine, two instruction registers, identification and bypass) and
+simulates the two instructions of the fabric that a configuration needs (UG470): JPROGRAM and
+CFG_IN. No code comes from OpenOCD.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import socket
 import threading
 from dataclasses import dataclass, field
 
-# State by (TMS = 0, TMS = 1), IEEE 1149.1 figure 6-1.
+# Next states of each state, for TMS = 0 and TMS = 1: IEEE 1149.1 figure 6-1.
 NEXT = {
     "reset": ("idle", "reset"),
     "idle": ("idle", "select_dr"),
@@ -35,7 +35,8 @@ CFG_IN, JPROGRAM, FABRIC_IDCODE = 0x05, 0x0B, 0x09
 
 @dataclass
 class Tap:
-    """One test access port; ``shifted`` are the bits of the data register being shifted in."""
+    """One test access port; ``shifted`` are the bits that are being shifted into the data
+    register."""
 
     instruction_bits: int
     idcode: int
@@ -66,7 +67,7 @@ class Tap:
 
 
 class Chain:
-    """The processor's port, then the fabric's, which is next to TDO."""
+    """The scan chain: the processor's port, then the fabric's, whose output is TDO."""
 
     def __init__(self, fabric_idcode: int = 0x2372_7093) -> None:
         self.processor = Tap(4, 0x4BA0_0477, 0xE)
@@ -74,7 +75,7 @@ class Chain:
         self.taps = (self.processor, self.fabric)
         self.state = "reset"
         self.tdo = self.tck = 0
-        # Bits that CFG_IN has received, one list a scan.
+        # Bits that CFG_IN has received, one list per scan.
         self.configuration: list[list[int]] = []
         for tap in self.taps:
             tap.reset()
@@ -85,7 +86,7 @@ class Chain:
             return
         if self.state in ("shift_dr", "shift_ir"):
             if self.state == "shift_dr" and self.fabric.instruction == CFG_IN:
-                # The processor is in bypass: one bit later.
+                # The bypass register of the processor delays the bits by one clock.
                 self.configuration[-1].append(self.processor.shift[0])
             bit = tdi
             for tap in self.taps:
@@ -108,7 +109,7 @@ class Chain:
 
 
 class Adapter:
-    """Serves the chain on a port of this machine until OpenOCD ends."""
+    """Serves the chain on a port of this machine until OpenOCD closes the connection."""
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
@@ -134,6 +135,6 @@ class Adapter:
                     connection.sendall(bytes(answer))
 
     def wait(self) -> None:
-        """Wait until all that OpenOCD sent has been processed: OpenOCD ends before that."""
+        """Wait until everything that OpenOCD sent is processed, because OpenOCD ends earlier."""
         self.thread.join(30.0)
         assert not self.thread.is_alive()

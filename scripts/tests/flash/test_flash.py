@@ -1,4 +1,4 @@
-"""Tests of ``make flash`` and ``make flash-bitstream`` up to an emulated chip."""
+"""Tests of ``make flash`` and ``make flash-bitstream``, which load an emulated chip."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ needs_openocd = pytest.mark.skipif(
 
 @needs_gdb
 def test_the_firmware_is_loaded_compared_and_speaks(tmp_path: Path) -> None:
-    """QEMU starts stopped and empty; its gdb port replaces the adapter of a board."""
+    """QEMU starts stopped and without a program; its gdb port takes the place of a board's
+    adapter."""
     elf = build()
     with empty_chip(tmp_path, "-S") as chip:
         size, sections = load_firmware(elf, ONBOARD_ADAPTER, str(chip.debugger))
@@ -55,7 +56,7 @@ def adapter_file(folder: Path, port: int) -> Path:
 
 
 def bit_file(folder: Path, words: bytes) -> Path:
-    """Write a .bit file: Xilinx' head of tagged fields, then the words."""
+    """Write a .bit file: a header of tagged fields in Xilinx' form, then the words."""
     head = bytes.fromhex("0009 0ff00ff00ff00ff000 0001")
     for tag, text in zip("abcd", ("top", "7z020clg400", "2026/11/21", "00:00:00"), strict=True):
         field = text.encode() + b"\0"
@@ -93,7 +94,7 @@ def test_another_chip_is_refused(tmp_path: Path) -> None:
 
 @needs_openocd
 def test_the_files_for_the_board_are_read_by_openocd() -> None:
-    """OpenOCD reads the files up to the adapter, which is missing here."""
+    """OpenOCD reads the files until it searches for the adapter, which is missing here."""
     for name in ("processor.cfg", "fabric.cfg"):
         command = ["openocd", "-f", str(ONBOARD_ADAPTER), "-f", str(ONBOARD_ADAPTER.parent / name)]
         command += ["-c", "gdb_port disabled; telnet_port disabled; tcl_port disabled"]

@@ -1,4 +1,4 @@
-"""Tests of the boot image with a boot ROM written here that shares nothing with the writer."""
+"""Tests of the boot image with a boot ROM of their own, which shares no code with the writer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ SYNC = bytes.fromhex("aa995566")
 
 
 def boot_rom(flash: bytes) -> tuple[int, bytes, int]:
-    """Return load address, body and start address by UG585, the BootROM header word by word."""
+    """Read the BootROM header word by word as in UG585; return load address, body and start
+    address."""
 
     def word(address: int) -> int:
         return int.from_bytes(flash[address : address + 4], "little")
@@ -39,7 +40,7 @@ def boot_rom(flash: bytes) -> tuple[int, bytes, int]:
     assert source >= 0x8C0
     assert 0 < length <= 0x30000
     assert length == word(0x40)
-    # mkimage -T zynqimage of U-Boot 2023.01 also checks these.
+    # The program mkimage -T zynqimage of U-Boot 2023.01 checks these words too.
     assert start % 64 == 0
     assert word(0x38) == 0
     assert word(0x44) == 0
@@ -47,7 +48,7 @@ def boot_rom(flash: bytes) -> tuple[int, bytes, int]:
 
 
 def bit_file(body: bytes) -> bytes:
-    """Return a .bit as the tools write it: tagged text of odd length, dummy words, then the
+    """Return a .bit in the form that the tools write: tagged text of odd length, dummy words,
     body."""
     head = bytes.fromhex("00090ff00ff00ff00ff0000001")
     head += b"a\x00\x05top;\x00" + b"e" + struct.pack(">I", 48 + len(body))
@@ -76,7 +77,7 @@ def test_the_firmware_finds_and_loads_the_bitstream() -> None:
     while library.fabric_step(fabric):
         pass
     assert ffi.string(library.fabric_state_name(fabric.state)) == b"loaded"
-    # UG585: the port takes words; the most significant byte of each is the first of the .bit.
+    # UG585: the port reads words; the most significant byte of each word is the first of the .bit.
     received = bytes(model.received)
     swapped = b"".join(received[place : place + 4][::-1] for place in range(0, len(received), 4))
     assert swapped[:48] == b"\xff" * 32 + bytes.fromhex("000000bb11220044") + b"\xff" * 8
@@ -84,7 +85,7 @@ def test_the_firmware_finds_and_loads_the_bitstream() -> None:
 
 
 def test_a_raw_bitstream_gets_the_words_before_the_sync_word() -> None:
-    """The header has 64 bytes, and 48 bytes come before the sync word."""
+    """The header has 64 bytes; then 48 bytes precede the sync word."""
     image = fabric_image(SYNC + bytes(60), "raw.bin")
     assert image[64 : 64 + 48] == b"\xff" * 48
     assert image[64 + 48 : 64 + 52] == SYNC[::-1]

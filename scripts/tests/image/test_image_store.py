@@ -1,4 +1,5 @@
-"""Boot images go to the flash over the console: power lost at any moment leaves one that starts."""
+"""Boot images go to the flash over the console; after a power loss at any moment, one of them
+starts."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ STEPS_MOST = 1000
 
 
 class Board:
-    """A flash at the C code's own driver, with its console in place of a serial port."""
+    """A flash behind the C code's own driver, whose console takes the place of a serial port."""
 
     port = "board"
 
@@ -45,7 +46,7 @@ class Board:
         self.spoil = 0
 
     def close(self) -> None:
-        """Do nothing; a real console would close here."""
+        """Do nothing, unlike a real console, which would close its port."""
 
     def command(self, line: str, _seconds: float = 5.0) -> list[str]:
         if self.spoil and line.startswith("flash data"):
@@ -66,7 +67,8 @@ class Board:
 
 
 def starts(chip: Chip) -> tuple[int, bytes] | None:
-    """Return what the boot ROM would start and its place, by UG585, chapter 6, not the C code."""
+    """Return the program that the boot ROM would start, and its place, by UG585, chapter 6, without
+    the C code."""
     for place in range(0, FLASH_BYTES, 32 << 10):
         header = bytes(chip.content[place : place + 0x4C])
         words = struct.unpack("<11I", header[0x20:0x4C])
@@ -89,7 +91,7 @@ def silent(_done: int, _all: int) -> None:
 
 @pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
 def test_the_first_image_is_golden_too(kind: str) -> None:
-    """An empty flash gets both; the bitstream comes with them, and all parts are as they were
+    """An empty flash gets both images and the bitstream, each with exactly the bytes that were
     made."""
     board = Board(Chip(kind))
     image = flash_image(OLD, 0, bytes(64) + SYNC + OLD, "made here")
@@ -103,7 +105,8 @@ def test_the_first_image_is_golden_too(kind: str) -> None:
 
 
 def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
-    """Power is lost after every line of the console, and with the last page half written."""
+    """Power is lost after every line of the console, also when the last page is only half
+    written."""
     board = Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     golden = bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN])
@@ -111,8 +114,8 @@ def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
     board.after_line = lambda: seen.append(starts(board.chip))
     write_image(board, boot_image(NEW, 0), silent)
     assert set(seen) == {(0, program(OLD)), (device.GOLDEN, program(OLD)), (0, program(NEW))}
-    # The old image is erased at once; the new one is whole with the line that has the checksum. The
-    # comparison follows; the status before it is the first.
+    # The old image is erased at once. The new one is complete after the line with the checksum; one
+    # line, for the comparison, follows. The first line only asks for the status.
     assert seen.index((0, program(NEW))) == len(seen) - 2
     assert bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN]) == golden
 
@@ -175,7 +178,8 @@ def test_status_tells_where_the_image_was_found() -> None:
 
 
 def test_saving_and_flashing_do_not_meet() -> None:
-    """While an erase is running ``save`` has to wait; without a flash nothing is done."""
+    """While an erase is running, ``save`` has to wait. Without a flash, no command does
+    anything."""
     board = Board(Chip())
     board.firmware.send("flash erase 0")
     assert "under_way" in board.firmware.send("save")

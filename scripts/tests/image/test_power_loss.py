@@ -1,8 +1,8 @@
-"""Power is lost within a page or an erase: the device starts with the old or the new content.
+"""Power is lost in a write or an erase: the device starts with the old or the new content.
 
-The chip's model writes the page or sector only in part, at every byte and in three orders
-(flash_model.Chip.lose_power). The test compares the state that the C code finds with the earlier
-one.
+The chip's model writes the page or sector only in part, up to every byte and in three orders
+(flash_model.Chip.lose_power). Each test compares the content that the C code finds with the content
+before.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ SECTORS = 16
 
 
 class Torn:
-    """Call ``look`` for every place of a power loss in a write of the chip, and restore the
-    write."""
+    """Simulates a power loss at every place of each write of the chip, calls ``look``, and restores
+    the chip."""
 
     def __init__(self, chip: Chip, look: Any, every_byte: int) -> None:
-        """Try the first ``every_byte`` bytes of an erased sector one by one."""
+        """Store the chip; of a sector, the first ``every_byte`` bytes are tried one by one."""
         self.chip = chip
         self.look = look
         self.every_byte = every_byte
@@ -63,9 +63,9 @@ class Torn:
 
 @pytest.fixture(scope="module")
 def saved_everywhere() -> Chip:
-    """Return a chip with a record in each sector; the next record replaces record 1.
+    """Return a chip with a record in each sector, so that the next record replaces record 1.
 
-    The records have the coefficients of a turn.
+    The records contain the coefficients of one turn.
     """
     board = Board(Chip("n25q128"))
     board.firmware.send("set orders 3")
@@ -94,9 +94,9 @@ def record_at(chip: Chip, place: int) -> bytes:
 def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
     saved_everywhere: Chip, wear: str
 ) -> None:
-    """The new record counts only if all its bytes are those that were sent.
+    """The new record counts only if all its bytes were written.
 
-    With a worn sector the failing write is cut off too, and the next one.
+    With a worn sector, the failed write and the next one are cut off too.
     """
     board = Board(copy_of(saved_everywhere))
     first, second = places_of(board.chip)[:2]
@@ -121,8 +121,8 @@ def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
 @pytest.mark.parametrize("write", range(4))
 @pytest.mark.parametrize("order", ORDERS)
 def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, order: str) -> None:
-    """The erase and three pages are cut off in the middle; the complete firmware then starts with
-    this flash."""
+    """The erase, or one of three pages, is cut off in the middle; then the whole firmware starts
+    with this flash."""
     chip = copy_of(saved_everywhere)
     board = Board(chip)
     before = int(board.status("saved_record")[0])
@@ -146,11 +146,13 @@ def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, 
 
 
 def test_an_image_that_is_cut_off_anywhere_leaves_one_that_starts() -> None:
-    """A whole header before a partial body would start something that is no program."""
+    """If the header were complete but the body were not, the boot ROM would start something that is
+    no program."""
     board = test_image_store.Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     seen: list[tuple[str, tuple[int, bytes] | None]] = []
-    # The header as the boot ROM reads it; all bytes of the body are equivalent.
+    # Every byte of the header is tried, because the boot ROM reads it; all bytes of the body are
+    # equivalent.
     torn = Torn(board.chip, lambda at: seen.append((at, starts(board.chip))), 0x60)
     write_image(board, boot_image(NEW, 0), silent)
     assert torn.cuts > 3 * len(NEW)

@@ -1,4 +1,4 @@
-"""Tests of the benches' page, and of the calibration against its lower bound."""
+"""Tests of the page of the benches, and of the calibration's error against its lower bound."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_calibration_reaches_the_cramer_rao_bound() -> None:
-    """Two groups of 10 draws of 32 orders reach the bound within 4 standard deviations.
+    """Over two groups of 10 draws, the error equals the bound within 4 standard deviations.
 
-    Order 11 has most of the variance, of 2·2·9 degrees of freedom; a standard deviation is
-    1/√(2·36).
+    Of the 32 orders, order 11 has most of the variance, with 2·2·9 degrees of freedom, so that the
+    relative standard deviation of the RMS error is 1/√(2·36).
     """
     found = measure(20)
     for errors, seconds in found.values():

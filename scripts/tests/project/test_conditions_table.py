@@ -1,4 +1,4 @@
-"""The table of effects that follow a condition has the stored figures."""
+"""The table of the effects that follow a condition contains the stored figures."""
 
 from __future__ import annotations
 

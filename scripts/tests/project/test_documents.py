@@ -1,4 +1,4 @@
-"""Checks that documents agree with the tree: generated pages, links, targets, mutations."""
+"""Checks that documents agree with the tree: generated pages, links, make targets, mutations."""
 
 from __future__ import annotations
 
@@ -44,16 +44,18 @@ MADE_PAGES = frozenset(
         "systems",
     ]
 )
-"""Pages of docs/ that a script or a command writes as a whole, in addition to docs/entities."""
+"""Pages of docs/ that a script or a command writes as a whole; docs/entities contains more of
+them."""
 WORD = re.compile(r"\S*\w\S*")
 MADE_SECTION = re.compile(
     r"<!-- [^>]*(?:python -m|scripts/|make )[^>]*-->.*?<!-- end -->", re.S | re.I
 )
-"""Text that the command in its first line writes."""
+"""Pattern of text that a command writes; its first line names the command."""
 
 
 def words_by_hand() -> dict[Path, int]:
-    """Count the hand-written words of every page; a sign between cells is not a word."""
+    """Return the number of hand-written words of every page; a sign between table cells is not a
+    word."""
     return {
         page: len(WORD.findall(MADE_SECTION.sub("", page.read_text(encoding="utf-8"))))
         for page in DOCUMENTS

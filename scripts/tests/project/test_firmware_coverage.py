@@ -1,4 +1,5 @@
-"""Test of the counts of scripts/firmware_coverage.py; ``make coverage-firmware`` runs all of it."""
+"""Test of the counts of scripts/firmware_coverage.py; ``make coverage-firmware`` runs the whole
+script."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ def _answer(file: str, lines: dict[int, int]) -> str:
 
 
 def test_a_line_that_any_object_runs_is_run() -> None:
-    """A header is a part of several objects; files outside the firmware are left out."""
+    """A header is compiled into several objects; files outside the firmware do not count."""
     header = str(FIRMWARE / "calibration" / "capture.h")
     counts = counted(
         [

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def repository(folder: Path) -> Path:
-    """Make a repository with one commit of one file."""
+    """Return a repository that has one commit with one file."""
     (folder / "file.txt").write_text("first\n", encoding="utf-8")
     for words in (
         ("init", "-q"),
@@ -26,7 +26,7 @@ def repository(folder: Path) -> Path:
 
 
 def test_a_check_keeps_exit_code_and_last_line(tmp_path: Path) -> None:
-    """The shell command defines the expected exit code and last line."""
+    """The shell commands in the test determine the expected exit code and last line."""
     good = Check("good", ("sh", "-c", "echo first; echo '== 3 passed =='; echo"), "")
     bad = Check("bad", ("sh", "-c", "echo broken >&2; exit 3"), "")
     outcome = run(good, sample=False, commit="abc", root=tmp_path, logs=tmp_path / "logs")
@@ -69,7 +69,7 @@ def test_an_ended_check_is_not_run_again(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_the_page_belongs_to_its_record() -> None:
-    """The page in the tree follows from the record in the tree, with a row per check."""
+    """The page in the tree is the one that the record in the tree gives, with a row per check."""
     outcomes = read_outcomes(nightly.RECORD)
     text = page(outcomes)
     assert text == nightly.PAGE.read_text(encoding="utf-8")
@@ -84,7 +84,7 @@ def test_a_sample_and_a_failure_are_shown() -> None:
 
 
 def test_each_command_is_a_target_of_the_makefile() -> None:
-    """A reader can repeat each check by its command."""
+    """A reader can repeat each check by a target of the Makefile."""
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for check in CHECKS:
         for command in filter(None, (check.command, check.sample)):

@@ -1,4 +1,4 @@
-"""``import arctrue as at`` is light and lazy, and the notebook of the documents runs."""
+"""``import arctrue as at`` loads few modules, and the notebooks of the documents run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def test_the_import_loads_nothing() -> None:
 
 
 def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
-    """The bounds are those of the format: counts below 2⁶², one detection within a degree."""
+    """The bounds on the page are those of the file format: counts below 2⁶², index detection within
+    a degree."""
     page = api_page()
     assert "Annotated" not in page
     assert "Meta(" not in page
@@ -47,7 +48,7 @@ def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
 def test_a_recorded_set_is_compared_and_shown() -> None:
     table = at.read_set(DOCS / "data" / "worm_axis_telescope")
     found = at.compare(table)
-    # The RMS of a fit is at most that of the fitted error.
+    # The RMS of the residuals of a fit is at most that of the fitted error.
     error = table.reference.error_arcsec
     assert 0.0 < found.data["channels"]["reference"]["rms_arcsec"] <= error.std()
     assert "reference" in found._repr_html_()
@@ -56,7 +57,8 @@ def test_a_recorded_set_is_compared_and_shown() -> None:
 
 
 def _without_dates(model: at.Model) -> list[HistoryStep]:
-    """Return the history of a model; two fits of the same data differ only in their dates."""
+    """Return the history of a model without dates, which differ between two fits of the same
+    data."""
     return [msgspec.structs.replace(step, date="") for step in model.content.history]
 
 
@@ -79,7 +81,7 @@ def test_a_folder_is_as_good_as_its_set() -> None:
 
 
 class _Series:
-    """A column of a pandas data frame: indexed by labels, of which none is −1."""
+    """A column like that of a pandas data frame: it is indexed by labels, and −1 is not a label."""
 
     def __init__(self, values: list[float]) -> None:
         self._values = np.array(values)
@@ -137,7 +139,8 @@ def test_columns_that_are_none_are_refused(columns: dict[str, Any], said: str) -
 
 
 def shown_by(notebook: Path) -> list[Any]:
-    """Run every code cell in order; return the last expression of each, as a notebook shows it."""
+    """Run every code cell in order; return the last expression of each cell, which a notebook
+    shows."""
     names: dict[str, object] = {}
     shown = []
     for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
@@ -151,7 +154,8 @@ def shown_by(notebook: Path) -> list[Any]:
 
 
 def test_the_notebook_of_the_metrologist() -> None:
-    """The notebook puts in 2″, 0.3″, a reversal error of 0.4″ and noise of 0.1″ a row."""
+    """The notebook simulates amplitudes of 2″ and 0.3″, a reversal error of 0.4″, and noise of 0.1″
+    a row."""
     data, params, (value, stderr, (low, high)), tested, (correction, std) = shown_by(
         NOTEBOOKS / "metrologist.ipynb"
     )
@@ -159,7 +163,7 @@ def test_the_notebook_of_the_metrologist() -> None:
     for order, size in ((1, 2.0), (3, 0.3)):
         found = params[f"graduation_harmonics.order_{order}_amplitude"]
         assert abs(found.value - size) < 3.0 * found.stderr
-    # The uncertainty is that of the difference of both ways, from 240 rows of 0.1″.
+    # The uncertainty is that of the difference of both directions, from 240 rows with 0.1″ noise.
     assert stderr == pytest.approx(2.0 * 0.1 / np.sqrt(240), rel=0.2)
     assert low < value < high
     assert low < 0.4 < high
@@ -170,7 +174,7 @@ def test_the_notebook_of_the_metrologist() -> None:
 
 
 def test_the_notebook_of_the_beamline() -> None:
-    """The notebook puts in heat of 0.25″/K of order 1 and noise of 0.2″ a row."""
+    """The notebook simulates an order 1 that changes by 0.25″/K, and noise of 0.2″ a row."""
     data, same, params, (value, (low, high)), correction = shown_by(NOTEBOOKS / "beamline.ipynb")
     assert "600 rows" in repr(data)
     assert same
@@ -178,7 +182,7 @@ def test_the_notebook_of_the_beamline() -> None:
     assert low < value < high
     assert low < 0.25 < high
     angle = np.deg2rad(correction["angle"].values)
-    # T₀ is the median of the log, 22 °C.
+    # T₀ is the median temperature of the log, 22 °C.
     expected = 3.0 * np.cos(angle) + 0.25 * np.sin(angle)
     np.testing.assert_allclose(correction.values, expected, atol=0.1)
 
@@ -198,7 +202,8 @@ def test_the_notebook_of_the_machine_builder() -> None:
 
 @pytest.mark.slow
 def test_the_notebook_runs(tmp_path: Path) -> None:
-    """Every code cell runs in order; its last line is what a notebook would show."""
+    """Every code cell runs in order; the last expression of a cell is what a notebook would
+    show."""
     shown = shown_by(DOCS / "notebook.ipynb")
     compared, pictures, diagnosed, model, ladder = shown
     assert "RMS" in compared._repr_html_()

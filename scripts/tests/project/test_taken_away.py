@@ -1,5 +1,5 @@
-"""Tests that the stored figures of each effect's compensation are those of the simulation and of
-the export."""
+"""Tests that the stored figures of each effect's compensation equal those of the simulation and the
+export."""
 
 from __future__ import annotations
 
@@ -37,12 +37,13 @@ def test_every_effect_has_been_measured() -> None:
 
 
 def test_what_can_be_taken_away_is() -> None:
-    """Where the declaration says lanes, a small share of the effect remains, or a floor of 0.03″.
+    """If the declaration names the lanes, at most a small share of the effect remains, or 0.03″.
 
-    The floor is three standard uncertainties of the lanes' sum: some 0.01″, for a set with a sixth
-    of the samples. The gear is eccentric, so that lines next to its tooth count appear, which the
-    effect has with its own setting. A lane depends on the reading, the gear on the true angle. A
-    single line has an order that is not whole, and a lane has the same order.
+    The limit of 0.03″ is three standard uncertainties of the lanes' sum, about 0.01″ each for a set
+    with a sixth of the samples. The share is larger for the gear. Its eccentricity causes lines
+    next to its tooth count, which the effect models only with a setting of its own. Besides, a lane
+    depends on the reading, but the gear on the true angle. For the single line the lane has the
+    same order, which is not whole.
     """
     for name, row in stored()["effects"].items():
         declared = built_in()[name].compensation
@@ -69,8 +70,7 @@ def test_nobody_takes_away_what_the_page_says_is_left() -> None:
 
 @pytest.mark.parametrize("name", ["thermal_eccentricity", "hysteresis", "latency"])
 def test_the_stored_figures_are_measured(name: str) -> None:
-    """The figures are measured again here: another processor's rounding may change the last
-    places."""
+    """This test measures the figures again; on another processor the last digits may differ."""
     found, before = measure(name).data(), stored()["effects"][name]
     assert found["taken_away_by"] == before["taken_away_by"]
     for key in ("part_arcsec", "left_without_arcsec", "left_with_arcsec"):
@@ -78,7 +78,8 @@ def test_the_stored_figures_are_measured(name: str) -> None:
 
 
 def test_an_error_of_the_reference_judges_no_correction(tmp_path: Path) -> None:
-    """A polygon that sits 200″ off: the right correction makes the raw reference run worse."""
+    """The polygon is mounted 200″ eccentric: the right correction then increases the raw error of
+    the reference run."""
     made = simulate_set([Wanted("polygon_eccentricity", 200.0)], short(), 3)
     write_measurement_set(tmp_path / "set", made.measurement)
     model, path = tmp_path / "model.toml", tmp_path / "coefficients.toml"

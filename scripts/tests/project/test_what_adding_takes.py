@@ -1,4 +1,4 @@
-"""Adding one of a kind edits only the files that CONTRIBUTING names, as copies show.
+"""To add a register or a board, one edits the files that CONTRIBUTING names; tests edit copies.
 
 The tests for a cause and an effect are in ``sim/tests/table/test_registry.py`` and
 ``test_effect_check.py``.
@@ -39,7 +39,8 @@ BEFORE_CONNECTION = "  status_capturing    <= capture_busy;\n"
 
 
 def documented(kind: str) -> set[str]:
-    """Return the files that CONTRIBUTING names for ``kind``; the row states their number."""
+    """Return the files that CONTRIBUTING names for ``kind``; their number must be that of the
+    table's row."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     (row,) = (found for found in TABLE.finditer(text) if found["kind"] == kind)
     files = set(re.findall(r"`([^`]+)`", row["files"]))
@@ -48,7 +49,8 @@ def documented(kind: str) -> set[str]:
 
 
 def edited(folder: Path, path: Path, before: str, added: str) -> Path:
-    """Copy a file of the tree, with ``added`` put before a text that occurs once."""
+    """Copy a file of the tree; insert ``added`` before the text ``before``, which must occur
+    once."""
     text = (ROOT / path).read_text(encoding="utf-8")
     assert text.count(before) == 1, f"{path}: expected once: {before}"
     copy = folder / path.name
@@ -57,7 +59,7 @@ def edited(folder: Path, path: Path, before: str, added: str) -> Path:
 
 
 def test_a_register_takes_two_files(tmp_path: Path) -> None:
-    """Block, Python names, bench and core follow from the two edited files."""
+    """The build makes block, Python names, bench and core from the two edited files."""
     sources, made = tmp_path / "sources", tmp_path / "made"
     sources.mkdir()
     made.mkdir()
@@ -70,7 +72,7 @@ def test_a_register_takes_two_files(tmp_path: Path) -> None:
     (made / f"{ENTITY}.vhd").write_text(register_words(block), encoding="utf-8")
     names = python_registers(compile_registers(register_map))
     assert "ADDED_BY_TEST_ADDRESS: Final = 0x000FC" in names
-    # The last folder has priority: the copies replace the files of the tree.
+    # The last folder takes precedence: its copies replace the files of the tree.
     folders = (*SOURCE_FOLDERS, ROOT / "tb", made, sources)
     generics = {"LANES": 2, "CAPTURE_DEPTH": 2}
     built = write_netlist(core.stem, tmp_path / "core", generics=generics, folders=folders)
@@ -83,7 +85,8 @@ def test_a_register_takes_two_files(tmp_path: Path) -> None:
 def test_a_board_takes_one_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, own_processor_side: bool
 ) -> None:
-    """The board's name finds its pin file; only another processor side needs a second file."""
+    """The name of a board determines its pin file; a second file is needed only for another
+    processor side."""
     constraints, firmware = tmp_path / "constraints", tmp_path / "firmware"
     shutil.copytree(ROOT / "constraints", constraints)
     shutil.copytree(ROOT / "firmware", firmware)
@@ -117,7 +120,8 @@ def test_a_board_takes_one_file(
 
 @pytest.mark.parametrize("kind", ["a cause", "an effect"])
 def test_a_cause_and_an_effect_are_one_file(kind: str) -> None:
-    """The folder that CONTRIBUTING names has only such files, and their package."""
+    """The folder that CONTRIBUTING names contains only files of this kind, and that of the
+    package."""
     (pattern,) = documented(kind)
     folder = (ROOT / pattern).parent
     assert len(list(folder.glob("*.py"))) > 10

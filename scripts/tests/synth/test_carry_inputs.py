@@ -1,4 +1,4 @@
-"""Look-up tables of carry chains with further readers are doubled for nextpnr."""
+"""Tests that look-up tables of carry chains that other cells read too are doubled for nextpnr."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def carry(selects: list[int | str], first_output: int) -> dict[str, Any]:
 
 
 def split(folder: Path, cells: dict[str, Any], ports: dict[str, Any]) -> tuple[int, dict[str, Any]]:
-    """Return the number of added tables, and the module."""
+    """Rewrite a module with these cells; return the number of added tables, and the module."""
     path = folder / "made.json"
     netnames = {"all": {"bits": list(range(2, 64))}}
     module = {"ports": ports, "netnames": netnames, "cells": cells}
@@ -61,7 +61,7 @@ def test_a_shared_look_up_table_becomes_one_for_each_reader(tmp_path: Path) -> N
     }
     ports = {"out": {"direction": "output", "bits": [41, "0"]}}
     added, module = split(tmp_path, cells, ports)
-    # Bit 40 has three readers: a copy for each chain. Bit 41 has one chain and a port.
+    # Bit 40 has three readers, so that each chain gets a copy. A chain and a port read bit 41.
     assert added == 3
     after = module["cells"]
     drivers = {
@@ -73,7 +73,8 @@ def test_a_shared_look_up_table_becomes_one_for_each_reader(tmp_path: Path) -> N
         for part in ("type", "parameters", "port_directions"):
             assert new[part] == old[part]
         assert {**new["connections"], "O": 0} == {**old["connections"], "O": 0}
-    # Cells without another reader, cells too large to share a slice's inputs, and other kinds.
+    # Cells without another reader, cells with too many inputs for a slice, and other kinds of cells
+    # stay.
     assert after["first"]["connections"]["S"][2:] == [42, 43]
     assert after["second"]["connections"]["S"][1:] == ["0", 6, 43]
     assert after["reader"] == cells["reader"]
@@ -83,7 +84,7 @@ def test_a_shared_look_up_table_becomes_one_for_each_reader(tmp_path: Path) -> N
 
 
 def test_the_last_reader_keeps_the_look_up_table(tmp_path: Path) -> None:
-    """Only two chains read it: one copy is enough."""
+    """Only two chains read the table, so that one copy is enough."""
     cells = {
         "shared": table("INV", [2], 40),
         "first": carry([40, 2, 3, 4], 52),

@@ -1,4 +1,4 @@
-"""Tests of our lane and of those with a table: arithmetic in float64, measurements and page."""
+"""Tests of the comparison of lanes: arithmetic in float64, measurements, and the page."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ HALF_OF_LAST_BIT = 2.0**-17
 
 
 def _outputs(delay: int, *, wrong: float = 0.0) -> np.ndarray:
-    """Return cosines rounded to s1.16, delayed by so many clocks, with zeros before them."""
+    """Return cosines rounded to s1.16, delayed by ``delay`` clocks, with zeros before them."""
     count = 1 << SWEEP_BITS
     k = np.arange(count)
-    # The low 4 bits of 24 as the harness of the simulation writes them: a multiplicative hash.
+    # The low 4 bits of the 24 are a multiplicative hash, as in the harness of the simulation.
     turns = k / count + ((k * 2654435761 % 2**32) // 2**28) / 2.0**24
     late = np.zeros(count + LATENCIES.stop)
     late[delay : delay + count] = np.round(AMPLITUDE * np.cos(2.0 * np.pi * turns) * (1.0 + wrong))
@@ -43,12 +43,13 @@ def _outputs(delay: int, *, wrong: float = 0.0) -> np.ndarray:
 
 def test_latency_and_errors_are_those_of_the_outputs() -> None:
     latency, error, any_angle = latency_and_errors(_outputs(16))
-    # The value is read after the edge that takes the phase: one register more than the delay.
+    # The value is read after the edge that takes the phase: this is one register in addition to the
+    # delay.
     assert latency == 17
     # Rounding to the last bit has an error of at most half a bit; a million phases come close to
     # this bound.
     assert 0.99 * HALF_OF_LAST_BIT < error <= HALF_OF_LAST_BIT * (1.0 + 1e-9)
-    # At the steepest cosine, half of 2**-24 turn moves it by 2 pi times as much.
+    # At its steepest, the cosine changes by 2 pi times half of 2**-24 turn.
     assert any_angle == pytest.approx(error + np.pi * 2.0**-24, rel=0.02)
     _, error, _ = latency_and_errors(_outputs(20, wrong=1e-3))
     assert error == pytest.approx(1e-3, abs=HALF_OF_LAST_BIT)
@@ -68,8 +69,8 @@ def test_table_and_slope_give_the_cosine() -> None:
     value = compare_lanes.table_values()[address] / 2.0**compare_lanes.VALUE_FRACTION
     result = value - slope * offset * unit_turn - HALF_OF_LAST_BIT
     error = np.abs(result - np.cos(2.0 * np.pi * folded / 2.0**compare_lanes.PHASE_FRACTION))
-    # Half of z**2/2 with z = 2**-10 turn; the slope's last half bit over 2**-10 turn; that of the
-    # value; half a unit of the offset at the steepest slope.
+    # The terms: half of z**2/2 with z = 2**-10 turn; half of the slope's last bit times 2**-10
+    # turn; half of the value's last bit; half a unit of the offset at the steepest slope.
     bound = (2.0 * math.pi * 2.0**-10) ** 2 / 4.0 + 2.0**-19 + 2.0**-21 + math.pi * unit_turn
     assert 0.5 * bound < error.max() < bound
 
@@ -86,7 +87,8 @@ def test_a_table_in_verilog_has_two_s_complement() -> None:
 @pytest.mark.large
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_the_netlist_of_the_table_gives_the_cosine(tmp_path: Path) -> None:
-    """GHDL's netlist runs over 2**20 phases; the head of table_rotation derives the bound."""
+    """The test runs GHDL's netlist over 2**20 phases; the header of table_rotation derives the
+    bound."""
     source = tmp_path / "table_lane.v"
     source.write_text(compare_lanes.table_lane(), encoding="utf-8")
     latency, error, _ = latency_and_errors(sweep(source))

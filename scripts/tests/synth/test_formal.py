@@ -1,4 +1,4 @@
-"""Every quick proof holds and fails on a broken variant; ``make formal`` tries all variants."""
+"""Every quick proof succeeds and notices one fault; ``make formal`` tries all faults."""
 
 from __future__ import annotations
 
@@ -59,7 +59,8 @@ def test_proof(proof: Proof, tmp_path: Path) -> None:
 def test_a_fault_that_changes_nothing_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """``test_proof`` proves the entity itself; a few clocks suffice to see no counterexample."""
+    """``test_proof`` proves the entity itself; here a few clocks without a counterexample are
+    enough."""
     monkeypatch.setattr(formal, "prove", lambda proof, folder: [])
     line = "        when WRITE_ACCESS =>"
     harmless = Break("nothing", f"{line}\n", f"{line} --\n")

@@ -1,4 +1,4 @@
-"""Tests of reading GHDL's counts: sums of results, files that nothing ran, the budget."""
+"""Tests of reading GHDL's counts: sums over simulations, files in no simulation, the budget."""
 
 from __future__ import annotations
 

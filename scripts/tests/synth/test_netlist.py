@@ -1,4 +1,4 @@
-"""Tests of small entities through GHDL and Yosys, and of refused ones."""
+"""Tests that small entities pass through GHDL and Yosys, and that faulty ones are refused."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ begin
 end architecture rtl;
 """
 
-# GHDL names an instance's output <label>_<port>: here like a port of the surrounding entity.
+# GHDL names the output of an instance <label>_<port>; here this equals a port of the outer entity.
 INNER = """
 library ieee;
   use ieee.std_logic_1164.all;
@@ -104,7 +104,7 @@ def test_report_of_a_small_entity(tmp_path: Path, capsys: pytest.CaptureFixture[
 @needs_tools
 def test_a_latch_is_refused(tmp_path: Path) -> None:
     (tmp_path / "latch.vhd").write_text(LATCH, encoding="utf-8")
-    # GHDL itself warns or refuses, otherwise Yosys does.
+    # Either GHDL itself warns or refuses, or Yosys does.
     with pytest.raises(ToolError, match=r"(?i)latch"):
         synthesise(write_netlist("latch", tmp_path / "made", folders=[tmp_path]), flatten=True)
 

@@ -1,4 +1,4 @@
-"""Tests of counting cells and judging budgets, on a netlist written by hand."""
+"""Tests of the counts of cells and of the budgets, with a handwritten netlist."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BOXES = ("LUT2", "LUT3")
 
 
 def write_design(path: Path, modules: dict[str, list[str]]) -> Path:
-    """Write a file in Yosys' layout: one name or type a line."""
+    """Write a netlist in the layout of Yosys: one name or type per line."""
     text = {
         "creator": "Yosys",
         "modules": {
@@ -52,7 +52,7 @@ def test_cells_of_all_kinds_are_counted(tmp_path: Path) -> None:
 def test_units_are_summed_over_their_instances(tmp_path: Path) -> None:
     modules = {
         "LUT2": [],
-        "LUT3": ["LUT6", "FDRE"],  # a model with something inside: not counted
+        "LUT3": ["LUT6", "FDRE"],  # the cells in the model of a cell do not count
         "phase_lane": ["DSP48E1"] * 3 + ["LUT2"],
         "harmonic_lane_18": ["DSP48E1", "FDRE"],
         "harmonic_lane_20": ["DSP48E1", "LUT3", "LUT3"],
@@ -102,7 +102,7 @@ def test_a_fold_that_saves_nothing_is_told() -> None:
 
 
 def test_a_table_has_to_make_room() -> None:
-    """With ROTATION = table the LUTs of the core alone have another budget."""
+    """Another budget applies to the LUTs of the core if ROTATION = table."""
     changed = [
         (one.part, one.kind, one.limit - other.limit)
         for one, other in zip(BUDGETS, budgets_of({"ROTATION": "table"}), strict=True)

@@ -1,4 +1,5 @@
-"""Tests of longest paths and the rule of one adder, on handwritten netlists and small entities."""
+"""Tests of the longest paths and of the rule of one adder, with handwritten netlists and small
+entities."""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ def flip_flop(data: int, output: int) -> dict[str, Any]:
 
 
 def chain(first_bit: int, operand: int, length: int) -> list[dict[str, Any]]:
-    """Return a carry chain with ``operand`` at its lowest bit; its last sum is first_bit + 1."""
+    """Return a carry chain whose lowest bit adds ``operand``; the net of its last sum is first_bit
+    + 1."""
     cells = []
     carry: int | str = "0"
     for place in range(length):
@@ -195,7 +197,7 @@ def test_a_unit_keeps_to_one_adder_and_to_200_mhz(
     made = str(tmp_path / "made")
     assert timing.main(["--entity", entity, "--output", made, "--limit", "5"]) == 0
     assert "0 without a reason" in capsys.readouterr().out
-    # No path is as short as this.
+    # Every path is longer than this limit.
     netlist = str(tmp_path / "made" / f"{entity}.flat.json")
     assert timing.main(["--entity", entity, "--netlist", netlist, "--limit", "0.5"]) == 1
     assert "expected 0.5 ns at the most" in capsys.readouterr().err

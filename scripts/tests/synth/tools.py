@@ -1,4 +1,4 @@
-"""Tell whether the tools of a test are present."""
+"""Tells whether the tools of a test are installed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scripts.netlist import ToolError
 
 
 def tools_missing(*finders: Callable[[], object]) -> str:
-    """Return why a tool is missing, in the words of its finder, or an empty string."""
+    """Return the reason why a tool is missing, which its finder states, or an empty string."""
     try:
         for find in finders:
             find()

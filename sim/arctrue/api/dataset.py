@@ -54,7 +54,7 @@ SECTION_OF = {
 }
 """Section of ``measurement.toml`` for each keyword."""
 TEXTS = ("title", "date")
-"""Keywords above all sections of ``measurement.toml``."""
+"""Keywords that stand before the first section of ``measurement.toml``."""
 
 
 class Metadata(TypedDict, total=False):
@@ -169,8 +169,8 @@ class Dataset(MeasurementSet):
             The name of a column for a quantity: ``{"head1": "enc_a"}``. Columns with the name of
             the quantity or of the set's own column need no entry.
         units : mapping of str to str or astropy unit, optional
-            The unit of a quantity or column: ``{"head1": "deg"}``. Needed if neither the column
-            (astropy, xarray, HDF5) nor the end of its name (``az_deg``) states it.
+            The unit of a quantity or column: ``{"head1": "deg"}``. An entry is needed if neither
+            the column (astropy, xarray, HDF5) nor the end of its name (``az_deg``) states the unit.
         **metadata
             Keys of ``measurement.toml``: ``counts_per_rev`` (counts a turn),
             ``head_separation_deg`` or ``head_places_deg`` (degrees), ``grating_lines``,
@@ -226,10 +226,10 @@ class Dataset(MeasurementSet):
         Parameters
         ----------
         capture : pandas.DataFrame, optional
-            All heads over time, a row a sample; columns as in :meth:`from_arrays`. A column of
-            dates is time.
+            All heads over time, one row per sample; columns as in :meth:`from_arrays`. A column of
+            dates is taken as the time.
         reference : pandas.DataFrame, optional
-            Head 1 against a reference, a row a comparison.
+            Head 1 against a reference, one row per comparison.
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
@@ -355,8 +355,8 @@ class Dataset(MeasurementSet):
             The group whose one-dimensional datasets are the columns of all heads over time, for
             instance ``"/entry/heads"``.
         reference : str, optional
-            The group of head 1 against a reference. Without both the groups ``/capture`` and
-            ``/reference`` are taken.
+            The group of head 1 against a reference. If neither group is named, ``/capture`` and
+            ``/reference`` are used.
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
@@ -482,7 +482,8 @@ def label_of(measurement: MeasurementSet) -> str:
 
 
 def sha256_of(measurement: MeasurementSet) -> str:
-    """Return the digest of :func:`set_digest` for a set in memory, see :attr:`Dataset.sha256`.
+    """Return the hash of a set in memory as :func:`set_digest` computes it, see
+    :attr:`Dataset.sha256`.
 
     Raises OSError if no temporary folder can be written.
     """
@@ -523,7 +524,7 @@ def _fingerprint(measurement: MeasurementSet) -> bytes:
 
 
 def keys_of(metadata: Mapping[str, Any]) -> Keys:
-    """Return the description that the keywords make.
+    """Build the description of the table from the keywords.
 
     Raises TypeError, MeasurementError.
     """
@@ -611,7 +612,7 @@ def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> 
 
 
 def _one_clock(found: Mapping[str, Found]) -> None:
-    """Convert dates to seconds since the earliest one of all tables."""
+    """Convert dates to seconds since the earliest date in any of the tables."""
     dated = [part for part in found.values() if part.time_ns is not None and part.time_ns.size]
     if not dated:
         return

@@ -42,7 +42,7 @@ class FitEstimator:
         Parameters
         ----------
         deep : bool, optional
-            Has no meaning here: no parameter is an estimator.
+            Not used, because no parameter is an estimator.
 
         Returns
         -------
@@ -67,7 +67,7 @@ class FitEstimator:
         Raises
         ------
         ValueError
-            A name is not that of a parameter; nothing is changed then.
+            A name is not the name of a parameter; nothing is changed then.
         """
         for name in params:
             if name not in PARAMETERS:
@@ -124,6 +124,6 @@ class FitEstimator:
         return self.result_.predict(angle, conditions)
 
     def __repr__(self) -> str:
-        """Return the call with the parameters that are given."""
+        """Return the constructor call as text, with the parameters that differ from None."""
         given = {name: value for name, value in self.get_params().items() if value is not None}
         return f"FitEstimator({', '.join(f'{name}={value!r}' for name, value in given.items())})"

@@ -177,12 +177,13 @@ class FitResult:
 
     @property
     def log_likelihood(self) -> float:
-        """Logarithm of the likelihood with the most likely noise."""
+        """Logarithm of the likelihood, with the noise parameters that maximise it."""
         return self.solution.log_likelihood
 
     @property
     def bic(self) -> float:
-        """Bayesian information criterion: the smaller one is the better model of the same set."""
+        """Bayesian information criterion: of two models of a set the one with the smaller value is
+        better."""
         return self.solution.bic
 
     @property
@@ -199,7 +200,7 @@ class FitResult:
 
     @cached_property
     def correlations(self) -> Mapping[tuple[str, str], float]:
-        """Correlation of each pair of parameters, by both names in any order; −1 to 1.
+        """Correlation of each pair of parameters, −1 to 1; the key is both names in either order.
 
         A pair with a fixed parameter is left out.
         """
@@ -228,8 +229,8 @@ class FitResult:
     ) -> Any:
         """Predict the error of head 1: its reading minus the true angle.
 
-        Errors of the reference are left out, because they are no errors of the table, and so is the
-        constant, because it depends on the place of the zero.
+        The prediction excludes errors of the reference, because they are no errors of the table,
+        and the constant, because it depends on the place of the zero.
 
         Parameters
         ----------
@@ -282,7 +283,7 @@ class FitResult:
         -------
         dict of str to ndarray, shape (rows,)
             Residuals by channel, ``capture`` and ``reference``; arcseconds, or a pure number. For a
-            very long set, only those of the rows that the statistics use.
+            very long set, only the residuals of the rows that the statistics use.
         """
         solution, found = self.solution, {}
         for name, values, noise in (
@@ -295,7 +296,7 @@ class FitResult:
         return found
 
     def fit_report(self, *, min_correl: float = 0.5) -> str:
-        """Write the fit as text: rows, residual errors, every parameter, correlations.
+        """Format the fit as text: rows, residual errors, every parameter, correlations.
 
         Parameters
         ----------
@@ -503,7 +504,8 @@ def _conditions(
     bounds: Mapping[str, tuple[float | None, float | None]] | None,
     tie: Mapping[str, Tied] | None,
 ) -> tuple[list[Condition], dict[str, float]]:
-    """Return the conditions of the fit, and the values of whole-numbered search parameters."""
+    """Return the conditions of the fit, and the fixed values of search parameters that are
+    integers."""
     values = values_of(
         solution.terms, solution.widths, solution.coefficients, solution.observations
     )
@@ -591,14 +593,15 @@ def _fixed_values(
 
 
 def _is_whole(solution: Solution, name: str) -> bool:
-    """Tell whether a search parameter is a whole number: an order, a run."""
+    """Tell whether the parameter is a search parameter with integer values, such as an order or a
+    run."""
     label, _, own = name.rpartition(".")
     term = solution.terms[labels(solution.terms).index(label)]
     return any(item.name == own and item.integer for item in term.effect.search)
 
 
 def _with_places(solution: Solution, places: Mapping[str, float]) -> Solution:
-    """Return the fit with whole search parameters at these values.
+    """Return the fit with the integer search parameters fixed at these values.
 
     Raises ValueError for a value out of range.
     """
@@ -617,7 +620,7 @@ def _with_places(solution: Solution, places: Mapping[str, float]) -> Solution:
 
 
 def compare_models(one: FitResult, other: FitResult) -> ModelTest:
-    """Compare two fits of the same set: which model the data prefer.
+    """Compare two fits of the same set, and find which model the data prefer.
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
 """Converts named columns of other libraries' tables to the columns and units of a measurement set.
 
-A column is found by the name that the caller gives, by the name that a measurement set has for it,
-or by a common name (``arctrue.importing.known_names``); its unit by what the caller says, by the
-unit that the column carries (astropy, xarray, HDF5), or by the end of its name (``az_deg``).
+A column is found by the name that the caller gives, by its name in a measurement set, or by a
+common name (``arctrue.importing.known_names``). Its unit is the one that the caller gives, the one
+that the column itself states (astropy, xarray, HDF5), or the one at the end of its name
+(``az_deg``).
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ SET_COLUMNS: Mapping[str, Mapping[str, str]] = {
         "mask": "mask",
     },
 }
-"""Column of a measurement set for each quantity, by channel."""
+"""Name of the measurement set's column for each quantity, by channel."""
 REQUIRED: Mapping[str, tuple[str, ...]] = {
     "capture": ("time", "head1", "head2"),
     "reference": ("target", "error"),
@@ -71,7 +72,8 @@ class Frame:
 
 @dataclass
 class Found:
-    """Columns as a measurement set has them, its conditions, and warnings about unused columns."""
+    """Columns and conditions in the form of a measurement set, and warnings about columns not
+    used."""
 
     columns: dict[str, NDArray[Any]]
     conditions: dict[str, NDArray[np.float64]]

@@ -29,7 +29,7 @@ class Model:
     ----------
     content : arctrue.workbench.model.Model, optional
         Effects, fitted values and history; by default the paper's model, which is
-        ``graduation_harmonics`` of the orders 1 to 20.
+        ``graduation_harmonics`` with the orders 1 to 20.
     folders : tuple of Path, optional
         Folders of the user's own effects.
     """
@@ -92,8 +92,8 @@ class Model:
         *effects : str
             Names of effects (``arctrue effects``).
         **settings : dict
-            The settings of an effect, by its name: ``graduation_harmonics={"orders": [1, 2]}``.
-            If the model has the effect, they replace its settings.
+            The settings of an effect, by its name: ``graduation_harmonics={"orders": [1, 2]}``. If
+            the model has the effect, these settings replace the present ones.
 
         Returns
         -------
@@ -182,7 +182,8 @@ class Model:
         return self.grown(content, data)
 
     def grown(self, content: _Model, measurement: SetOrFolder) -> Model:
-        """Return this model with other content, each newer history step with its provenance.
+        """Return this model with other content, and record the provenance of each new step of the
+        history.
 
         Parameters
         ----------
@@ -269,7 +270,8 @@ class Model:
 
 
 ModelLike = Model | Path | str | Iterable[str] | None
-"""A model, the name of its file, or names of effects to add to the paper's model; None: that model.
+"""A model, the name of its file, or names of effects to add to the paper's model; None means the
+paper's model.
 """
 
 

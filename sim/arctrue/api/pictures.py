@@ -62,7 +62,7 @@ class Pictures:
 
 
 def pictures(charts: Callable[[], Mapping[str, Chart]]) -> Pictures:
-    """Draw each chart as the PNG file of its name; ``charts`` imports what draws them.
+    """Draw each chart as the PNG file of its name; ``charts`` imports the drawing functions.
 
     Raises MissingExtraError if matplotlib is not installed.
     """

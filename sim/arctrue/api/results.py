@@ -23,7 +23,7 @@ from arctrue.workbench.model.growth import as_stored, fitted, settle
 
 @dataclass(frozen=True)
 class Comparison:
-    """Result of a comparison: where a model fails.
+    """Result of a comparison, which shows where a model fails.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ class Explanation:
 def compare(
     measurement: SetOrFolder, model: ModelLike = None, *, fit: bool = True, seed: int = 1
 ) -> Comparison:
-    """Compare a model with a set: the size of the misfit, and where it lies.
+    """Compare a model with a set, and find the size of the misfit and where it lies.
 
     Parameters
     ----------

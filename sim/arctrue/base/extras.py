@@ -72,7 +72,7 @@ class LazyModule:
     """Imports a module of an extra when one of its names is first used."""
 
     def __init__(self, name: str) -> None:
-        """Take the ``name`` of the module, as in an import statement."""
+        """Store the ``name`` of the module, written as in an import statement."""
         self._name = name
 
     def __getattr__(self, name: str) -> Any:

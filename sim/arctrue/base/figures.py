@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import floor, isfinite, log10
 
 LEAST_P = 1e-9
-"""Smaller p values are printed as "< 1e-9", because no assumed distribution is valid so far in its
-tail."""
+"""Limit below which a p value is printed as "< 1e-9", because no assumed distribution is valid so
+far in its tail."""
 SIGNS = (("arcsec", "″"), ("deg", "°"), ("um", "µm"), ("us", "µs"))
 """Units as model files and JSON write them, and the signs that people read."""
 

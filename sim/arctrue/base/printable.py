@@ -33,7 +33,7 @@ def one_line(text: str) -> str:
 
 
 def time_left(seconds: float) -> str:
-    """Format ``45 s``, ``3 min``, ``1.5 h``; ``?`` if no estimate exists yet."""
+    """Format a remaining time as ``45 s``, ``3 min`` or ``1.5 h``; NaN or infinity gives ``?``."""
     if not math.isfinite(seconds):
         return "?"
     if seconds < 90.0:

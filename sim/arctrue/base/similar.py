@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 MOST = 3
 LEAST_RATIO = 0.6
-"""Least share of matching letters (difflib.SequenceMatcher.ratio; usual for words)."""
+"""Smallest ratio of matching characters (difflib.SequenceMatcher.ratio) of a similar name."""
 
 
 def similar(name: str, known: Iterable[str], least: float = LEAST_RATIO) -> list[str]:

@@ -8,7 +8,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def lack_of_source_tree() -> str:
-    """Say what to do if this program runs without its source tree; otherwise empty."""
+    """Return the remedy if this program runs without its source tree, otherwise an empty text."""
     if all((ROOT / name).exists() for name in ("rtl", "firmware", "tb/demo")):
         return ""
     return (

@@ -53,7 +53,7 @@ class ContentError(ValueError):
     """Content does not fit its declaration; the text begins with the key."""
 
     def __init__(self, text: str, *, missing: bool = False) -> None:
-        """Take the text; ``missing``: a required key is absent."""
+        """Store the text; ``missing``: whether the fault is that a required key is absent."""
         super().__init__(text)
         self.missing = missing
 
@@ -216,8 +216,7 @@ def _called(value: object) -> str:
 def _guilty_key(
     content: object, kind: type, taken: list[str | int], items: dict[str, Any], text: str
 ) -> str:
-    """Return the single item that gives the same error, because the library does not name the
-    item."""
+    """Find the item of a list that causes the error, because the library does not name the item."""
     for key, value in items.items():
         try:
             msgspec.convert(_replaced(content, taken, {key: value}), kind)
@@ -272,7 +271,8 @@ def _fields(declared: inspect.Type) -> dict[str, inspect.Type]:
 
 
 _LISTS = (inspect.ListType, inspect.VarTupleType, inspect.TupleType, inspect.StructType)
-"""Possible declarations of a list, also of a structure whose values have no keys."""
+"""Declarations that a list in the file may have; a structure may also be written as a list of its
+values."""
 
 
 def _item(declared: inspect.Type, index: int) -> inspect.Type:

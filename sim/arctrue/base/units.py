@@ -14,7 +14,8 @@ RAD_PER_ARCSEC = 2.0 * math.pi / ARCSEC_PER_TURN
 
 
 def arcsec_per_count(counts_per_rev: int) -> float:
-    """Return the arcseconds per count: 0.0772″ at 2²⁴ counts per turn (the paper prints 0.772″)."""
+    """Return the arcseconds per count, for instance 0.0772″ at 2²⁴ counts per turn (the paper
+    prints 0.772″)."""
     return ARCSEC_PER_TURN / counts_per_rev
 
 

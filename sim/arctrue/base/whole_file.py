@@ -64,7 +64,7 @@ def _reach_the_disk(path: Path) -> None:
 
 
 def _umask() -> int:
-    """Read the umask of the process, which needs setting it."""
+    """Read the umask of the process; the system returns it only when a new one is set."""
     present = os.umask(0o077)
     os.umask(present)
     return present

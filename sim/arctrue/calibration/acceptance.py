@@ -38,8 +38,8 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
 
 
 def of_steepness(coefficients: Coefficients) -> list[str]:
-    """Return an objection where the firmware would refuse: ``too_steep`` and ``out_of_range``, at
-    any temperature of the file's range."""
+    """Return objections where the firmware would answer ``too_steep`` or ``out_of_range``, at any
+    temperature of the file's range."""
     steepest, largest = coefficients.extent()
     thermal = coefficients.thermal
     where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"
@@ -58,8 +58,8 @@ def of_steepness(coefficients: Coefficients) -> list[str]:
 
 
 def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
-    """Return an objection where the firmware would refuse: ``heads_exchanged``, each head is at the
-    other's place."""
+    """Return an objection where the firmware would answer ``heads_exchanged``: each head is at the
+    other head's place."""
 
     def far(off_rad: float) -> bool:
         return abs(math.remainder(off_rad, math.tau)) * ARCSEC_PER_RAD > BELIEVABLE_ARCSEC
@@ -76,12 +76,12 @@ def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
 def of_estimate(
     estimate: Estimate, coefficients: Coefficients, *, made_of_estimate: bool = True
 ) -> list[str]:
-    """Refuse the coefficients where the firmware would: ``not_better`` if the expected error with
-    them is not smaller than without.
+    """Return an objection where the firmware would answer ``not_better``: the expected error with
+    the coefficients is not smaller than the error without them.
 
-    For an estimate x with standard uncertainty u, |x − a|² is on average 2u² too large if a does
-    not come from x. If a comes from x, the remaining error is the error of x and the rounding of a.
-    An amplitude A has the mean square A²/2.
+    For an estimate x with standard uncertainty u and coefficients a, |x − a|² is on average 2u² too
+    large if a does not come from x. If a comes from x, the remaining error is the error of x and
+    the rounding of a. An amplitude A has the mean square A²/2.
     """
     seen = np.isfinite(estimate.noise_gain)
     if not (coefficients.amplitudes != 0).any():

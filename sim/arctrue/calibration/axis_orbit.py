@@ -24,9 +24,10 @@ LEAST_HEADS = 3
 
 @dataclass(frozen=True)
 class AxisOrbit:
-    """Displacement over the disc's radius in arcseconds, each (n,), without its mean.
+    """Displacement of the axis over the disc's radius in arcseconds, x and y (n,), without their
+    means.
 
-    ``angle_rad``: angle of the table, not wrapped. The axis' forward circle once a turn is not
+    ``angle_rad``: angle of the table, not wrapped. The forward circle of the axis at order 1 is not
     included: no capture distinguishes it from an eccentric disc. ``u_arcsec``: standard uncertainty
     of x and y from the noise of a reading.
     """

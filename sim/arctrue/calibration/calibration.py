@@ -31,7 +31,8 @@ from arctrue.measurement.measurement_set import Capture, MeasurementSet
 
 Method = Literal["fourier", "least_squares"]
 APART_U = 4.0
-"""Difference, in standard uncertainties, from which two values of α contradict each other."""
+"""Smallest difference, in standard uncertainties, at which two values of α contradict each other.
+"""
 ROUNDS_MOST = 4
 SETTLED_U = 0.05
 """Change of α by the harmonics, in standard uncertainties, below which the iteration ends."""
@@ -55,8 +56,9 @@ class CalibrationSettings:
     gain_limit : float, optional
         Largest noise gain of an order; orders with a larger one are left out.
     separation : str, optional
-        Source of the separation α of the heads. Default: measured by the index if plausible,
-        otherwise nominal; by the harmonics if their standard uncertainty is less than that of both.
+        Source of the separation α of the heads. Default: the index if its value is plausible,
+        otherwise the nominal value; the harmonics if their standard uncertainty is smaller than
+        that of both others.
     """
 
     method: Method = "least_squares"
@@ -178,7 +180,8 @@ def _at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficien
 
 
 def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[str]:
-    """Return why coefficients from another source should not be written for this set's table.
+    """Return the reasons why coefficients from another source should not be written for this set's
+    table.
 
     The reference run decides if the set has one, otherwise the two heads do. A capture that cannot
     be used gives no objection.
@@ -221,7 +224,8 @@ def _without_masked_stations(measurement: MeasurementSet) -> MeasurementSet:
 def _estimated(
     measurement: MeasurementSet, turns: Sequence[WholeTurns], settings: CalibrationSettings
 ) -> tuple[Estimate, dict[Choice, Separation], list[str]]:
-    """Return the estimate as a function of the reading, α from every source, and warnings."""
+    """Return the estimate as a function of the reading, the value of α from every source, and
+    warnings."""
     table, reference = measurement.table, measurement.reference
     assert table.counts_per_rev is not None
     assert table.head_separation_deg is not None
@@ -243,7 +247,8 @@ def _estimated(
         if not np.isfinite(estimate.values).all():
             raise CaptureRefusedError("nan", "the fit has no finite solution")
         if estimate.function_of == "angle":
-            # The conversion changes values by less than a thousandth: the covariance stays.
+            # The conversion changes values by less than a thousandth, so that the covariance is
+            # kept.
             values = as_function_of_reading(estimate.orders, estimate.values)
             estimate = replace(estimate, function_of="reading", values=values)
         return estimate, warnings

@@ -25,13 +25,13 @@ Reason = Literal[
 ]
 
 STEP_TOLERANCE = 0.10
-"""Relative deviation from the run's median up to which a step is plausible (measurement set, schema
-1)."""
+"""Largest relative deviation of a plausible step from the run's median step (measurement set,
+schema 1)."""
 JUMP_STEPS = 2.0
-"""Ratio of a step to the median from which it is a jump: no table moves by two steps in the time of
-one."""
+"""Smallest ratio of a jump to the median step: no table moves by two steps in the time of one."""
 LOWEST_SPEED_TOLERANCE = 0.05
-"""Relative distance from the lowest speed up to which runs count as runs at the lowest speed."""
+"""Largest relative distance from the lowest speed at which a run counts as a run at the lowest
+speed."""
 CLOCK_HZ_DEFAULT = 100e6
 
 
@@ -79,7 +79,7 @@ class WholeTurns:
     step_counts: float
     """Median step of head 1, with sign."""
     masked: int = 0
-    """Number of samples between the first and the last that the set masks."""
+    """Number of masked samples between the first and the last sample."""
     further_counts: tuple[NDArray[np.int64], ...] = ()
     """Counts of heads 3 and 4, if present, each of shape (samples,)."""
 
@@ -97,7 +97,7 @@ class WholeTurns:
 def whole_turns(
     capture: Capture, counts_per_rev: int, runs: Sequence[int] | None = None, most_order: int = 1
 ) -> list[WholeTurns]:
-    """Take the whole turns of runs, verified.
+    """Verify the runs and return their whole turns.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def _lowest_speed(capture: Capture, slices: dict[int, slice]) -> list[int]:
     for run, rows in slices.items():
         steps = np.abs(np.diff(capture.head1_counts[rows]))
         times = np.diff(capture.time_s[rows])
-        # Without a step there is no speed; the check of the run reports this.
+        # Without a step there is no speed; the check of the run reports this fault.
         speeds[run] = (
             float(np.median(steps)) / max(float(np.median(times)), 1e-12) if steps.size else 0.0
         )
@@ -176,7 +176,7 @@ def _verified(
 
     step = medians[0]
     travel = np.abs(heads[0] - heads[0][0])
-    # A turn of K samples ends one step after its last sample; half a step is the tolerance.
+    # A turn of K samples ends one step after its last sample; the tolerance is half a step.
     turns = int((travel[-1] + 1.5 * abs(step)) // counts_per_rev)
     if turns < 1:
         raise CaptureRefusedError(

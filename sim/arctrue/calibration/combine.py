@@ -46,8 +46,8 @@ def combined_estimate(
 
     ``values`` and every entry of ``by_run``: (2·seen,); ``information``: XᵀX of each run for noise
     of variance 1; ``own_residuals``: residuals of each run with *its own* values, so that a run
-    that differs from the others does not count as noisy; ``residual_rms_by_run``: with the common
-    values.
+    that differs from the others does not count as noisy; ``residual_rms_by_run``: RMS of the
+    residuals with the common values.
 
     The covariance is that of white noise with each run's own variance, times the residual's power
     near each order over its mean power (noise that is not white then counts at its own orders),
@@ -148,8 +148,8 @@ def _disagreement(
     sigmas: Float,
     colour: Float,
 ) -> Float:
-    """Return χ² per degree of freedom of the runs' values at every order where it exceeds chance,
-    else 1."""
+    """Return χ² per degree of freedom of the runs' values at every order; 1 where χ² does not
+    exceed its limit for chance."""
     number = colour.size
     if len(by_run) < 2:
         return np.ones(number)

@@ -22,9 +22,11 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 COUNTED_WRONG = 0.01
-"""Share of a turn by which a head may differ from head 1; eccentricity changes less than 10⁻³."""
+"""Largest share of a turn by which a head's travel may differ from that of head 1; eccentricity
+changes it by less than 10⁻³."""
 PLACE_TOLERANCE_DEG = 1.0
-"""Largest distance in degrees at which a head counts as the planned one. The device accepts 0.25°.
+"""Largest distance from a planned place at which a head counts as the planned head, degrees. The
+device accepts 0.25°.
 """
 DELAY_MOST_CLOCKS = 255
 
@@ -129,7 +131,7 @@ def _sense_faults(travels: Integer, most: int) -> list[str]:
 def _places(
     angles: Integer, sense: Integer, indexed: NDArray[np.bool_], counts_per_rev: int
 ) -> Float:
-    """Return the places after head 1, degrees: means over the turn, without the order 1 of
+    """Return the places after head 1 in degrees, as means over the turn after a fit of order 1, the
     eccentricity."""
     places = np.full(angles.shape[1], np.nan)
     if not indexed[0]:
@@ -146,8 +148,8 @@ def _places(
 
 
 def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float, bool]:
-    """Return the head at which each cable is, the largest distance, and whether the plan is
-    mirrored."""
+    """Return the number of the head at each cable, the largest distance from the plan, and whether
+    the heads fit the mirrored plan."""
     heads = plan_deg.size
     if np.isnan(places_deg).any():
         return (0,) * heads, float("nan"), False
@@ -158,7 +160,8 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
             apart = places_deg - (-expected if mirrored else expected)
             off = float(np.abs((apart + 180.0) % 360.0 - 180.0).max())
             if off <= PLACE_TOLERANCE_DEG:
-                # Evenly spaced heads have equal plans: the first one leaves the cables as they are.
+                # Evenly spaced heads fit several assignments: the first one leaves the cables as
+                # they are.
                 return tuple(place + 1 for place in order), off, mirrored
             found.append((off, mirrored, order))
     return (0,) * heads, min(found)[0], False
@@ -177,7 +180,8 @@ class Skew:
 
     @property
     def head_delays(self) -> int:
-        """The value of the device's parameter: one byte per head, head 1 in the lowest."""
+        """Value of the device's parameter ``head_delays``: one byte per head, head 1 in the lowest
+        byte."""
         return sum(clocks << 8 * head for head, clocks in enumerate(self.delays_clocks))
 
 
@@ -198,7 +202,7 @@ def skew_of(
         raise ValueError("both turns go in the same direction")
     apart = speeds_rad_s[0] - speeds_rad_s[1]
     late_s = -(forward.offsets_rad - backward.offsets_rad) / apart
-    # The parity and each contrast have the noise of one reading; an offset has that of two heads.
+    # ``noise_arcsec`` is the noise of one reading; an offset contains the noise of two heads.
     u_offset = [
         np.sqrt(2.0 / number) * found.noise_arcsec * RAD_PER_ARCSEC
         for found, number in zip((forward, backward), samples, strict=True)

@@ -46,7 +46,7 @@ class ReferenceComparison:
 
 
 def extent(values: Float) -> Extent:
-    """Return the lowest value, the highest value and the root mean square."""
+    """Return the lowest value, the highest value and the RMS of the values."""
     return Extent(
         float(values.min()), float(values.max()), float(np.sqrt(np.mean(np.square(values))))
     )

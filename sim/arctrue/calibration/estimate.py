@@ -137,7 +137,7 @@ class Estimate:
         x_rad : ndarray, shape (points,)
             Reading or true angle, radians.
         applied : ndarray of bool, shape (orders,), optional
-            Only these orders; without it all.
+            Only these orders are included; default: all.
 
         Returns
         -------

@@ -34,7 +34,7 @@ def fourier(
 ) -> tuple[Estimate, list[str]]:
     """Fit ε(θ) with one Fourier transform a run, weighted by samples and noise.
 
-    The check that neighbours differ by one step is that of ``whole_turns``.
+    ``whole_turns`` has checked that neighbouring samples differ by one step.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def fourier(
     choice, warnings = head_separation.judge(
         nominal_separation_rad,
         [mean / ARCSEC_PER_RAD for mean in means],
-        # The harmonics have no mean over equal steps; the noise of a mean is far below a count.
+        # The harmonics have no mean over equal steps, and the noise of a mean is far below a count.
         [0.0] * len(turns),
         measured,
         counts_per_rev,
@@ -129,7 +129,8 @@ def fourier(
     values = np.average(by_run, axis=0, weights=weights)
     common = (values[: seen.size] - 1j * values[seen.size :]) / 2.0 / transfer
     residual_rms = [
-        # Parseval: the residual differs by the difference of the coefficients.
+        # By Parseval's theorem the mean squares of the two residuals differ by the squared
+        # differences of the coefficients.
         float(np.sqrt(np.mean(own**2) + 2.0 * np.sum(np.abs(spectrum[visible] - common) ** 2)))
         for own, spectrum in zip(own_residuals, spectra, strict=True)
     ]
@@ -166,7 +167,8 @@ def _steps(part: WholeTurns) -> Float:
 
 
 def _start_rad(part: WholeTurns, counts_per_rev: int) -> float:
-    """Return the true angle of the first sample: ε has no mean over equal steps."""
+    """Return the true angle of the first sample, by the mean of all readings: ε has no mean over
+    equal steps."""
     relative = (part.head1_counts - part.head1_counts[0]) * (2.0 * np.pi / counts_per_rev)
     first = int(part.head1_counts[0]) % counts_per_rev * (2.0 * np.pi / counts_per_rev)
     return first + float(np.mean(relative - _steps(part)))
@@ -196,5 +198,6 @@ def _synthesis(
 
 
 def _values(coefficients: NDArray[np.complex128]) -> Float:
-    """Return the cosines, then the sines, from E_n: ε = 2·Re Σ E_n e^{jnθ}."""
+    """Return the cosine amplitudes of all orders, then the sine amplitudes, from E_n in ε = 2·Re Σ
+    E_n e^{jnθ}."""
     return np.concatenate((2.0 * coefficients.real, -2.0 * coefficients.imag))

@@ -14,7 +14,8 @@ _BLOCK = 1 << 15
 
 
 def unit_vectors(counts: Integer, counts_per_rev: int) -> NDArray[np.complex128]:
-    """Return e^{jR} of counts, (n,), which are first reduced to one turn as integers."""
+    """Return e^{jR} for readings in counts, (n,); the counts are first reduced to one turn as
+    integers."""
     return np.exp((2j * np.pi / counts_per_rev) * np.remainder(counts, counts_per_rev))
 
 

@@ -1,11 +1,12 @@
 """Determines the separation α from the capture, its uncertainty, and whether it is plausible.
 
 mean(R₂ − R₁) over uniform true angle is the separation according to the index marks: both heads
-count from the same mark, and ε(θ + α) − ε(θ) has no mean. It repeats to ± 1 count per head. No
-repeat shows a constant difference between the places where the heads detect the mark; this
-difference is fully contained in α (10 µm at the disc are 38″). A set states its standard
-uncertainty as ``table.index_detection_arcsec``; without the key it is that of the heads' mounting,
-50″/√3. If a head did not find its index, the runs disagree or the value is far from nominal.
+count from the same mark, and ε(θ + α) − ε(θ) has no mean. This mean repeats to ± 1 count per head.
+Repeated runs do not show a constant difference between the places where the heads detect the mark,
+but α contains all of this difference (10 µm at the disc are 38″). A set states the standard
+uncertainty of the difference as ``table.index_detection_arcsec``; the default is that of the heads'
+mounting, 50″/√3. If a head did not find its index, the runs disagree or the value is far from
+nominal.
 """
 
 from __future__ import annotations
@@ -18,19 +19,20 @@ from typing import Literal
 from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, rad_per_count
 
 Choice = Literal["measured", "nominal", "harmonics"]
-"""``measured``: by the index marks; ``harmonics``: by the reference, see separation_by_harmonics.
+"""Source of α. ``measured``: the index marks; ``nominal``: the value in the set; ``harmonics``: the
+reference, see separation_by_harmonics.
 """
 
 NOMINAL_TOLERANCE_ARCSEC = 50.0
 U_NOMINAL_RAD = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0) * RAD_PER_ARCSEC
 """Standard uncertainty of a rectangular distribution over the tolerance."""
 U_DETECTION_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
-"""Default of ``table.index_detection_arcsec``: the sensor of the mark is assumed to be mounted only
-as accurately as its head."""
+"""Default of ``table.index_detection_arcsec``: the mark's sensor is assumed to be mounted as
+accurately as its head, not better."""
 INDEX_REPEATABILITY_COUNTS = 1.0
 BELIEVABLE_ARCSEC = 900.0
 """Largest plausible difference from nominal: 0.25°, 0.24 mm at the disc. No head is mounted so
-badly; a larger difference is a fault of the index."""
+badly, so that a larger difference is a fault of the index."""
 RUNS_AGREE_COUNTS = 4.0
 """Largest difference between two runs that agree: ± 1 count for each of two heads."""
 
@@ -53,7 +55,7 @@ def u_index_rad(
     """Return the standard uncertainty of α by the index, the same for all runs.
 
     The index of each of the two heads repeats with the standard deviation
-    ``index_repeatability_counts``; None: within ± 1 count, a rectangular distribution.
+    ``index_repeatability_counts``; None: a rectangular distribution of ± 1 count.
     ``index_detection_arcsec`` is the standard uncertainty of the difference between the places
     where the heads detect the mark.
     """
@@ -114,14 +116,14 @@ def judge(
 ) -> tuple[Choice, list[str]]:
     """Return which separation to use, and warnings for the user about it.
 
-    The index is used if it is plausible and its detection is known as well as the nominal value or
-    better; otherwise the nominal value is used.
+    The index is used if its value is plausible and its standard uncertainty of detection is not
+    larger than that of the nominal value; otherwise the nominal value is used.
     """
     warnings = []
     trusted = True
     off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
     spread = max(by_run_rad) - min(by_run_rad)
-    # A stated repeatability widens the limit for ± 1 count in proportion.
+    # The limit holds for ± 1 count; a larger stated repeatability widens it in proportion.
     wider = max(_repeatability(index_repeatability_counts) / _repeatability(None), 1.0)
     allowed = wider * RUNS_AGREE_COUNTS * rad_per_count(counts_per_rev) + 6.0 * max(u_by_run_rad)
     if spread > allowed:

@@ -30,8 +30,8 @@ NOISE_LIMIT = 1.0
 """Largest ratio of the mean's noise to that of one reading: above it, one head alone has less
 noise."""
 LEAK_LIMIT = 1e-3
-"""Largest share of a translation in the mean where no weights make it 0: two heads within 3′ of
-180°."""
+"""Largest share of a translation that the mean may contain if no weights make it 0, as for two
+heads within 3′ of 180°."""
 
 
 class WeightsRefusedError(ValueError):
@@ -110,7 +110,8 @@ def weights_without_each(
     *,
     noise_limit: float = NOISE_LIMIT,
 ) -> tuple[Float | WeightsRefusedError, ...]:
-    """Return the weights without each head in turn, (H,), that head's weight being 0.
+    """Return one entry for each head: the weights (H,) of the mean without it, 0 for that head
+    itself.
 
     Where no weights can be used, the entry is the refusal.
     """

@@ -1,4 +1,4 @@
-"""Columns of every unknown of a calibration of several heads, as each head sees it.
+"""Design-matrix columns of every unknown of a calibration of several heads, for each head.
 
 With g the disc's error as a function of its own reading, head i at the place p_i and the radius
 R/ρᵢ reads Rᵢ = θ + aᵢ + g_i(Rᵢ + dᵢ) + m_i(θ). aᵢ is the offset of its counter, and dᵢ = p_i − aᵢ
@@ -137,7 +137,8 @@ class State:
 
 @dataclass(frozen=True)
 class HeadSees:
-    """Derivatives by every unknown, (n, layout.size), and the expected sum in arcseconds, (n,)."""
+    """Derivatives of one head's reading error by every unknown, (n, layout.size), and the expected
+    error, the sum of disc and motion, in arcseconds, (n,)."""
 
     columns: Float
     expected: Float

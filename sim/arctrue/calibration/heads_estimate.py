@@ -42,7 +42,8 @@ class HeadsEstimate:
     covariance: Float
     motion: MotionOrders
     combinations: Float
-    """Weights of the readings in each fitted combination, (m, heads); each has noise of variance 1.
+    """Weights of the readings in each fitted combination, (m, heads); each combination has noise of
+    variance 1.
     """
     samples: int
     turns: int
@@ -72,7 +73,7 @@ class HeadsEstimate:
 
     @property
     def offsets_rad(self) -> Float:
-        """Mean of R_i − R_1 over a turn, mean of the runs, (heads,)."""
+        """Mean of R_i − R_1 over a turn, averaged over the runs, (heads,)."""
         return np.asarray(self.state.offsets_rad.mean(axis=0))
 
     @property
@@ -104,7 +105,7 @@ class HeadsEstimate:
 
     @property
     def axis_motion(self) -> tuple[AxisCircle, ...]:
-        """The axis' motion at every order that was fitted."""
+        """Motion of the axis: one entry for each fitted circle."""
         layout = self.state.layout
         variance = np.diag(self.covariance)[layout.motion]
         moved = self.state.values[layout.motion]
@@ -119,7 +120,8 @@ class HeadsEstimate:
         )
 
     def on_disc(self) -> HeadsOnDisc:
-        """Return the orders from which the gateware's banks are made."""
+        """Return the disc's orders and the heads' geometry, from which the gateware's banks are
+        made."""
         return HeadsOnDisc(
             self.orders, self.values, self.places_rad, self.offsets_rad, self.radius_ratios
         )

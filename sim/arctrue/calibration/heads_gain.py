@@ -1,4 +1,4 @@
-"""Calculates which orders heads at given places see, and with how much noise.
+"""Calculates which orders heads at given places see, and the noise of each order.
 
 At order n heads p_i after head 1 show T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the table's own
 motion, which is unknown; E is the disc's order; P and Q are the two circles of a motion of the
@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 MotionOrders = Literal["every"] | tuple[int, ...]
-"""Orders at which the axis may move; ``every``: at each order; the motion may also be one that does
-not repeat from turn to turn."""
+"""Orders at which the axis may move. ``every``: it may move at each order, and the motion may
+differ from turn to turn."""
 
 UNSEEN_GAIN = 1e3
 """Gain above which an order counts as not seen. L is then 0.001, which is the change of L that an
@@ -26,8 +26,8 @@ error of 10″ in a place causes at order 20."""
 
 
 def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = ()) -> Float:
-    """Return the noise of E_n over that of one head, (…, orders) for places (…, heads); inf: not
-    seen."""
+    """Return the ratio of the noise of E_n to that of one head, (…, orders) for places (…, heads);
+    it is infinite for an order that is not seen."""
     places = np.asarray(places_rad, dtype=np.float64)
     at = np.asarray(orders, dtype=np.int64)
     columns = np.exp(1j * places[..., None, :] * at[:, None])

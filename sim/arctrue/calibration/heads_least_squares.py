@@ -1,11 +1,12 @@
 """Fits disc, places, radii, motion of the axis and offsets of two to four heads together.
 
-Every sample has an unknown true angle, so that only combinations of the readings with the sum 0
-contain information. They are weighted by their estimated covariance (generalised least squares): if
-the axis also has motion that does not repeat, the parity of four heads has the largest weight. With
-motion unknown at every order only the parity is used, which contains no translation. Prior
-knowledge enters as observations: the mounted places, equal index marks for all heads, and the
-manufactured radii. The fit is refused if an unknown remains undetermined.
+Every sample has an unknown true angle, so that only combinations of the readings whose weights have
+the sum 0 contain information. The fit weights these combinations by their estimated covariance
+(generalised least squares): if the axis also has motion that does not repeat, the parity of four
+heads has the largest weight. With motion unknown at every order only the parity is used, which
+contains no translation. Prior knowledge enters as observations: the mounted places, equal index
+marks for all heads, and the manufactured radii. The fit is refused if an unknown remains
+undetermined.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ ROUNDS_MOST = 6
 CONVERGED_ARCSEC = 1e-4
 """Largest change of any prediction, approximately, at which the iteration ends."""
 LEAST_EIGENVALUE = 1e-11
-"""Smallest eigenvalue of the normal matrix scaled to a diagonal of 1; a smaller one is rounding."""
+"""Smallest eigenvalue of the normal matrix scaled to a diagonal of 1; a smaller one is a rounding
+error."""
 _BLOCK = 1 << 13
 
 
@@ -92,12 +94,13 @@ def heads_least_squares(
 
 
 def _searched(data: _Data, settings: HeadsSettings) -> tuple[State, Float, _Known | None]:
-    """Return all unknowns, combinations with noise of variance 1, and order 1 if the combinations
-    do not contain it."""
+    """Return all unknowns, combinations of the readings with noise of variance 1, and order 1 of
+    the disc as a known value if the combinations do not contain it."""
     if settings.motion != "every":
         state, combinations = _first_fit(data, settings, tuple(settings.motion))
         return *_settled(data, state, combinations, settings), None
-    # The parity contains neither order 1 nor the offsets: a first fit of low orders gives both.
+    # The parity contains neither order 1 nor the offsets, so that a first fit of low orders gives
+    # both.
     orders = np.asarray(settings.orders)
     low = replace(settings, orders=orders[orders <= LOW_ORDERS])
     state, combinations = _first_fit(data, low, LOW_MOTION_ORDERS)
@@ -118,14 +121,16 @@ def _settled(
     settings: HeadsSettings,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """Return the converged state for thinned data; for complete data the last fit iterates."""
+    """Return the converged state for thinned data. For complete data return ``state`` unchanged,
+    because the last fit iterates over the same data."""
     if data.part_of_all:
         state, _ = _converged(data, state, combinations, settings, known=known)
     return state, combinations
 
 
 def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
-    """Return the requested orders that these heads see; the first fit gives order 1."""
+    """Return the requested orders that these heads see. Order 1 is among them for three heads or
+    more, because the first fit gives it."""
     orders = np.asarray(settings.orders)
     seen = np.isfinite(order_gain(data.nominal_rad, orders, settings.motion))
     return np.asarray(orders[seen | ((orders == 1) & (data.heads > 2))])
@@ -134,7 +139,8 @@ def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
 def _first_fit(
     data: _Data, settings: HeadsSettings, motion_orders: tuple[int, ...]
 ) -> tuple[State, Float]:
-    """Return the disc with the places as mounted, and combinations with noise of variance 1."""
+    """Fit the disc with the places as mounted. Return the state, and combinations of the readings
+    with noise of variance 1."""
     state = data.first_state(settings, _seen_orders(data, settings), motion_orders)
     # Without a disc the derivatives by the places are 0, so that places and radii are free from the
     # second round on.
@@ -153,8 +159,8 @@ class _Known:
 
     @classmethod
     def of_first_order(cls, state: State, information: Float) -> _Known:
-        """Take order 1 of the disc from the first fit: the parity does not contain it, but needs it
-        for places and radii."""
+        """Take order 1 of the disc from the first fit. The parity does not contain this order, but
+        the fit of places and radii needs it."""
         orders = state.layout.orders
         first = np.flatnonzero(orders == 1)
         columns = np.concatenate((first, first + orders.size))
@@ -181,8 +187,8 @@ class _Data:
         self.nominal_rad = nominal_places_rad
         self.heads = nominal_places_rad.size
         self.whole_counts: list[list[int]] = []
-        """Whole turns between a head's counter and head 1's counter, by run; they are subtracted,
-        because they have no meaning."""
+        """Counts of the whole turns between a head's counter and head 1's counter, by run; they are
+        subtracted, because they have no meaning."""
         unit = arcsec_per_count(counts_per_rev) * RAD_PER_ARCSEC
         for part in turns:
             if len(part.heads) != self.heads:
@@ -202,7 +208,8 @@ class _Data:
         return sum(part.samples for part in self.turns)
 
     def thinned(self, most: int, most_order: int) -> _Data:
-        """Return every k-th sample of each run, about ``most`` in all; ``self`` if it has no more.
+        """Return every k-th sample of each run, about ``most`` in all, or ``self`` if it has no
+        more than that.
 
         A turn keeps four samples for each period of its highest order.
         """
@@ -256,7 +263,7 @@ class _Data:
         return State(layout, values, before.offsets_rad)
 
     def blocks(self) -> Iterator[tuple[int, list[Integer]]]:
-        """Yield run and counts of every head."""
+        """Yield the run's index and the counts of every head, for each block."""
         for run, part in enumerate(self.turns):
             for start in range(0, part.samples, _BLOCK):
                 at = slice(start, min(start + _BLOCK, part.samples))
@@ -269,7 +276,8 @@ def _late_beforehand(
 ) -> tuple[Float, float]:
     """Return the prior dᵢ of heads 2, 3 and 4, arcseconds, and the precision of each.
 
-    The mounting gives p_i − aᵢ, the index gives 0.
+    The mounting gives the value p_i − aᵢ, and the index gives the value 0; the prior is their
+    weighted mean.
     """
     by_mounting = (nominal_rad - offsets_rad)[1:] * ARCSEC_PER_RAD
     weight_mounting = _precision(settings.u_place_arcsec)
@@ -286,7 +294,8 @@ def _precision(u: float) -> float:
 
 
 def _combinations_of_rotation(heads: int) -> Float:
-    """Return orthonormal combinations of the readings with the sum 0, (heads − 1, heads)."""
+    """Return orthonormal combinations of the readings, each with weights of sum 0, (heads − 1,
+    heads)."""
     return np.asarray(np.linalg.svd(np.ones((1, heads)))[2][1:])
 
 
@@ -378,7 +387,8 @@ def _solved(
     if settings.u_place_arcsec == 0.0:
         free[late] = False
     if combinations.shape[0] == 1 and data.heads > 2:
-        # One combination determines one offset; the other offsets keep the values of the first fit.
+        # A single combination determines one offset; the other offsets keep the values of the first
+        # fit.
         free[shared:] = False
         free[shared + further - 1 :: further] = True
     step = np.zeros(size)
@@ -508,7 +518,8 @@ def _residuals(data: _Data, state: State, combinations: Float) -> list[Float]:
 
 
 def _colour(data: _Data, residuals: Sequence[Float], orders: Integer) -> Float:
-    """Return the power of the residual near each order over white noise of the same variance."""
+    """Return the ratio of the residual's power near each order to that of white noise of the same
+    variance."""
     pairs = [(part, row) for part, one in zip(data.turns, residuals, strict=True) for row in one.T]
     scaled = [row / max(float(np.std(row)), 1e-18) for _, row in pairs]
     return ResidualSpectrum([part for part, _ in pairs], scaled, orders).at(orders)

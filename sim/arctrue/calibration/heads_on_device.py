@@ -119,12 +119,13 @@ class _Fit:
         self.fitted = np.flatnonzero(seen & (self.orders >= first))
 
     def late_beforehand(self) -> Float:
-        """Return dᵢ from the mounting (pᵢ − aᵢ) and the index (0), radians."""
+        """Return the prior dᵢ in radians: the weighted mean of the mounting's value pᵢ − aᵢ and the
+        index's value 0."""
         return np.asarray((self.places - self.offsets) * self.share)
 
     @property
     def sight(self) -> Complex:
-        """ρᵢ·e^{jpᵢ}."""
+        """Factor ρᵢ·e^{jpᵢ} of each head for order 1 of the disc, (heads,)."""
         return np.asarray(self.ratios * np.exp(1j * (self.offsets + self.late)))
 
     @property
@@ -132,7 +133,8 @@ class _Fit:
         if self.heads == 4:
             return parity_weights(self.offsets + self.late, self.ratios)[None, :]
         if self.heads == 3:
-            # Each head minus the mean of those before it; only the first row gives a spectrum.
+            # Each row is a head minus the mean of the heads before it; the spectrum uses the first
+            # row only.
             return np.array([[-1.0, 1.0, 0.0], [-1.0, -1.0, 2.0]]) / np.sqrt([[2.0], [6.0]])
         return np.asarray(np.array([[-1.0, 1.0]]) / np.sqrt(2.0))
 
@@ -147,7 +149,8 @@ class _Fit:
         return np.asarray(np.exp(1j * y[..., None] * self.orders))
 
     def residuals(self, waves: Complex) -> Float:
-        """Return the residuals of every head less those of head 1, arcseconds, (heads, samples)."""
+        """Return the residuals of every head minus the residuals of head 1, arcseconds, (heads,
+        samples)."""
         factors = np.ones((self.heads, self.orders.size))
         factors[:, 0] = self.ratios
         error = np.einsum("hsn,hn->hs", waves, factors * self.disc).real
@@ -162,12 +165,14 @@ class _Fit:
         return np.concatenate((found.real, found.imag), axis=2).reshape(-1, 2 * self.fitted.size)
 
     def lines(self, residuals: Float, order: int) -> Complex:
-        """Return A of each head less the mean of all heads, the residual being Re(A·e^{jkR₁})."""
+        """Return the amplitude A of the line Re(A·e^{jkR₁}) in each head's residual, minus the mean
+        amplitude of all heads."""
         found = residuals @ (self.turned[0].conj() ** order) * (2.0 / self.samples)
         return np.asarray(found - found.mean())
 
     def means_and_lines(self, residuals: Float) -> tuple[Float, Complex]:
-        """Return mean and line at order 1 of each head; three and four heads fit both together."""
+        """Return the mean and the line at order 1 of each head's residual; with three and four
+        heads one fit gives both."""
         if self.heads == 2:
             return residuals.mean(axis=1), self.lines(residuals, 1)
         first = self.turned[0]
@@ -192,8 +197,8 @@ class _Fit:
         return np.asarray(columns - columns.mean(axis=0))
 
     def places_equations(self, variance: float) -> tuple[Float, Float]:
-        """Return the design matrix with the priors as observations, rows of variance 1, (rows,
-        unknowns), and the right-hand side of the priors."""
+        """Return the design matrix (rows, unknowns), whose last rows are the priors and whose rows
+        all have variance 1, and the right-hand side of the prior rows."""
         columns = np.concatenate((self.by_circles(), self.by_places()), axis=1)
         scale = np.sqrt(self.samples / (2.0 * variance))
         further = self.heads - 1
@@ -314,7 +319,7 @@ def heads_on_device(
 
 
 def _colour(residual: Float, seen: NDArray[np.bool_], variance: float) -> float:
-    """Return the power of the lines next to the fitted orders over that of white noise."""
+    """Return the ratio of the mean power of lines near the fitted orders to that of white noise."""
     power = np.abs(np.fft.fft(residual)[1:]) ** 2 / residual.size
     most = min(seen.size + NEIGHBOURS, (residual.size - 1) // 2)
     free = np.ones(most, dtype=bool)
@@ -328,8 +333,8 @@ def mean_orders(
     """Return the orders of the mean's error as a function of the carrier's reading, arcseconds,
     (N,).
 
-    Also return its constant, the variance of a component from the noise, and its mean square from
-    the uncertainties of places and radii.
+    Also return the error's constant, the variance of a component of each order from the noise, and
+    the variance of each order from the uncertainties of places and radii.
     """
     disc = found.heads_on_disc
     places = offsets_rad + found.late_rad

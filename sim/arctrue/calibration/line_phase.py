@@ -21,16 +21,17 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 SLIP = 0.001
-"""Standard deviation of a turn's share of order by which a line slips."""
+"""Standard deviation of the slip of a line in one turn, as a share of its order."""
 START_ARCSEC = 1e4
 """Standard deviation of K before the first turn, which is far larger than any error of a table."""
 LEAST_TURNS = 4
-"""Number of turns before a phase counts as known: two turns determine K and c."""
+"""Number of turns before a phase counts as known; two turns would already determine K and c."""
 SIGMAS = 3.0
 """Number of standard uncertainties by which |c| must exceed half the loaded amplitude. With a
 smaller |c| the lane would add more than it removes."""
 LARGEST_SHARE = 0.125
-"""Largest standard uncertainty of c over |c|: twice this is a quarter of the line."""
+"""Largest ratio of the standard uncertainty of c to |c|: twice this uncertainty is a quarter of the
+line."""
 
 
 @dataclass
@@ -39,7 +40,7 @@ class LineFinder:
 
     order: float
     amplitude_arcsec: float
-    """Amplitude that was loaded."""
+    """Amplitude of the line in the loaded coefficients, arcseconds."""
     state: Float = field(default_factory=lambda: np.zeros(4))
     covariance: Float = field(default_factory=lambda: np.zeros((4, 4)))
     turns: int = 0

@@ -32,8 +32,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ROUNDS = 6
-"""Number of iterations: each reduces the error of y_i by |dε/dR| ≤ 10⁻², below the resolution of
-float64 after six."""
+"""Number of iterations. Each multiplies the error of y_i by |dε/dR| ≤ 10⁻²; after six it is below
+the resolution of float64."""
 
 
 @dataclass(frozen=True)
@@ -125,10 +125,11 @@ def mean_bank(
     carrier: int | None = None,
     least_arcsec: float = 0.0,
 ) -> Coefficients:
-    """Return the words of all heads, or without the head ``missing`` (1, 2, …).
+    """Return the words of the mean of all heads, or of the mean without the head ``missing`` (1, 2,
+    …).
 
-    ``weights`` (H,): None: those of least noise; ``carrier``: None: the first head that is not
-    missing. Raises WeightsRefusedError where there are no weights.
+    ``weights`` (H,): None means the weights with the least noise. ``carrier``: None means the first
+    head that is not missing. Raises WeightsRefusedError where there are no weights.
     """
     if weights is None:
         if not missing:
@@ -159,7 +160,8 @@ def mean_banks(
     noise_limit: float = NOISE_LIMIT,
     least_arcsec: float = 0.0,
 ) -> tuple[Coefficients, tuple[WeightsRefusedError, ...]]:
-    """Return the words of all heads with a set for each missing head, and why a head has no set.
+    """Return the words of the mean of all heads with a set for each missing head, and the reason
+    for each head that has no set.
 
     Raises WeightsRefusedError where all heads together have no mean.
     """
@@ -191,8 +193,8 @@ def mean_banks(
 def mean_angle_counts(coefficients: Coefficients, head_counts: NDArray[np.int64]) -> Float:
     """Return the gateware's output before rounding, counts (n,), for whole counts (heads, n).
 
-    The mean's term is bit-true; the lanes have those words in double precision. Raises ValueError
-    for coefficients without a mean.
+    The weighted sum of the readings is bit-true; the lanes' words are evaluated in double
+    precision. Raises ValueError for coefficients without a mean.
     """
     mean = None if coefficients.extension is None else coefficients.extension.mean
     if mean is None:

@@ -1,9 +1,9 @@
 """Finds the head that has moved between two calibrations, from the offsets of all counters.
 
 A head that moves along the scale by δ changes its own offset by δ; an axis that moves by c changes
-the offset of every head by Im(c·e^{jp})·ρ. Four heads show three changes relative to head 1. A
-motion of any single head together with some c explains these changes, but only for the head that
-has moved c is small.
+the offset of every head by Im(c·e^{jp})·ρ. Four heads show three changes relative to head 1. Each
+of the four heads could explain these changes if the axis also moved by some c. For the head that
+has really moved, and only for this head, c is small.
 """
 
 from __future__ import annotations
@@ -44,11 +44,12 @@ def moved_heads(
     axis_limit_arcsec: float,
     noise_arcsec: float,
 ) -> list[MovedHead]:
-    """Return explanations of the changes of all offsets (heads,), the axis within its limit.
+    """Return the explanations of the changes of all offsets (heads,) that keep the axis within its
+    limit.
 
     ``noise_arcsec``: standard uncertainty of a change, with the index's repeatability; the RMS that
     an explanation does not cover may be four times this. "No head has moved" is an explanation too;
-    if it holds, it is the only one.
+    if it holds, no other is returned.
     """
     changes = np.asarray(changes_arcsec, dtype=np.float64)
     heads = changes.size

@@ -18,7 +18,8 @@ PEAK_FALSE_ALARM = 1e-4
 
 
 class ResidualSpectrum:
-    """Periodogram of the residual of all runs over the order; white noise of variance 1 gives 1.
+    """Periodogram of the residuals of all runs as a function of the order; white noise of variance
+    1 gives 1.
 
     ``residuals``: one array per run, each divided by the standard deviation of its run's noise.
     Lines of the fitted orders are omitted, because the fit has removed them.
@@ -58,7 +59,8 @@ class ResidualSpectrum:
         """Return the lines that exceed white noise: (order, amplitude in standard deviations)."""
         if self.power.size < NEIGHBOURS:
             return []
-        # The median of an exponential distribution is ln 2 of its mean, and no line moves it.
+        # The median of an exponential distribution is ln 2 times its mean, and a few lines do not
+        # change it.
         floor = float(np.median(self.power)) / np.log(2.0)
         limit = floor * np.log(self.power.size / PEAK_FALSE_ALARM)
         found: list[tuple[float, float]] = []

@@ -13,15 +13,16 @@ from arctrue.calibration.noise import NEIGHBOURS
 FALSE_ALARM = 0.05
 """Probability that noise alone makes at least one order of a set significant."""
 GAIN_LIMIT_DEFAULT = 50.0
-"""Largest noise gain of an order: at 33° it keeps n = 11 and 109 (19 times) and leaves out n = 120k
-and its neighbours."""
+"""Largest noise gain of an order. With heads 33° apart this limit keeps n = 11 and 109 (gain 19)
+and excludes n = 120k and its neighbours."""
 UNCERTAINTY_LIMIT_ARCSEC = 0.1
 """Standard uncertainty above which an order is flagged."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """``reason`` says why an order is not applied; ``flags`` are further remarks for the user."""
+    """Decision on one order. ``reason`` says why it is not applied; ``flags`` are further remarks
+    for the user."""
 
     order: int
     applied: bool
@@ -30,8 +31,8 @@ class Verdict:
 
 
 def significance_factor(orders: int) -> float:
-    """Return the ratio of amplitude to standard uncertainty that noise exceeds at any order with a
-    probability of 5 %.
+    """Return the ratio of amplitude to standard uncertainty that noise exceeds at one order or more
+    with a probability of 5 %.
 
     A²/2u² of noise has an F distribution with (2, 2m) degrees of freedom, since u is estimated from
     m lines of the spectrum: P(A > k·u) = (1 + k²/2m)⁻ᵐ, for many lines the Rayleigh distribution.

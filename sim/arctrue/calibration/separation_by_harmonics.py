@@ -33,8 +33,8 @@ def separation_by_harmonics(
 ) -> Separation:
     """Return the α at which the two heads agree best with the reference, by weighted least squares.
 
-    ``estimate`` is a function of the reading. If nothing is determined, the standard uncertainty is
-    infinite and the note says why.
+    ``estimate`` is a function of the reading. If α cannot be determined, the standard uncertainty
+    is infinite and the note says why.
     """
     u_reference = reference.standard_uncertainty_arcsec
     if u_reference is None:
@@ -74,9 +74,9 @@ def _none(note: str) -> Separation:
 def _left_in_reference(
     estimate: Estimate, reference: Reference, counts_per_rev: int, orders: NDArray[np.int64]
 ) -> tuple[NDArray[np.complex128], Float] | None:
-    """Return the orders in the reference that the estimate does not contain, cosine − j·sine,
-    (orders,), and the variance of a component from the scatter of the rows; None where the stations
-    do not determine them."""
+    """Fit the orders to the reference's error minus the estimate. Return cosine − j·sine,
+    (orders,), and the variance of a component from the scatter of the rows; None if the stations do
+    not determine the orders."""
     counts = reading_counts(reference, counts_per_rev)
     reading = np.remainder(counts, counts_per_rev) * (2.0 * np.pi / counts_per_rev)
     y = reference.error_arcsec - estimate.error_arcsec(reading)

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 UNSEEN_GAIN = 1e4
-"""Largest |TF| of an order that is seen: above it |e^{jnα} − 1| is smaller than the uncertainty of
-α and counts as 0."""
+"""Largest |TF| of an order that is seen. Above this limit |e^{jnα} − 1| is smaller than the
+uncertainty of α and counts as 0."""
 
 
 def transfer_function(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.complex128]:
@@ -35,7 +35,7 @@ def separation_slope(
 
 
 def noise_gain(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.float64]:
-    """Return |TF(n)|, the noise of ε over noise of δ₂₁, for each order; inf where it cannot be
-    seen."""
+    """Return |TF(n)|, the ratio of the noise of ε to that of δ₂₁, for each order; infinite for an
+    order that cannot be seen."""
     gain = np.abs(transfer_function(orders, head_separation_rad))
     return np.where(gain > 0.0, gain, np.inf)

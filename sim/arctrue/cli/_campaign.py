@@ -58,7 +58,7 @@ def campaign_options(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def interruptible(function: Callable[..., None]) -> Callable[..., None]:
-    """End the command with one sentence after Ctrl-C (exit code 130) or dead workers (2)."""
+    """After Ctrl-C (exit code 130) or if workers died (2), end the command with one sentence."""
 
     @functools.wraps(function)
     def wrapped(*arguments: Any, **options: Any) -> None:

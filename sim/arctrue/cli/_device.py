@@ -17,7 +17,7 @@ def console_at(port: str) -> Console:
 
 
 def watch_at(port: str) -> Watch | None:
-    """Watch the daemon of the port until the command ends; None without a daemon.
+    """Watch the daemon of the port until the command ends; the result is None if no daemon runs.
 
     Raises ConsoleError.
     """

@@ -7,7 +7,8 @@ from click.shell_completion import CompletionItem
 
 
 class _EffectName(click.ParamType[str]):
-    """Accepts any word: :func:`load` checks it once the folders of own effects are read."""
+    """Accepts any word: :func:`load` checks it after it has read the folders of the user's
+    effects."""
 
     name = "effect"
 
@@ -18,7 +19,8 @@ class _EffectName(click.ParamType[str]):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """Offer the effects of the catalogue and of installed packages that begin with it."""
+        """Offer the effects of the catalogue and of installed packages that begin with the typed
+        text."""
         from arctrue.workbench.effects.registry import catalogue
 
         known = catalogue()

@@ -72,7 +72,7 @@ class Program(Commands):
 
 
 def _tell(failure: click.ClickException) -> None:
-    """Print the error; after a wrong use also how the command is used."""
+    """Print the error; for a wrong option or argument also print the usage of the command."""
     tell_error(failure.format_message())
     context = failure.ctx if isinstance(failure, click.UsageError) else None
     if context is not None:

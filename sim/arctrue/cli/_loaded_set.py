@@ -132,7 +132,7 @@ _OTHER_TABLE = "arctrue.other_table"
 
 
 def _remember_other_table(context: click.Context, _: click.Parameter, given: bool) -> None:
-    """Store the flag for :func:`load`, which alone reads it."""
+    """Store the flag; only :func:`load` reads it."""
     context.meta[_OTHER_TABLE] = given
 
 
@@ -199,7 +199,8 @@ def store(
 def effects_for(
     model: Model, model_file: Path | None, folders: tuple[Path, ...]
 ) -> dict[str, type[Effect]]:
-    """Read all effects: built-in, of the model's folders (relative to its file), of --effects."""
+    """Read all effects: the built-in ones, those in the model's folders (paths relative to the
+    model file), and those in the folders of --effects."""
     base = model_file.parent if model_file is not None else Path()
     places = [*(base / folder for folder in model.folders), *folders]
     unique = list(dict.fromkeys(place.resolve() for place in places))
@@ -269,7 +270,8 @@ def _tell_masked(observations: Observations) -> None:
 
 
 def _doubts(measurement: MeasurementSet) -> list[str]:
-    """Give the calibration's doubt about the heads' separation, which no effect can explain."""
+    """Give the calibration's warning about an implausible head separation, which no effect can
+    explain."""
     capture, table = measurement.capture, measurement.table
     if capture is None or table.counts_per_rev is None or table.head_separation_deg is None:
         return []

@@ -88,7 +88,7 @@ def print_mean(console: Console, found: MeanCalibration) -> None:
 
 
 def figures(found: MeanCalibration) -> dict[str, Any]:
-    """Give the same figures for ``--json``."""
+    """Give the printed figures for ``--json``."""
     estimate = found.estimate
     weights = np.array(_mean_of(found.coefficients).weights) / WEIGHT_ONE
     mean, u_mean = estimate.mean_orders(weights)

@@ -14,9 +14,9 @@ from arctrue.metrology.iso230_7 import ErrorMotion, error_motion
 
 
 def orbit_of(measurement: MeasurementSet) -> AxisOrbit | None:
-    """Return the axis orbit of the first run in the calibration, or None.
+    """Return the axis orbit of the first run in the calibration.
 
-    None for two heads, or a set that does not determine the orbit.
+    The result is None for two heads and for a set that does not determine the orbit.
     """
     try:
         return orbit_of_set(measurement)

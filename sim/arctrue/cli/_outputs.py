@@ -46,7 +46,8 @@ class OutputFolder(click.Path):
 
 
 def _folder_fault(folder: Path) -> str | None:
-    """Say why nothing can be written to ``folder`` (it need not exist yet); None if it can."""
+    """Return the reason why nothing can be written to ``folder``; None if it is writable or can be
+    made."""
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir():
         return f"'{there}' is a file; name a folder."

@@ -16,8 +16,8 @@ SECONDS_BETWEEN_LINES = 10.0
 MOST_SHARE = 0.99
 """Share that is shown when a command takes more steps than expected."""
 LONG_FILE_BYTES = 64 << 20
-"""Length from which a file gets a progress line; shorter files are read before a user could read
-the line."""
+"""Smallest length of a file whose reading shows a progress line; shorter files are read before a
+user could read the line."""
 
 
 class Progress:

@@ -11,7 +11,7 @@ from arctrue.base.toml_file import TomlContentError, parse_toml
 def settings_from(pairs: Iterable[str]) -> dict[str, object]:
     """Parse KEY=VALUE pairs; values are written as in TOML.
 
-    Raises ValueError that names the pair with another form.
+    Raises ValueError, which names the pair that has another form.
     """
     found: dict[str, object] = {}
     for pair in pairs:

@@ -42,5 +42,5 @@ def live_row(cells: Sequence[str], columns: Sequence[tuple[str, int]]) -> str:
 
 
 def live_head(columns: Sequence[tuple[str, int]]) -> str:
-    """Format the headings of such a table."""
+    """Format the headings of a table that :func:`live_row` prints row by row."""
     return live_row([heading for heading, _ in columns], columns)

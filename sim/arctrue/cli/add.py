@@ -90,7 +90,8 @@ def add(
 
 
 def step_data(loaded: LoadedSet, model: Model, solution: Solution) -> dict[str, Any]:
-    """Give the last step of the history, before and after, and the verdict on the residual."""
+    """Give the errors before and after the last step of the history, and the verdict on the
+    residual."""
     after = model.history[-1]
     before = model.history[-2] if len(model.history) > 1 else after
     left = diagnose(loaded.observations, solution.terms, loaded.effects)

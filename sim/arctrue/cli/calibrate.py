@@ -481,7 +481,8 @@ def _finite(value: float) -> float | None:
 
 
 def _plotted(draw: Callable[[], None], picture: Path) -> str:
-    """Draw the plot and say where it is, or which extra is missing, without an error."""
+    """Draw the plot and return a line with its path; if an extra is missing, the line names the
+    extra."""
     try:
         with needs_extras():
             draw()

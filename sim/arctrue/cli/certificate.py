@@ -64,8 +64,8 @@ def certificate(
     """Write the certificate of SET: its error function with expanded uncertainty (k = 2).
 
     The model of --model, or the paper's, is fitted to SET. The printable page stands next to the
-    XML file with the ending .html. Nothing about item, laboratory or persons is invented: what is
-    missing in --details, or in SET, is named, and no file is written.
+    XML file with the ending .html. The command invents nothing about item, laboratory or persons:
+    if --details or SET lacks an entry, it names the entry and writes no file.
     """
     if measurement_set.is_file():
         raise ValueError(

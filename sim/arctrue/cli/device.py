@@ -201,7 +201,8 @@ def status(port: str) -> None:
 def files(record: Path, folder: Path) -> None:
     """Write each day of RECORD (telemetry.sqlite) to FOLDER as an HDF5 file in NeXus form.
 
-    Files that are whole stay as they are. Exit code 2: RECORD cannot be read or FOLDER not written.
+    Files that already have all turns of their day are not written again. Exit code 2: RECORD cannot
+    be read or FOLDER not written.
     """
     from arctrue.device.nexus_days import write_missing_days
 

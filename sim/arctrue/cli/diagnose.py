@@ -133,7 +133,8 @@ def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
 
 
 def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
-    """Return one row per channel; the first has name and evidence; a dash: not fitted."""
+    """Return one row per channel. The first row also has name and evidence; a dash marks a value
+    that was not calculated."""
     first = (item.name, probability(item.p_corrected), figure(item.delta_bic, 0))
     if after is None:
         return [(*first, "", "–", "–")]
@@ -149,7 +150,7 @@ def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
 
 
 def _by_what_lacks(untestable: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """Group the names of the effects by what the set lacks for them."""
+    """Group the names of the effects by the data that the set lacks for them."""
     found: dict[str, list[str]] = {}
     for name, lacking in untestable.items():
         found.setdefault("; ".join(lacking), []).append(name)

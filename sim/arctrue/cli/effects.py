@@ -93,7 +93,7 @@ def show(context: click.Context, name: str, json_file: Path | None) -> None:
 
 
 def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Give label and text of each line; empty entries are left out."""
+    """Yield label and text of each line; empty entries are omitted."""
     separation = ("capture_sees", "reference_sees", "separated_by", "next_measurement")
     for key in ("physics", "equation", "source", "plausible", *separation):
         if data[key]:
@@ -188,7 +188,7 @@ def effect_data(effect: type[Effect]) -> dict[str, Any]:
         "capture_sees": effect.capture_sees,
         "reference_sees": effect.reference_sees,
         "separated_by": effect.separated_by,
-        # The former name, for one release.
+        # The former name of this key is kept for one release.
         "told_apart_by": effect.separated_by,
         "next_measurement": effect.next_measurement,
         "plausible": effect.plausible,

@@ -50,8 +50,9 @@ def explain(
 ) -> None:
     """Add to the model what the diagnosis of SET names, one effect after the other.
 
-    The noise is estimated anew after each. Effects that later ones have made idle are dropped.
-    --model names the model to begin with and the file that the result is written to.
+    The noise is estimated anew after each. An effect that the model no longer needs after later
+    additions is dropped. --model names the model to begin with and the file that the result is
+    written to.
     """
     with changing(model_file):
         loaded = load(measurement_set, model_file, folders, may_be_new=True)
@@ -140,7 +141,7 @@ def _data(found: Explanation) -> dict[str, Any]:
         ],
         "dropped": list(found.dropped),
         "not_separated": not_separated,
-        # The former name, for one release.
+        # The former name is kept for one release.
         "not_told_apart": not_separated,
         "left_arcsec": dict(found.left.rms_arcsec),
         "heldout_arcsec": dict(found.left.heldout_rms_arcsec),

@@ -191,10 +191,10 @@ def export(
 ) -> None:
     """Write the model as coefficients of the gateware, or as a table for another controller.
 
-    For every effect of the model it says what corrects it and how much is left; no figure counts
-    errors of the reference. Effects without values are fitted to SET, for which a
-    reference run alone is enough. With --out the file goes into that folder. Exit code 1: SET says
-    that the file makes the error larger, and nothing was written (--force writes it).
+    For every effect of the model the command prints which part corrects it and which error remains;
+    no figure includes errors of the reference. Effects without values are fitted to SET, for which
+    a reference run alone is enough. With --out the file goes into that folder. Exit code 1: SET
+    says that the file makes the error larger, and nothing was written (--force writes it).
     """
     if table_format == GATEWARE and points is not None:
         raise ValueError("--points: the gateware takes orders, not points; choose a --format")
@@ -339,7 +339,8 @@ def export(
 
 
 def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path: Path) -> None:
-    """Write the file of a mean with the model's local errors at all of its heads.
+    """Write the coefficient file of a mean, and add a table of the model's local errors at all
+    heads.
 
     Raises ValueError for a file without a mean or of another table, or a model without such an
     error.

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 FULL_LINES = 16384
 USUAL_LINES = 1024
 LEAST_COUNTS = 1 << 18
-"""Least counts a turn; with fewer, a turn ends before the firmware has judged the previous one."""
+"""Smallest number of counts per turn; with fewer, a turn ends before the firmware has judged the
+previous one."""
 FOLLOWED_TURNS = 4
 _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 
@@ -99,9 +100,9 @@ def hidden(
 ) -> None:
     """Hide EFFECT in a table, find it with the workbench, correct it with the gateware.
 
-    The gateware captures; the workbench is given that and a reference run, and nothing else; what
-    it exports is loaded, and fresh turns of the output are compared with the true angle. Effects
-    grow with the counts: what is 1″ at the paper's 2²⁴ counts is 16″ at 2²⁰.
+    The gateware captures a turn. The workbench gets only this capture and a reference run. The
+    coefficients that it exports are loaded, and the output of further turns is compared with the
+    true angle. Effects grow with the counts: what is 1″ at the paper's 2²⁴ counts is 16″ at 2²⁰.
     Ends with exit code 2 when the instrument cannot run.
     """
     from arctrue.studies.hidden_effect.experiment import run_hidden

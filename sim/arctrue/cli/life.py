@@ -132,7 +132,8 @@ def life(
 
 
 def _send_alarms(port: str, history: LifeHistory) -> None:
-    """Replace the alarms of the machine's history in the daemon of ``port``; exit 2 without it."""
+    """Replace the alarms of the machine's history in the daemon of ``port``; exit 2 if no daemon
+    runs."""
     from arctrue.report.life_report import forecast_sentence
 
     alarms = {
@@ -150,7 +151,7 @@ def _send_alarms(port: str, history: LifeHistory) -> None:
 
 
 def _limit(text: str) -> tuple[str, float]:
-    """Parse EFFECT=SIZE. Raises ValueError."""
+    """Parse EFFECT=SIZE. Raises ValueError for another form."""
     name, _, size = text.partition("=")
     try:
         value = float(size)

@@ -57,10 +57,10 @@ def load(
 ) -> None:
     """Load FILE, which calibrate or export wrote, into the device at PORT.
 
-    The device's own calibration goes on beside it: an order that FILE has is
-    FILE's from then on, all others stay the calibration's. A file without
-    lanes removes what was loaded. Each order is judged by captured turns; one that
-    is wrong keeps out the whole file, with --force too.
+    The device keeps calibrating: from then on FILE corrects the orders that it contains, and the
+    device's own calibration corrects all others. A file without lanes removes the loaded orders.
+    The device judges each order by captured turns; if one order is wrong, it refuses the whole
+    file, even with --force.
 
     Exit code 1: the device refuses the coefficients and says why, and what
     was active stays active; or other coefficients are active in the end.

@@ -113,7 +113,7 @@ def _turn(source: Watch | Console | None, seconds: float) -> TelemetryLine | Non
 
 
 def _capture(port: str, console: Console | None, seconds: float) -> MeasurementSet:
-    """Take a capture; without ``console``, open the daemon's console for this only."""
+    """Take a capture; without ``console``, open the daemon's console for this capture only."""
     if console is not None:
         return console.dump(seconds)
     console = open_console(port, lambda _: None)

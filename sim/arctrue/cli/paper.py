@@ -23,8 +23,8 @@ from arctrue.report.numbers import plain
 FULL_INTERPOLATION = 1024
 COARSE_INTERPOLATION = 64
 LEAST_INTERPOLATION = 16
-"""Least interpolation; with less, the ramp of new coefficients does not end before the cycles
-begin."""
+"""Smallest interpolation factor; with a smaller one, the ramp to new coefficients does not end
+before the polygon's cycles begin."""
 
 
 @click.command(short_help="The paper's experiment on the virtual instrument.")

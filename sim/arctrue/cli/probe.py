@@ -38,9 +38,9 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
     """Show the corrected position at each edge of probe_in, until Ctrl-C.
 
     A bitstream with EVENTS keeps edges in a queue of 64, so that they may come in bursts; with
-    `compare events 1` on the console it keeps the pulses of compare_out too. Of any other bitstream
-    the command reads the last edge ten times a second. In both cases it shows the numbers of missed
-    edges. `probe falling 1` on the console selects falling edges.
+    `compare events 1` on the console it keeps the pulses of compare_out too. With any other
+    bitstream the command reads the last edge ten times a second. In both cases it shows the numbers
+    of missed edges. `probe falling 1` on the console selects falling edges.
 
     Exit code 2: the device does not answer, or the file cannot be written. The edges that were
     shown are written to the file even if the device stops answering.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FULL_LINES = 16384
 LEAST_LINES = 64
-"""Fewest lines; with fewer, noise and quantisation alone reach the limits."""
+"""Smallest number of grating lines; with fewer, noise and quantisation alone reach the limits."""
 FULL_LANES = 32
 FULL_SAMPLES = 12000
 

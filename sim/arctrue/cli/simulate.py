@@ -155,7 +155,8 @@ def simulate(
         heads=heads,
     )
     for leftover in ("capture.csv", "reference.csv"):
-        # A reader would take the older set's truth file for this set's.
+        # Otherwise a reader would take a file of an older set in this folder for a part of this
+        # set.
         (out / leftover).unlink(missing_ok=True)
     write_measurement_set(out, replace(made.measurement, date=measured_at))
     truth = write_truth(out, made.truth)

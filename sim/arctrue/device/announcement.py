@@ -48,7 +48,7 @@ def own_folder() -> Path:
 
 
 def announce(announcement: Announcement) -> Path:
-    """Write the file, readable by the user and the group of the folder alone. Raises OSError."""
+    """Write the file, which only the user and the folder's group can read. Raises OSError."""
     folder = own_folder()
     folder.mkdir(mode=0o750, parents=True, exist_ok=True)
     if folder.stat().st_mode & stat.S_IWOTH:
@@ -71,7 +71,7 @@ def announced(port: str) -> Announcement | None:
 
 
 def announced_at(address: str) -> Announcement | None:
-    """Return this machine's daemon at HOST:PORT, or None; empty ``address``: any daemon."""
+    """Return this machine's daemon at HOST:PORT, or None; an empty ``address`` means any daemon."""
     for found in _all():
         if address in ("", found.address) and _answers(found):
             return found
@@ -84,11 +84,12 @@ def _all() -> Iterator[Announcement]:
             try:
                 yield msgspec.json.decode(file.read_bytes(), type=Announcement)
             except (OSError, msgspec.MsgspecError):
-                continue  # another user's, or no announcement
+                continue  # the file of another user, or no announcement
 
 
 def _answers(found: Announcement) -> bool:
-    """Tell whether the daemon answers; the announcement of a killed daemon still exists."""
+    """Tell whether the daemon answers; a killed daemon does not, but its announcement still
+    exists."""
     try:
         socket.create_connection((found.host, found.tcp_port), _REACH_S).close()
     except OSError:
@@ -97,7 +98,7 @@ def _answers(found: Announcement) -> bool:
 
 
 def _name(port: str) -> str:
-    """Return one name for each device, whichever link leads to it."""
+    """Return the name of a device, which is the same for the device's file and all links to it."""
     path = Path(port)
     named = str(path.resolve()) if path.exists() else port
     return named.strip("/").replace("/", "-").replace(":", "-")

@@ -56,7 +56,7 @@ class LoadedCoefficients(Device, Movable[Path]):
     """The coefficients that a device has loaded: its position is a coefficient file."""
 
     def __init__(self, port: str, turn: SignalR[int], name: str = "") -> None:
-        """Take the device at ``port``.
+        """Store the device's ``port`` and the signal of its turns.
 
         Parameters
         ----------
@@ -87,7 +87,7 @@ class LoadedCoefficients(Device, Movable[Path]):
         ConsoleError
             If no daemon runs, it is read-only, or no turn judges them in time.
         ValueError, OSError
-            If the file cannot be read or needs what the device does not have.
+            If the file cannot be read or needs a part that the device does not have.
         """
         last = await asyncio.to_thread(self._load, Path(value))
         async for number in observe_value(self._turn(), timeout=TURN_S):
@@ -95,7 +95,7 @@ class LoadedCoefficients(Device, Movable[Path]):
                 return
 
     def _load(self, file: Path) -> int:
-        """Load and return the number of the latest turn after that."""
+        """Load the file; return the number of the latest turn after the loading."""
         coefficients = read_coefficient_file(file, DEVICE_LOADS)
         daemon = self._daemon()
         console = console_through(daemon)
@@ -118,7 +118,7 @@ class CorrectedTable(StandardReadable, Triggerable):
     """A table behind ``arctrue device epics``; ``trigger`` takes a capture of the next turn."""
 
     def __init__(self, prefix: str, port: str, name: str = "") -> None:
-        """Take the PVs with ``prefix`` and the daemon of ``port``.
+        """Create the signals of the PVs with ``prefix``, and store the daemon's ``port``.
 
         Parameters
         ----------
@@ -201,7 +201,8 @@ def calibrate_load_verify(
     limit_arcsec: float,
     settings: CalibrationSettings | None = None,
 ) -> Generator[Msg, Any, float]:
-    """Capture a turn, calibrate, load the coefficients, and verify them on further turns.
+    """Plan that captures a turn, calibrates, loads the coefficients, and verifies them on further
+    turns.
 
     The run has the streams ``before`` and ``after``, one event each. The daemon's folder of
     captures must be readable from here.

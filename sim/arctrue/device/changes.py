@@ -32,7 +32,8 @@ def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
     """Return the index of the first turn with the coefficients that are active at the last turn.
 
     Each swap of the coefficients raises the telemetry's ``swaps``. Without a swap in ``turns``, it
-    is the first turn after the board started, or the first one at all. ``turns`` is not empty.
+    is the first turn after the board started, or else the first turn of all. ``turns`` is not
+    empty.
     """
     index = len(turns) - 1
     while index > 0:

@@ -1,8 +1,8 @@
 """Measures how the heads of a device are connected, then their places, radii and skew.
 
-Three steps, each with a movement of the table: two turns in the positive direction by hand, one
-turn at constant speed forward, and one backward at the same speed. The caller asks for the
-movement; each function reads the device while the table moves.
+There are three steps, each with a movement of the table: two turns in the positive direction by
+hand, one turn at constant speed forward, and one backward at the same speed. The caller asks for
+the movement; each function reads the device while the table moves.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from arctrue.device.console import Console
 from arctrue.device.heads_readings import read_heads
 
 ORDERS = 32
-"""Number of orders that the fit has, as in the device."""
+"""Number of orders of the fit, the same as in the device."""
 PLACE_PARAMETERS = ("separation_deg", "head3_deg", "head4_deg")
 STEPS = (
     "Turn the table twice in its positive direction, by hand or by its drive.",
@@ -35,7 +35,7 @@ Parameters = dict[str, float]
 
 @dataclass(frozen=True)
 class MeasuredTurn:
-    """The fit of all heads over one turn, its speed, and its number of samples."""
+    """Fit of all heads over one turn, with the turn's speed and number of samples."""
 
     fit: OnDevice
     speed_rad_s: float
@@ -52,12 +52,13 @@ class Turned:
 
     @property
     def noise_name(self) -> str:
-        """Name of the combination of readings that :attr:`noise_arcsec` is of."""
+        """Name of the combination of readings from which :attr:`noise_arcsec` is calculated."""
         return "parity" if self.places_deg.size == 4 else "differences of the heads"
 
     @property
     def noise_arcsec(self) -> float:
-        """Standard deviation of one sample of the combination, as the noise of one reading."""
+        """Standard deviation of one sample of the combination, scaled to the noise of one
+        reading."""
         return float(np.sqrt(np.mean([fit.noise_arcsec**2 for fit in self.turns])))
 
 
@@ -87,7 +88,7 @@ def read_connection(
 ) -> Connection:
     """Read the heads during the first movement and judge them.
 
-    Raises ValueError for too little motion, ConsoleError.
+    Raises ValueError for too little motion, and ConsoleError.
     """
     counts = int(device["counts_per_rev"])
     read = read_heads(console, counts, seconds)
@@ -160,7 +161,7 @@ def turned_rows(found: Turned) -> list[tuple[str, ...]]:
     return [
         (
             *(str(head + 1), f"{place:.4f}", f"{u_place[head]:.1f}"),
-            # ρ is the radius of the disc over that of the head.
+            # ρ is the disc's radius divided by the head's radius.
             *(f"{1.0 / ratio[head]:.6f}", f"{u_ratio[head]:.6f}"),
             *(f"{round(skew.late_ns[head]):+d}", f"{skew.u_ns[head]:.0f}"),
             str(skew.delays_clocks[head]),

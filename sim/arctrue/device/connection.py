@@ -22,7 +22,7 @@ _BLOCK = 65_536
 
 
 class DaemonTransport:
-    """The device's bytes through its daemon."""
+    """Transfers the device's bytes through its daemon."""
 
     def __init__(self, connection: socket.socket, timeout_s: float, begun: bytes = b"") -> None:
         """Take an open connection; ``begun``: bytes that were already read."""
@@ -64,7 +64,8 @@ class DaemonTransport:
 
 
 class Watch:
-    """The events of a daemon, one after the other; any number of programs may watch."""
+    """Reads the events of a daemon one after the other; any number of programs may do so at
+    once."""
 
     def __init__(self, daemon: Announcement, latest: int = 0) -> None:
         """Connect; the ``latest`` recorded turns come first. Raises ConsoleError."""
@@ -116,12 +117,14 @@ def ask(
 
 
 def daemon_of(port: str) -> Announcement | None:
-    """Return the daemon that owns ``port``, or the one at address HOST:PORT; None without one."""
+    """Return the daemon that owns ``port``, or the daemon at address HOST:PORT; None if there is
+    none."""
     return announced(port) or daemon_at(port)
 
 
 def daemon_at(address: str) -> Announcement | None:
-    """Return the daemon at HOST:PORT, of this machine or of another one; None for another form.
+    """Return the daemon at HOST:PORT, of this machine or of another one; None if ``address`` has
+    another form.
 
     The token of another machine's daemon comes from the environment.
     """
@@ -151,7 +154,7 @@ def console_through(daemon: Announcement) -> Console:
 
 
 def through(port: str, daemon: Announcement) -> str:
-    """Return the sentence that says to the user that a daemon's device is used."""
+    """Return the sentence that tells the user that the device is used through its daemon."""
     process = f"process {daemon.process}, " if daemon.process else ""
     return f"{port}: through its daemon ({process}{daemon.address})"
 

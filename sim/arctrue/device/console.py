@@ -143,7 +143,7 @@ class Console:
         return head.measurement(rows, self.port)
 
     def _take_rows(self, rows: dict[int, tuple[int, ...]], seconds: float) -> None:
-        """Take rows up to the end of the dump, or until silence if that line was damaged."""
+        """Take rows up to the last line of the dump, or until silence if that line was damaged."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             text = self._line()

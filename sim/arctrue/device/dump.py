@@ -55,7 +55,7 @@ class DumpHead:
         ]
 
     def measurement(self, rows: dict[int, tuple[int, ...]], port: str) -> MeasurementSet:
-        """Return all rows as a set; with more than two heads, the first sample gives their places.
+        """Return all rows as a set; the readings give the places of heads 3 and 4.
 
         Raises ValueError if rows differ in their number of heads.
         """
@@ -88,7 +88,8 @@ class DumpHead:
         return MeasurementSet(table, capture, title=title)
 
     def _further_places(self, counts: NDArray[np.int64]) -> list[float]:
-        """Return the angles of heads 3 and 4 after head 1: their mean readings over the turn."""
+        """Return the angles of heads 3 and 4 after head 1: mean differences of the readings over
+        the turn."""
         apart = (counts[:, 2:] - counts[:, :1]).mean(axis=0) / self.counts_per_rev * 360.0
         return [round(float(place), 6) for place in apart % 360.0]
 

@@ -68,7 +68,7 @@ PROBE_ARRAYS = (
 )
 """Waveforms of the latest MOST_EVENTS events ``probe``, the latest one last."""
 ARRAYS = {"Orders": 0, "Amplitudes": 1, "Phases": 2, "Uncertainties": 3, "Applied": 4}
-"""Waveforms, and the place of each in a harmonic of the telemetry."""
+"""Waveforms of the harmonics, and the index of each value in a harmonic of the telemetry."""
 ARRAY_UNITS = {"Amplitudes": "arcsec", "Phases": "rad", "Uncertainties": "arcsec"}
 ACCESS = "ASG(DEFAULT) {{ RULE(1, READ) }}\nASG(CONTROL) {{ RULE(1, READ) RULE(1, {control}) }}\n"
 
@@ -79,7 +79,8 @@ def access_text(*, allow_control: bool) -> str:
 
 
 class Records:
-    """The PVs of one device. softioc is imported here: its variables must be set before."""
+    """The PVs of one device. softioc is imported here, because its variables must be set before the
+    import."""
 
     def __init__(self, prefix: str, capture: Callable[[], Awaitable[str]]) -> None:
         """Make the records.
@@ -146,7 +147,8 @@ class Records:
             if value:
                 await self._take_capture(capture)
 
-        # Blocking: a client that waits for the end of its write waits for the capture.
+        # The record is blocking: a client that waits for the end of its write waits for the
+        # capture.
         builder.boolOut(
             f"{prefix}{CAPTURE}",
             ZNAM="no",
@@ -182,7 +184,8 @@ class Records:
         for name, place in ARRAYS.items():
             if harmonics:
                 self._arrays[name].set([float(h[place]) for h in harmonics], **at)
-        # Last: a client that waits for the next turn then reads all values of the same turn.
+        # The turn is set last: a client that waits for the next turn then reads all values of that
+        # turn.
         self._turn.set(int(fields["turn"]) % 2**31, **at)
 
     def edge(self, event: dict[str, Any], recorded_s: float) -> None:
@@ -200,7 +203,7 @@ class Records:
         for field, array in self._probe_arrays.items():
             values = [float(edge[field]) + zero.get(field, 0.0) for edge in self._edges]
             array.set(values, timestamp=recorded_s)
-        # Last: a client that waits for the next event then finds it in the waveforms.
+        # These are set last: a client that waits for the next event then finds it in the waveforms.
         for field, record in self._probe.items():
             record.set(float(event[field]) + zero.get(field, 0.0), timestamp=recorded_s)
 

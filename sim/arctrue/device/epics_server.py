@@ -28,7 +28,8 @@ _INTERNET = (socket.AF_INET, socket.AF_INET6)
 
 
 def bind_to(interface: str) -> None:
-    """Set the variables that bind every socket of EPICS to one interface; before softioc starts."""
+    """Set the variables that bind every socket of EPICS to one interface; call before softioc
+    starts."""
     for name in ("EPICS_CAS_INTF_ADDR_LIST", "EPICS_PVAS_INTF_ADDR_LIST"):
         os.environ[name] = interface
     for name in ("EPICS_CAS_BEACON_ADDR_LIST", "EPICS_PVAS_BEACON_ADDR_LIST"):
@@ -42,10 +43,10 @@ def bind_to(interface: str) -> None:
 
 
 def confine_to_loopback() -> None:
-    """Bind this program's UDP sockets of all interfaces to the loopback device (Linux).
+    """Bind those UDP sockets of this program that listen on all interfaces to loopback (Linux).
 
-    PVXS listens for searches at port 5076 of all interfaces, whatever its variables say. On systems
-    other than Linux this cannot be changed. Raises OSError if the system refuses it.
+    PVXS listens for searches at port 5076 of all interfaces, whatever the values of its variables.
+    On systems other than Linux this cannot be changed. Raises OSError if the system refuses it.
     """
     if not sys.platform.startswith("linux"):
         return
@@ -144,7 +145,8 @@ def _capture(find: Callable[[], Announcement | None], report: Callable[[str], No
 
 
 async def _in_thread(work: Callable[[], str]) -> str:
-    """Await ``work`` in a thread that does not keep the program alive; raises what it raises."""
+    """Await ``work`` in a thread that does not keep the program alive; raises the exceptions of
+    ``work``."""
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[str] = loop.create_future()
 

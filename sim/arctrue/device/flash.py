@@ -31,8 +31,8 @@ ERASED = b"\xff"
 HEADER_BYTES = 0x8C0
 SIGNATURE_AT, SIGNATURE = 0x24, b"XNLX"
 CHECKED_LAST = 4 * LINE_WORDS * WORD_BYTES
-"""Address below which lines contain the width detection word, the signature and, last, the check
-sum."""
+"""End of the image's first lines, bytes. They contain the width detection word, the signature and
+the check sum, and are written last."""
 ATTEMPTS = 3
 """Number of attempts to send a line that was damaged during transmission."""
 ERASE_S = 15.0

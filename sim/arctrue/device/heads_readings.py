@@ -38,7 +38,8 @@ def read_heads(
 ) -> HeadsReadings:
     """Read until a head has moved by 2.1 turns, at least 24 times, at most ``seconds``.
 
-    ``tell`` gets the turns up to now. Raises ConsoleError if the device does not know the command.
+    ``tell`` is called with the number of turns so far. Raises ConsoleError if the device does not
+    know the command.
     """
     positions, angles, indexed = [], [], []
     end = time.monotonic() + seconds

@@ -15,7 +15,7 @@ LONGEST_LINE = 65_536
 
 
 _Count = Annotated[int, Meta(ge=0, le=2**53)]
-"""Whole number in the range of a record, so that a damaged digit gives no number beyond it."""
+"""Whole number that a record can store; a damaged digit could give a larger one."""
 
 
 class _TelemetryFields(Struct):

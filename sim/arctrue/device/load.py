@@ -70,7 +70,7 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
 
 
 def _sets(coefficients: Coefficients) -> tuple[tuple[MeanSet, Coefficients], ...]:
-    """Give the mean of each set for a missing head, and the set."""
+    """Give each set for a missing head, preceded by its mean."""
     if coefficients.extension is None:
         return ()
     sets = ((entry.extension, entry) for entry in coefficients.extension.without)
@@ -112,7 +112,8 @@ POINTS_A_FRAME = 5
 
 
 def _table_values(coefficients: Coefficients) -> list[tuple[str, list[int]]]:
-    """Return names and numbers of the frames of the local table, up to its last point."""
+    """Return names and numbers of the frames of the local table; points after the file's last one
+    are not sent."""
     extension = coefficients.extension
     if extension is None or extension.local_table is None:
         return []
@@ -292,10 +293,10 @@ def send_coefficients(
 ) -> SentSet:
     """Send all frames, again from the first if one was damaged during transmission.
 
-    ``progress`` gets the sent and the total number. ``force`` and ``unseen`` as in
-    :func:`load_frames`. Raises LoadRefusedError if the device refuses the set, ConsoleError if it
-    does not answer, ValueError as :func:`load_frames`. A core without FAILOVER gets no sets for a
-    missing head.
+    ``progress`` gets the number of sent frames and the number of all frames. ``force`` and
+    ``unseen`` as in :func:`load_frames`. Raises LoadRefusedError if the device refuses the set,
+    ConsoleError if it does not answer, ValueError as :func:`load_frames`. A core without FAILOVER
+    gets no sets for a missing head.
     """
     frames = load_frames(coefficients, force=force, unseen=unseen)
     has_sets = any(frame.startswith("load without ") for frame in frames)

@@ -284,7 +284,7 @@ def _has(path: Path, identity: str, last: int) -> bool:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """Open the file of a day; None if it is missing, damaged or no such file."""
+    """Open the file of a day; None if it is missing, damaged or not a file of a day."""
     file = None
     with contextlib.suppress(OSError):
         file = h5py.File(path, "r")

@@ -39,9 +39,9 @@ class Latch:
     angle_deg: float
     """Corrected angle after the index."""
     missed: int
-    """Events between the previous one and this one, whose positions nobody read."""
+    """Number of events between the previous one and this one, whose positions nobody read."""
     kind: int = 1
-    """A key of KINDS."""
+    """Kind of the event, a key of KINDS."""
 
     @property
     def missed_edges(self) -> str:
@@ -50,7 +50,7 @@ class Latch:
         return f"{first}" if self.missed == 1 else f"{first} to {last}"
 
     def as_csv(self) -> str:
-        """Return a row below CSV_HEAD."""
+        """Return the event as a row of CSV with the columns of CSV_HEAD."""
         return (
             f"{self.edge},{self.time_s:.9f},{self.position_counts},{self.angle_deg:.7f},"
             f"{self.kind},{self.missed}"
@@ -58,7 +58,8 @@ class Latch:
 
 
 def missed_before(edge: int, before: int | None) -> int:
-    """Return the number of events between two that follow each other; 0 without an earlier one."""
+    """Return the number of missed events between ``before`` and ``edge``; 0 without an earlier
+    event."""
     return 0 if before is None else (edge - before - 1) % EDGES_WRAP
 
 
@@ -81,7 +82,7 @@ def event_of(text: str, clock_hz: float, counts_per_rev: float, before: int | No
 
 
 class Probe:
-    """The events of a device; only those from now on count."""
+    """Reads the events of a device that occur after the connection."""
 
     def __init__(self, console: Console) -> None:
         """Connect. Raises ConsoleError if no device answers, or its core has no probe."""

@@ -1,4 +1,4 @@
-"""Reasons why a device refuses a command: its word, and the explanation in its help."""
+"""Reasons why a device refuses a command: the device's word, and the explanation in its help."""
 
 from __future__ import annotations
 

@@ -10,7 +10,8 @@ HEADS_MOST: Final = 4
 
 @dataclass(frozen=True)
 class Capability:
-    """Generics of ``arctrue_core`` as the register ``capability`` states them; default build.
+    """Generics of ``arctrue_core`` as the register ``capability`` states them; the defaults are
+    those of the default build.
 
     The same structure states the requirements of a coefficient file: the smallest build for it.
     """
@@ -34,4 +35,4 @@ class Capability:
 
 
 EVERYTHING: Final = Capability(HEADS_MOST, True, True, True, True, True)
-"""The capability for a reader that only displays a file and loads it nowhere."""
+"""Capability that every file fits, for a reader that only displays the file."""

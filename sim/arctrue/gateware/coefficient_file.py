@@ -1,8 +1,8 @@
 """Reads and writes the coefficient file, which ``arctrue calibrate`` writes and the gateware loads.
 
-The format is TOML. The gateware loads the integer words; further values give the same in arcseconds
-and degrees, and the reader checks that they agree. Lanes that are not listed have amplitude 0.
-docs/map-extensions.md describes the additions of schema 3.
+The format is TOML. The gateware loads the integer words; further keys give the same values in
+arcseconds and degrees, and the reader checks that both agree. Lanes that are not listed have
+amplitude 0. docs/map-extensions.md describes the additions of schema 3.
 """
 
 from __future__ import annotations
@@ -183,7 +183,8 @@ class CoefficientFileError(ValueError):
 
 
 def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: str = "") -> None:
-    """Write ``coefficients`` completely or not at all: an existing file stays until then.
+    """Write ``coefficients`` completely or not at all: an existing file stays until the new one is
+    complete.
 
     Raises OSError if the folder cannot be written.
     """
@@ -565,7 +566,7 @@ def _check_words(place: str, lane: _Lane, counts_per_rev: int) -> None:
 def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> None:
     """Raise ContentError if phase step or turn step does not belong to the order.
 
-    The order has 53 bits: a step may differ by the rounding of the order and by a half.
+    The order has 53 bits: a step may differ by the rounding of the order and by half a unit.
     """
     turn = 1 << PHASE_STEP_WIDTH
     order = Fraction(lane.order)

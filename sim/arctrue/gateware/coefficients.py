@@ -35,7 +35,8 @@ ORDER_MAX = (1 << ORDER_WIDTH) - 1
 AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
 AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
 SIDE_MOST = 8
-"""Largest side of a line for which the index of a drive is tried."""
+"""Largest side that is tried for a line with the phase of a drive's index; the side is the whole
+number in :class:`PhaseSource`."""
 SIDE_TOLERANCE = 0.005
 """Largest distance of a fitted order from a multiple of the drive's index, periods a turn: five
 times the standard uncertainty of an order from one turn of a reference."""
@@ -165,7 +166,7 @@ class Coefficients:
         )
 
     def at(self, celsius: float) -> Coefficients:
-        """Give the bank at a temperature; itself if no lane follows the temperature."""
+        """Give the bank at a temperature; the same bank if no lane follows the temperature."""
         if self.thermal is None:
             return self
         offsets, amplitudes = self.phase_offsets.copy(), self.amplitudes.copy()
@@ -234,9 +235,9 @@ class Coefficients:
         return np.where(fractions > 0.0, np.rint(turns - fractions) + fractions, self.orders)
 
     def with_real_orders(self, orders: Mapping[int, float]) -> Coefficients:
-        """Give the bank with lanes of real orders: number of the lane → order, not whole.
+        """Give the bank with lanes of real orders; ``orders``: number of the lane → order.
 
-        Amplitude and phase offset stay; the phase is that in turn 0.
+        Amplitude and phase offset stay; the phase offset holds in turn 0.
         """
         steps = self.phase_steps.copy()
         for lane, order in orders.items():
@@ -258,8 +259,8 @@ class Coefficients:
 
         ``edge_turns``: angle of the table at an index, in turns from the start of turn 0;
         ``edges_per_turn``: number of indices in a turn of the table. A line has the same phase at
-        every index if its order, without a side of a whole number, is a multiple of that number.
-        Raises ValueError for a line that is no such multiple.
+        every index if its order minus a whole number, its side, is a multiple of
+        ``edges_per_turn``. Raises ValueError for a line without such a side.
         """
         sources = {}
         for lane in np.flatnonzero(self.turn_steps).tolist():
@@ -277,7 +278,8 @@ class Coefficients:
         return dataclasses.replace(self, extension=extension)
 
     def from_turn(self, turn: int) -> Coefficients:
-        """Give the bank whose lanes in turn ``turn`` of the gateware are these in turn 0."""
+        """Give the bank whose lanes have in turn ``turn`` the phases that this bank's lanes have in
+        turn 0."""
         fractions = turn_offsets(-turn, self.turn_steps, np.zeros(self.lanes))
         offsets = (self.phase_offsets + fractions) % 2**PHASE_WIDTH
         return dataclasses.replace(self, phase_offsets=offsets.astype(np.uint32))
@@ -411,14 +413,14 @@ def turn_step(order: float) -> int:
 
 
 def _whole_part(nearest: int, turn_step: int) -> int:
-    """Return the whole part of a real order, from the whole number nearest to the order."""
+    """Return the largest whole number up to a real order, from the whole number nearest to it."""
     return nearest - (turn_step >= 1 << (PHASE_STEP_WIDTH - 1))
 
 
 def _side_of(order: float, edges_per_turn: float) -> int:
     """Return the smallest whole number s with which order - s is a multiple of ``edges_per_turn``.
 
-    Raises ValueError if no side of up to SIDE_MOST gives one.
+    Raises ValueError if no s with |s| up to SIDE_MOST gives a multiple.
     """
     if not edges_per_turn > 0.0:
         raise ValueError(f"edges in a turn: {edges_per_turn:g}, expected more than 0")

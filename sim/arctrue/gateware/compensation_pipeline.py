@@ -137,7 +137,7 @@ def compensate_clocks(
 
 
 def _held(accepted: NDArray[Any], fold: int, clocks: int) -> NDArray[Any]:
-    """Repeat each of the (accepted, …) for ``fold`` clocks, (clocks, …)."""
+    """Repeat each entry of ``accepted`` for ``fold`` clocks, (clocks, …)."""
     return accepted if fold == 1 else np.repeat(accepted, fold, axis=0)[:clocks]
 
 

@@ -89,7 +89,7 @@ def cordic_rotation(
         np.right_shift(z, 31, out=right)
         index += index
         index -= right
-        # step, or −step to the right: the complement plus 1.
+        # The change is the step, or −step to the right: the complement plus 1.
         np.bitwise_xor(right, tables.steps[i], out=change)
         change -= right
         z -= change
@@ -100,7 +100,7 @@ def cordic_rotation(
     for i in range(TABULATED_ITERATIONS, iterations):
         np.right_shift(z, 31, out=right)
         if i < tables.y_final:
-            # Half a unit is added, then the lower bits are truncated: rounding.
+            # Adding half a unit before the lower bits are truncated rounds the value.
             np.add(x, 1 << (i - 1), out=x_change)
             x_change >>= i
             x_change ^= right

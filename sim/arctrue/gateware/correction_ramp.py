@@ -14,17 +14,17 @@ from arctrue.generated.number_formats import CLOCK_HZ, PAIR_FRACTION
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
 TICK_BITS = 8
-"""Binary logarithm of the clocks between two changes of the velocity; r moves by its whole part in
-2⁻ᶠ count."""
+"""Binary logarithm of the number of clocks between two changes of the velocity. The summed velocity
+has as many fraction bits; r moves by its whole part, in 2⁻ᶠ count."""
 VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
 TOTAL_MOST = 2**19
-"""Limit of the total, s19.F, in counts; the total is below it."""
+"""Limit of the total, s19.F, in counts; the total is always smaller than this."""
 HOLD = 3
 """Number of clocks for which a marker holds the total."""
 CATCH_AGE = 1
-# Clocks from a marker to the last total for which r cannot have decreased by a unit.
+# Number of clocks from a marker to the last total for which r cannot have decreased by a unit.
 DECAY_START = 5
 
 
@@ -39,7 +39,7 @@ class RampState:
     caught: int = 0
     age: int = HOLD
     motion: RampVelocity | None = None
-    """State with a bound of the acceleration: r and its velocity; replaces ``caught``."""
+    """r and its velocity, used in place of ``caught`` if the acceleration is bounded."""
     excess_then: int = 0
     """−r for the last clock's total if the acceleration is bounded; ``motion`` contains the value
     of the next clock."""
@@ -65,12 +65,14 @@ class RampVelocity:
     was_marker: bool = False
     is_stale: bool = False
     seen: tuple[int, bool, bool] = (0, True, False)
-    """Sampled remainder: its size, whether it is 0, whether it grows."""
+    """Sampled remainder r: its size, whether it is 0, and whether it grows."""
     fits: tuple[bool, bool] = (False, False)
-    """The braking distance permits a higher velocity, or the present one."""
+    """Whether the braking distance permits a higher velocity, and whether it permits the present
+    one."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """Advance by one clock; the caller has set ``excess`` to that of the previous clock."""
+        """Advance by one clock; the caller has set ``excess`` to its value in the previous
+        clock."""
         whole = self.velocity >> VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker
@@ -195,7 +197,7 @@ def correction_ramp(
 
 
 def _jumped(held: int, counts: int, limit: int) -> tuple[int, bool]:
-    """Give the held total after a jump, limited, and whether the limit was reached."""
+    """Give the held total after a jump, clipped to the limit, and whether it was clipped."""
     whole = (held >> PAIR_FRACTION) + counts
     fits = -TOTAL_MOST <= whole < TOTAL_MOST
     if not fits:

@@ -31,7 +31,7 @@ class EdgeCounterTrace:
     position: Ints
     """Position, counts."""
     phase_of_zero: Ints
-    """Place of (A, B) in 00, 10, 11, 01 at position 0 modulo 4."""
+    """Index of the levels (A, B) in the sequence 00, 10, 11, 01 at position 0 modulo 4."""
     direction: Ints
     step: Ints
     step_up: Ints
@@ -45,7 +45,7 @@ def counted_edges(a: Ints, b: Ints, preload: Bools, reset: Bools) -> CountedEdge
     valid = ~preload & ~reset
     a_changes, b_changes = a != a_before, b != b_before
     moves = (a_changes != b_changes) & valid
-    # A leads B upwards: whichever of them changed, A now differs from the earlier B.
+    # When the count rises, A leads B: whichever of them changed, A now differs from the earlier B.
     step = np.where(moves, np.where(a != b_before, 1, -1), 0)
     last_move = latest(moves)
     known = last_move > latest(reset)

@@ -18,10 +18,10 @@ MISSING_MOST: Final = 255
 STEP_COUNTS: Final = 32
 """Step limit for heads on a radius of 100 mm at 2²⁴ counts: an axis that moves by 0.5 µm changes a
 reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, a difference of two by 26.8; eccentricity of 142″
-adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s; and rounding 1."""
+adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s; and rounding adds 1."""
 MISSING_COUNTS: Final = 48
-"""Limit of missing edges: more than such differences, and 11.5 µs at 90°/s (4.19 million counts a
-second)."""
+"""Limit of missing edges. It exceeds the differences above, and corresponds to 11.5 µs at 90°/s
+(4.19 million counts a second)."""
 
 
 class Cause(IntEnum):
@@ -38,9 +38,9 @@ class Cause(IntEnum):
 def stepped_head(moved: NDArray[np.int64], limit: int) -> int | None:
     """Find the head (from 0 on) without which all others moved by equal amounts.
 
-    ``moved`` (heads,): changes of the readings against any common one. Return the only head without
-    which the others agree within less than ``limit`` counts; None if no head or several heads meet
-    this condition.
+    ``moved`` (heads,): changes of the readings, all relative to the same reading. The others agree
+    if their changes differ by less than ``limit`` counts. Return None if no head or several heads
+    meet this condition.
     """
     candidates = [
         head
@@ -92,7 +92,8 @@ class StepSearch:
 
 @dataclass
 class MissingEdges:
-    """Counts that every head has moved since the last edge of each; one call per clock."""
+    """For every pair of heads: counts of the second since the last edge of the first; one call per
+    clock."""
 
     heads: int
     ahead: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))

@@ -58,18 +58,20 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
     at = np.flatnonzero(step)
     if not at.size:
         return index, index_up, offset
-    # The level of a step is sampled so many clocks later, or just before the next step.
+    # The level of a step is sampled INDEX_SKEW clocks later, or just before the next step.
     following = np.append(at[1:], clocks + INDEX_SKEW)
     is_cut = following <= at + INDEX_SKEW
     decided = np.where(is_cut, following, at + INDEX_SKEW)
     level = z[np.minimum(np.where(is_cut, following - 1, decided), clocks - 1)]
-    # The level of the previous step, or of the last clock of a reset between both steps.
+    # ``before``: the level of the previous step, or of the last clock of a reset between both
+    # steps.
     last_unsettled = latest(unsettled)
     begun = last_unsettled[at]
     is_first = begun > np.append(-1, at[:-1])
     before = np.where(is_first, z[begun], np.append(0, level[:-1]))
     settled = np.where(is_first, begun, np.append(-1, decided[:-1]))
-    # The level in the count before the step, if it lasted long enough.
+    # ``within``: the level in the count before the step if that count lasted long enough, else
+    # ``before``.
     stays = at - settled > INDEX_SKEW
     within = np.where(stays, z[at - INDEX_SKEW - 1], before)
     up = step[at] > 0
@@ -108,7 +110,7 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
     for clock in np.flatnonzero(judged).tolist():
         if last_forgotten[clock] >= in_doubt_since:
             in_doubt_since = -1
-        # No other mark has come since the checked one.
+        # ``is_last``: no other mark has come since the checked one.
         follows = verdicts.detected[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
         is_last = verdicts.is_judged[clock] and not follows and not verdicts.forgotten[clock]
         is_proven = (verdicts.agrees[clock] and in_doubt_since >= 0) or (
@@ -169,7 +171,7 @@ def index_zero(
     total = np.cumsum(moved)
     passed, passed_up, offset = _index(z, edges.step, preload | reset)
 
-    # The zero: the position of the last reset or rearm, or of the first index after it.
+    # The zero is the position of the last reset or rearm, or of the first index after it.
     forgotten = reset | rearm
     index = was(passed) & ~forgotten
     index_up = was(passed_up)
@@ -208,7 +210,7 @@ def index_zero(
     )
     moved_zero, trusted = _moved_zeros(verdicts)
     at = np.flatnonzero(moved_zero)
-    # Values of the mark, which was detected so many clocks before.
+    # The zero of the mark, which was detected this number of clocks earlier.
     zero[at] = zero[at - JUDGED_AFTER - 1]
     slip = np.zeros(clocks.size, dtype=np.int64)
     slip[at] = _slips(zero, at, forgotten | first_index, turn_in_force)

@@ -86,7 +86,8 @@ class LocalTable:
 
 
 def line_bound(table: LocalTable) -> float:
-    """Return the largest error against the exact lines, in counts: see the head of the entity."""
+    """Return the largest deviation from the exact lines in counts; the entity's header derives
+    it."""
     each = table.points.reshape(len(table.starts), -1)
     rise = np.abs(np.roll(each, -1, axis=1) - each).max() / 2.0**table.fraction
     places = 2.0**-13 + 2.0**-13 + (0.0 if len(table.starts) == 1 else 2.0**-12)

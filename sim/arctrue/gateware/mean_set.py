@@ -24,8 +24,9 @@ class MeanSet:
     """θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, one entry per head.
 
     ``weights`` in 2⁻¹⁶, their sum 65536; ``offsets`` oᵢ in 1/16 count; ``carrier`` s, from 1 on;
-    ``missing``: number of the head that is left out, 0 for none; ``delays_clocks``: delays of A, B
-    and Z. Raises ValueError for words that the gateware cannot hold, or that define no mean.
+    ``missing``: number of the head that is left out, 0 for none; ``delays_clocks``: delay of A, B
+    and Z of each head. Raises ValueError for words that the gateware cannot hold, or that define no
+    mean.
     """
 
     weights: tuple[int, ...]

@@ -53,7 +53,7 @@ def _edges_lost(
     moves = np.where(a_changes != b_changes, np.where(a != b_before, 1, -1), 0)
     still = np.minimum(np.arange(a.size) - latest(a_changes | b_changes) - 1, 255)
     quiet = ~(a_changes | b_changes) & (still >= filter_length)
-    # They are summed one clock later.
+    # The steps are summed one clock later.
     moved, breaks = earlier(moves), was(a_changes & b_changes)
     filtered_moved, filtered_breaks = earlier(edges.step), was(edges.breaks_order)
     starts_anew = settling | was(quiet)
@@ -77,7 +77,7 @@ def _edges_lost(
 
 
 def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
-    """Return flag and counter after each clock; an event in the clock of a clear is kept."""
+    """Return flag and counter after each clock; an event in the clock of a clear still counts."""
     total = np.cumsum(event)
     gone = np.where(reset, total, total - event)
     count = total - value_at(latest(clear | reset), gone, 0)
@@ -103,7 +103,7 @@ def plausibility_check(
     moves = np.where(reset, 0, earlier(edges.step)) != 0
     last_move = latest(moves)
     move_before = clock_before(last_move)
-    # Spacing of edges, one clock after the position.
+    # The spacing of edges is measured one clock after the position.
     spacing = np.minimum(np.arange(clear.size) - move_before, SPACING_MAX)
     spacing = np.where(move_before > latest(reset), spacing, SPACING_MAX)
     too_near = moves & (spacing < minimum_edge_spacing)

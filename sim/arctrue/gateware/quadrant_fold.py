@@ -11,7 +11,8 @@ from arctrue.generated.number_formats import PHASE_WIDTH
 
 
 class Folded(NamedTuple):
-    """``folded``: int32 in 2⁻²⁴ turn, below a quarter; ``negative``: int32, −1 for −cos, else 0."""
+    """Folded phases. ``folded``: int32, 2⁻²⁴ turn, below a quarter; ``negative``: int32, −1 for
+    −cos, else 0."""
 
     folded: NDArray[np.int32]
     negative: NDArray[np.int32]

@@ -38,10 +38,10 @@ class OutputInputs:
     referenced: ArrayLike = True
     """Whether corrected_angle counts from an index mark."""
     phase_of_zero: ArrayLike = 0
-    """Place of (A, B) in 00, 10, 11, 01 at position 0 modulo 4."""
+    """Index of the levels (A, B) in the sequence 00, 10, 11, 01 at position 0 modulo 4."""
     z_gated: ArrayLike = False
     z_state: ArrayLike = 0
-    """Place of (A, B) in 00, 10, 11, 01."""
+    """Index of the levels (A, B) in the sequence 00, 10, 11, 01."""
     z_width: ArrayLike = 0
     """Width of Z; 0: 1 count, 1: 2 counts, 2: 4 counts."""
     following_limit: ArrayLike = 2**16 - 1
@@ -90,7 +90,8 @@ class _Follower:
         self.phase = self.phase_then = 0
         self.spacing = 0
         self.pins = [0, 0, 0]
-        # Counts from position to angle, and the turn, of one, two and three clocks ago.
+        # Counts from position to angle, the turn, and whether there is a zero; one, two and three
+        # clocks ago.
         self.references = [(0, 0, False)] * 3
         self.behind_zero = 0
         # These settings are sampled a clock before they act.
@@ -128,7 +129,7 @@ class _Follower:
         if self.following and self.enabled[0]:
             self.following_error = self.lag
             self.too_far = abs(self.lag) > self.limit
-        # Two settings, compared in a separate clock.
+        # The gateware compares the two settings in a separate clock.
         self.limit = self.turn_limit if self.turns_are_less else following_limit
         self.turns_are_less = following_limit > self.turn_limit
         self.turn_limit = 2 * turn - 1
@@ -164,7 +165,8 @@ class _Follower:
         self.phase_of_zero = phase_of_zero
 
     def refer(self, position: int, angle: int, turn: int, referenced: bool) -> None:
-        """Set the zero: from the position to the angle; the turn joins it one clock later."""
+        """Store the counts from position to angle, which give the zero; the turn is stored one
+        clock later."""
         (reference, _, was_referenced), of_turn, _ = self.references
         now = (_wrapped(angle - position), 0, referenced)
         self.references = [now, (reference, turn, was_referenced), of_turn]
@@ -173,9 +175,8 @@ class _Follower:
 def quadrature_output(inputs: OutputInputs, held_phase: int = 0) -> OutputTrace:
     """Run the output over all clocks of ``inputs``, from a reset at the first position on.
 
-    ``held_phase``: place of (A, B) in 00, 10, 11, 01 before it, which a reset does not change; 0 at
-    power-up.
-    Raises ValueError if the shapes of the inputs do not fit.
+    ``held_phase``: index of the levels (A, B) in 00, 10, 11, 01 before that reset, which does not
+    change them; 0 at power-up. Raises ValueError if the shapes of the inputs do not fit.
     """
     names = [field.name for field in fields(inputs)]
     columns = np.broadcast_arrays(*(np.atleast_1d(getattr(inputs, name)) for name in names))

@@ -72,7 +72,8 @@ class CoefficientSet(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """The core in one clock. Times in clocks, the others in counts, correction in 2^-11 count."""
+    """State of the core in one clock. Times in clocks, the others in counts, correction in 2^-11
+    count."""
 
     time: int
     head1_edge_time: int
@@ -205,7 +206,7 @@ class RegisterMap:
         values = {}
         for register in registers.REGISTERS:
             group, _, name = register.path.partition(".")
-            if group == "snapshot":  # in address order: the read of time latches all
+            if group == "snapshot":  # read in address order: the read of time latches all
                 values[name] = await self.read(register.path)
         return Snapshot(**values)
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.generated import number_formats
 
 _SEARCH_CLOCKS = number_formats.POSITION_WIDTH - 1 + 3
-"""Clocks of the division, plus three clocks that determine the place of the multiples."""
+"""Number of clocks of the division, plus three clocks that determine the place of the multiples."""
 
 
 class _Grid(enum.Enum):
@@ -115,7 +115,7 @@ class SampleTrigger:
         return False
 
     def _follow(self, move: int) -> bool:
-        """Tell whether the move reached another multiple than the one reached last."""
+        """Tell whether the move reached a multiple other than the last one reached."""
         if move == 0:
             return False
         left_multiple = self._on_multiple

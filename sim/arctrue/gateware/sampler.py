@@ -92,7 +92,8 @@ class SamplerTrace:
 
 
 class _Filling:
-    """The bank being filled, the owner of each bank, and the trigger's delay of one clock."""
+    """Registers of the sampler: the bank being filled, the owner of each bank, and a delay of one
+    clock after the trigger."""
 
     def __init__(self, depth: int) -> None:
         self.depth = depth

@@ -48,7 +48,8 @@ def tangent_table() -> TangentTable:
 
 
 def error_bound() -> float:
-    """Return the largest error of a lane's cosine of size 1: the sum of those in the entity's head.
+    """Return the largest error of a lane's cosine of size 1: the sum of the errors listed in the
+    entity's header.
 
     The errors come from the line, the replacement of the sine by its angle, the slope, the omitted
     bits of the angle, the value, the rows, the fold and the rounding to s1.16.

@@ -9,16 +9,18 @@ from arctrue.generated.number_formats import CORRECTION_FRACTION
 WINDOW_BITS: Final = 14
 """Binary logarithm of the clocks in a window: 2^14 clocks."""
 LONGEST_BITS: Final = 24
-"""Bits of the clocks without the end of a window after which the table counts as standing."""
+"""Binary logarithm of the number of clocks without the end of a window after which the table counts
+as standing."""
 SPEED_LATENCY: Final = 3
-"""Clocks from a position to the speed that is measured with it."""
+"""Number of clocks from a position to the speed that is measured with it."""
 _ONE = 1 << CORRECTION_FRACTION
 _TREMBLE = 2 * _ONE
 _MOST_QUIET = 8 * _ONE
 
 
 class Measured(NamedTuple):
-    """The measurement at the end of a window, or a bound."""
+    """Measurement at the end of a window, or an upper bound of the travel before the window
+    ends."""
 
     travel: int
     """Travel in 2⁻¹¹ count, without its sign; smaller by one unit if the angle fell."""

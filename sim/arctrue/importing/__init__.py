@@ -12,7 +12,7 @@ from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import Reader, ReadSettings, read_recording, readers
 
 Recording = FileContent
-"""The former name, for readers of other packages; kept for one release."""
+"""Former name of FileContent, for readers of other packages; it is kept for one release."""
 
 __all__ = [
     "Ambiguous",

@@ -40,29 +40,29 @@ class Settings:
     Parameters
     ----------
     columns : mapping of str to str, optional
-        The files' column of a quantity (``quantities``).
+        Name of the column, by quantity.
     units : mapping of str to str, optional
-        The unit of a quantity.
+        Unit of the column, by quantity.
     sign : {"", "reading-true", "true-reading"}, optional
-        What an error column is.
+        Sign of an error column.
     zero : {"", "keep", "shift"}, optional
-        ``shift`` turns the reference's zero to that of the reading.
+        ``shift`` moves the reference's zero to the zero of the reading.
     clock_offset_s : float, optional
-        Added to the reference's time it gives the encoder's, s.
+        Encoder's time less the reference's time, seconds.
     missing : {"", "drop"}, optional
-        ``drop`` leaves rows without a value out.
+        ``drop`` leaves out rows without a value.
     order : str, optional
-        What becomes of rows whose time goes back (``row_order``).
+        Treatment of rows whose time steps back, see ``row_order``.
     table : Table, optional
-        As in the set.
+        Description of the table, as in the measurement set.
     instrument : str, optional
-        What the reference is.
+        Name of the reference instrument.
     standard_uncertainty_arcsec : float, optional
-        Of the reference, arcseconds.
+        Standard uncertainty of the reference, arcseconds.
     title : str, optional
         One line that names the set.
     date : datetime, optional
-        When it was measured, with its time zone.
+        Date and time of the measurement, with the time zone.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -88,11 +88,11 @@ class Imported:
     measurement : MeasurementSet
         The set.
     mapped : sequence of dict
-        Where each column came from, a mapping by quantity for each file.
+        Source of each column: for each file a mapping by quantity.
     notes : sequence of str
-        What was decided, one sentence each.
+        Decisions of the import, one sentence each.
     clocks : ClockOffset, optional
-        How two logs were brought to one clock.
+        Offset between the clocks of two logs.
     """
 
     measurement: MeasurementSet
@@ -122,16 +122,16 @@ def import_recordings(
     Returns
     -------
     Imported
-        The set, and what was decided.
+        The set and the decisions.
 
     Raises
     ------
     MeasurementError
-        A field is missing or no number: file, row, column.
+        If a field is missing or no number; the error names file, row and column.
     AmbiguousError
-        A question is open.
+        If a question is open.
     ValueError
-        The columns make no set, or files contradict each other.
+        If the columns make no set, or files contradict each other.
     """
     for recording in recordings:
         for text in recording.notes:
@@ -189,7 +189,7 @@ def _needs_counts(mapped: Sequence[Mapped]) -> bool:
 
 
 def _heads_of(files: Sequence[FileRows]) -> list[str]:
-    """Name the heads of the captures. Raises ValueError for a head 4 without a head 3."""
+    """Name the heads that the files contain. Raises ValueError for a head 4 without a head 3."""
     there = [name for name in HEADS if any(name in rows.angles for rows in files)]
     if there != list(HEADS[: len(there)]):
         raise ValueError("found head4 without head3: number the heads without a gap")
@@ -197,7 +197,7 @@ def _heads_of(files: Sequence[FileRows]) -> list[str]:
 
 
 def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
-    """Give the table with a place for each head; places that are missing are asked for."""
+    """Return the table with a place for each head; ask the user for missing places."""
     places = table.places_deg
     if places is not None:
         if len(places) == len(heads):
@@ -234,7 +234,7 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
 
 
 def _from_the_start(files: list[FileRows], choices: Choices) -> list[FileRows]:
-    """Count times that begin at an epoch from the first time of all files."""
+    """Subtract the first time of all files from times that count from an epoch."""
     starts = [float(f.time_s[0]) for f in files if f.time_s is not None and f.time_s.size]
     if not starts or min(starts) < LATE_START_S:
         return files
@@ -250,7 +250,7 @@ def _joined_logs(
     settings: Settings,
     choices: Choices,
 ) -> tuple[list[FileRows], ClockOffset | None]:
-    """Give the references with the encoder's reading interpolated at their times."""
+    """Give the reference rows with the encoder's reading interpolated at their times."""
     if len(encoders) != 1 or len(lonely) != 1:
         raise ValueError(
             f"{len(encoders)} files have a reading without a reference and {len(lonely)} a "
@@ -325,7 +325,8 @@ def _clocks(
 def _labelled(
     rows: FileRows, angle: Float, choices: Choices, *, split: bool
 ) -> tuple[Integer, Integer | None, Integer]:
-    """Find run, direction (None: no motion) and cycle of each row; ``split``: divide runs at turns.
+    """Find run, direction (None: no motion) and cycle of each row; ``split`` divides runs at
+    reversals.
 
     Columns of the file take precedence over what the motion shows.
     """
@@ -463,7 +464,8 @@ def _stacked(parts: dict[str, list[Any]], files: int) -> dict[str, Any]:
     lacking = [name.lstrip("=") for name, values in parts.items() if len(values) != files]
     if lacking:
         raise ValueError(f"some files lack {', '.join(lacking)}: import those files separately")
-    # The columns are joined one by one, and a single file is not copied: it may have 10⁶ rows.
+    # Columns are concatenated one by one, and a single file is not copied, because a file may have
+    # 10⁶ rows.
     found = {}
     for name in list(parts):
         values = parts.pop(name)

@@ -1,4 +1,4 @@
-"""Handles questions that a file leaves open: a user answers them, or a script is refused."""
+"""Handles questions that a file leaves open: a user answers them; in a script they are an error."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ class Ambiguous:
     Parameters
     ----------
     option : str
-        The option of the command line that answers it.
+        The option of the command line that answers the question.
     question : str
-        What is asked, for people.
+        Text of the question, for people.
     answers : sequence of str
-        What may be answered.
+        Possible answers.
     free_text : bool, optional
         True: ``answers`` are examples, and any text may be given.
     numbered : mapping of str to str, optional
-        Answers by the numbers that the question lists them with.
+        Answers by the numbers under which the question lists them.
     key : str, optional
-        Of an option that takes ``KEY=ANSWER`` (``--unit head1=counts``): the key.
+        Key of an option that takes ``KEY=ANSWER`` (``--unit head1=counts``).
     """
 
     option: str
@@ -39,7 +39,7 @@ class Ambiguous:
 
     @property
     def name(self) -> str:
-        """The option with its key; it is unique among the questions of an import."""
+        """Option together with its key, unique among the questions of an import."""
         return f"{self.option} {self.key}" if self.key else self.option
 
     def option_value(self, answer: str) -> str:
@@ -48,12 +48,12 @@ class Ambiguous:
         Parameters
         ----------
         answer : str
-            The answer that is given.
+            The answer.
 
         Returns
         -------
         str
-            With the key, where the option takes one.
+            The answer, after the key if the option takes one.
         """
         return f"{self.key}={answer}" if self.key else answer
 
@@ -63,17 +63,17 @@ class Ambiguous:
         Parameters
         ----------
         answer : str
-            The answer that is given.
+            The answer.
 
         Returns
         -------
         str
-            Quoted where the shell needs it.
+            Option and answer, quoted where the shell needs it.
         """
         return f"{self.option} {shlex.quote(self.option_value(answer))}"
 
     def in_words(self) -> str:
-        """Write the question, and what to type.
+        """Write the question and the options to type.
 
         Returns
         -------
@@ -95,7 +95,7 @@ class AmbiguousError(ValueError):
 
 
 def refuse(asked: Ambiguous) -> str:
-    """Answer like a script, which leaves every question open.
+    """Refuse to answer, as a script does.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def refuse(asked: Ambiguous) -> str:
     Returns
     -------
     str
-        Never.
+        The function never returns.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def refuse(asked: Ambiguous) -> str:
 
 
 _OF_THE_DATA = ("--zero", "--clock-offset", "--order")
-"""Questions that arise only once columns and units are known."""
+"""Options of the questions that arise only once columns and units are known."""
 
 
 def open_questions(
@@ -124,9 +124,9 @@ def open_questions(
 ) -> list[Ambiguous]:
     """Find all questions of ``attempt`` that ``given`` leaves open.
 
-    The search answers each question provisionally: with ``no`` if that is the last answer and
-    another column can take the place, else with the first answer. It then collects the questions
-    that follow. If a provisional answer leads to an error, the search ends there.
+    The search answers each question provisionally and collects the questions that follow. It gives
+    the first of the possible answers; only to the question for the column of the error it gives
+    ``no``, if that is the last answer. If a provisional answer leads to an error, the search ends.
     """
     found: list[Ambiguous] = []
 
@@ -148,13 +148,13 @@ class Choices:
     Parameters
     ----------
     answer : callable, optional
-        Gives the answer to an Ambiguous as text; without it every question is refused.
+        Function that answers an Ambiguous with a text; without it every question is refused.
     notes : list of str, optional
-        What was found or decided, one sentence each.
+        Findings and decisions, one sentence each.
     answers : list of (str, str), optional
         Options with the answers that a person gave, as they would be typed.
     given : dict of str to str, optional
-        The answers by :attr:`Ambiguous.name`.
+        Answers by :attr:`Ambiguous.name`.
     """
 
     answer: Callable[[Ambiguous], str] = refuse
@@ -163,7 +163,7 @@ class Choices:
     given: dict[str, str] = field(default_factory=dict)
 
     def ask(self, asked: Ambiguous) -> str:
-        """Ask a question, once.
+        """Ask a question unless it has an answer already.
 
         Parameters
         ----------
@@ -178,7 +178,7 @@ class Choices:
         Raises
         ------
         AmbiguousError
-            Nobody answers.
+            If nobody answers.
         """
         if asked.name in self.given:
             return self.given[asked.name]
@@ -190,7 +190,7 @@ class Choices:
         return answer
 
     def note(self, text: str) -> None:
-        """Keep a sentence for the summary, once.
+        """Store a sentence for the summary unless it is stored already.
 
         Parameters
         ----------

@@ -12,9 +12,9 @@ Float = NDArray[np.float64]
 
 LARGEST_GRID = 1 << 20
 PARTS = 8
-"""Number of parts of the log whose offsets are estimated separately."""
+"""Number of parts of the log for each of which an offset is estimated."""
 RIVAL = 0.98
-"""A second peak of at least this share of the highest makes the offset ambiguous."""
+"""Height of a second peak, relative to the highest, above which the offset is ambiguous."""
 LEAST_MATCH = 0.5
 LEAST_VARIATION = 1e-3
 """Relative variation of the speed below which no offset can be found."""
@@ -34,8 +34,8 @@ class ClockOffset:
     """The offset that is added to the reference's time to get the encoder's time.
 
     ``u_s``: standard uncertainty, from the scatter of the offsets of parts of the log.
-    ``drift_ppm``, ``u_drift_ppm``: rate of the encoder's clock relative to the reference's.
-    ``left_s``: largest remaining offset in a part of the log.
+    ``drift_ppm``, ``u_drift_ppm``: rate of the encoder's clock relative to the reference's clock,
+    and its standard uncertainty. ``left_s``: largest remaining offset in a part of the log.
     """
 
     offset_s: float
@@ -50,9 +50,11 @@ def clock_offset(
 ) -> ClockOffset:
     """Estimate the offset that aligns two logs of one motion.
 
-    Cross-correlation of the speeds gives it within one sample; least squares on the angles,
-    ``turns(t + τ) = ±reference(t) + c``, refines it. Raises UndeterminedOffsetError for a motion of
-    constant speed, logs that do not match, and a motion that repeats.
+    The cross-correlation of the speeds gives the offset to within one sample. Least squares on the
+    angles, ``turns(t + τ) = ±reference(t) + c``, refines it.
+
+    Raises UndeterminedOffsetError for a motion of constant speed, logs that do not match, and a
+    motion that repeats.
     """
     coarse = _coarse(reference_time_s, reference_turns, time_s, turns)
     offset, _ = _fine(reference_time_s, reference_turns, time_s, turns, coarse)
@@ -125,7 +127,7 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
         lag = place if place < size // 2 else place - size
         return float(ours[0] + lag * step - theirs[0])
 
-    # Leave out the flanks of the same peak, down to half its height on both sides.
+    # Leave out the flanks of the highest peak, down to half its height on both sides.
     clear = match.copy()
     for way in (1, -1):
         place = best
@@ -147,7 +149,8 @@ def _fine(
     turns: Float,
     start_s: float,
 ) -> tuple[float, float]:
-    """Estimate the offset by Gauss–Newton, and its σ from the residuals."""
+    """Estimate the offset by the Gauss–Newton method, and its standard uncertainty from the
+    residuals."""
     offset, sigma = start_s, float("nan")
     speed = np.gradient(turns, time_s)
     sign = 0.0

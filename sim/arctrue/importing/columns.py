@@ -24,7 +24,7 @@ from arctrue.importing.quantities import (
 from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesimal
 
 LOOKED_AT = 400
-"""Number of rows whose format is examined."""
+"""Number of rows that are examined for the format of a column."""
 NONE = "none"
 """Answer that stands for "there is no such column"."""
 
@@ -48,10 +48,10 @@ def map_columns(
     units: Mapping[str, str],
     choices: Choices,
 ) -> list[Mapped]:
-    """Find the sources of every file.
+    """Find the source column of each quantity in every file.
 
-    ``columns``: source by quantity or condition, ``NAME``, ``NUMBER`` (1 is the first) or
-    ``FILE:NAME`` with the number of the file (1 is the first). ``units``: unit by quantity.
+    ``columns`` gives the source by quantity or condition, as ``NAME``, ``NUMBER`` or ``FILE:NAME``;
+    columns and files are numbered from 1. ``units`` gives the unit by quantity.
 
     Raises ValueError for a column that no file has, AmbiguousError for an open assignment.
     """
@@ -79,7 +79,7 @@ def map_columns(
 
 
 def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[tuple[int, str]]:
-    """Find the files, and the column's name in each, that ``source`` denotes."""
+    """Find the files that have the column ``source``, and the column's name in each of them."""
     number, colon, rest = source.partition(":")
     if colon and number.isdigit() and 1 <= int(number) <= len(recordings):
         file = int(number) - 1
@@ -147,14 +147,14 @@ def _unit(
 
 
 def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
-    """True if the first text of the column is sexagesimal."""
+    """Tell whether the first text of the column is sexagesimal."""
     if values.dtype.kind != "U":
         return False
     return is_sexagesimal(next((text for text in values[:LOOKED_AT] if text.strip()), ""))
 
 
 def _surely_degrees(values: NDArray[Any]) -> bool:
-    """True if a degree sign, a minus sign or a value above 24 excludes hours."""
+    """Tell whether a degree sign, a minus sign or a value above 24 excludes hours."""
     if any(sign in values[0] for sign in OF_DEGREES):
         return True
     return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)
@@ -167,7 +167,7 @@ def _by_own_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Columns named as in a measurement set need no --column."""
+    """Assign columns that have the names of a measurement set: they need no --column."""
     for column in recording.columns:
         for name, kind in QUANTITIES.items():
             if name in columns or name in found:
@@ -185,7 +185,7 @@ def _by_common_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Assign columns whose name is common for one quantity; if two columns match, assign
+    """Assign columns with a common name of a quantity; if two columns match one quantity, assign
     neither."""
     meant: dict[str, list[str]] = {}
     for column in recording.columns:
@@ -204,16 +204,17 @@ def _by_common_names(
 
 
 def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:
-    """False if the values or the other columns show that the name means something else."""
+    """Tell whether the values and the other columns of the file permit this meaning of the
+    column."""
     values, kind = recording.columns[column], QUANTITIES[name]
     if kind == "whole":
         whole = values.dtype.kind in "iu"
         return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
     if name == "target":
-        # Two heads need no reference, and a commanded angle is no reference for them.
+        # Two heads need no reference, and a commanded angle in the log is no reference for them.
         return not {"head1", "head2"} <= others
     if name == "error" and {"target", "head1"} <= others:
-        # The column may hold an error code.
+        # Without a unit the column may hold an error code.
         return name_and_unit(kind, column)[1] is not None
     return values.dtype.kind in "iuf" or kind in ("time", "angle")
 
@@ -224,7 +225,7 @@ def tell_unused(
     columns: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Report the columns of each file that are not used, and what they could provide."""
+    """Report the columns of each file that are not used, and the tests that they would permit."""
     for recording, mapped in zip(recordings, found, strict=True):
         used = {source.column for source in mapped.values()}
         unused = [
@@ -300,7 +301,7 @@ def _ask_for_what_is_needed(
 
 
 def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArray[np.float64]:
-    """Read the column as finite numbers or NaN. Raises MeasurementError at any other field."""
+    """Read the column as finite numbers or NaN. Raises MeasurementError for any other field."""
     values = recording.columns[source.column]
     if values.dtype.kind in "iu":
         return values.astype(np.int64)
@@ -325,7 +326,7 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
 
 
 def _number(text: str, *, sixty: bool) -> float | None:
-    """Parse a number; NaN for a missing one, None for text or an infinite number."""
+    """Parse a number; return NaN for a missing one, None for text or an infinite number."""
     if not text.strip():
         return np.nan
     try:
@@ -340,7 +341,7 @@ DAY_S = 86400.0
 
 
 def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
-    """Read times in seconds since 1970, the log's start or midnight; NaN: the time is missing."""
+    """Read times as seconds since 1970, the log's start or midnight; NaN for a missing time."""
     values = recording.columns[source.column]
     if source.unit != "iso":
         return np.asarray(numbers(recording, source) / UNITS["time"][source.unit], dtype=np.float64)
@@ -356,7 +357,7 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 found[row] = np.nan
             else:
                 moment = datetime.fromisoformat(str(text).strip().replace(",", "."))
-                # A time without a zone is taken as UTC: only differences matter.
+                # A time without a time zone is taken as UTC, because only differences matter.
                 found[row] = moment.replace(tzinfo=moment.tzinfo or UTC).timestamp()
         except ValueError:
             raise recording.fault(
@@ -366,7 +367,7 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 source.column,
             ) from None
     if of_day == found.size:
-        # Times of day continue past midnight.
+        # Times of day continue to rise past midnight.
         found[1:] += DAY_S * np.cumsum(np.diff(found) < -0.5 * DAY_S)
     return found
 

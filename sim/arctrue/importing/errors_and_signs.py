@@ -16,15 +16,16 @@ Float = NDArray[np.float64]
 
 SIGNS = ("reading-true", "true-reading")
 FAR_ZERO_TURNS = 0.5 / 360.0
-"""A mean error beyond this is a difference of zeros, not an error of a table."""
+"""A mean error above this limit is a difference of zeros, not an error of a table."""
 FARTHEST_FROM_ONE_ZERO_TURNS = 2.0 / 360.0
-"""Reversal errors of tables and drifts between two files are smaller than this."""
+"""Limit in turns below which reversal errors of tables and drifts between two files lie."""
 LONGEST_STEP_TURNS = 0.25
 STANDSTILL_SHARE = 1e-3
-"""Share of the other column's motion; a column with less motion counts as standing still with
+"""Share of the other column's range; a column with a smaller range counts as standing still with
 noise."""
 SAME_MOTION = 0.1
-"""Relative difference of the two motions beyond which a unit must be wrong."""
+"""Relative difference between the motions of reading and reference above which a unit must be
+wrong."""
 
 
 def signed_error(rows: FileRows, sign: str, choices: Choices) -> Float:
@@ -48,7 +49,7 @@ def _turned(sign: str) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """A file's reference angle and error, both in turns (n,).
+    """Reference angle and error of a file, both in turns (n,).
 
     ``mean``: circular mean of head1 − target; None if a column of the file gives the error.
     """
@@ -59,11 +60,11 @@ class Compared:
 
 
 def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
-    """Compute reference angle and error from the reading and the reference of each row.
+    """Compute the true angle and the error of each row from reading and reference.
 
-    A reference that counts the other way is reversed, and a note says so. The sign of an error
-    column follows from reading and reference. Raises ValueError if the two move by different
-    amounts (a wrong unit).
+    A reference that counts in the other direction changes its sign, and a note says so. The sign of
+    an error column follows from reading and reference. Raises ValueError if reading and reference
+    move by different amounts (a wrong unit).
     """
     reading, target = rows.angles["head1"], rows.angles["target"]
     way = _way(rows, reading, target)
@@ -91,19 +92,21 @@ def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
 def one_zero(
     files: Sequence[FileRows], compared: Mapping[int, Compared], zero: str, choices: Choices
 ) -> dict[int, Compared]:
-    """Give the readings and references of all files a common zero; the arguments are by file
-    number.
+    """Shift the references of all files so that they share the zero of the readings.
 
-    All files get the same shift: a difference between files, such as the reversal error between an
-    upward and a downward run, is an error of the table. Raises AmbiguousError if the zeros differ
-    and the user did not say what that means, and ValueError if the zeros of the files differ too
-    much for one zero.
+    ``files`` and ``compared`` are indexed by the number of the file. All files get the same shift:
+    a difference between files, such as the reversal error between an upward and a downward run, is
+    an error of the table.
+
+    Raises AmbiguousError if the zeros differ and the user did not say what that means, and
+    ValueError if the zeros of the files differ too much for one shift.
     """
     means = {number: item.mean for number, item in compared.items() if item.mean is not None}
     if not means:
         return dict(compared)
     sizes = {number: compared[number].target.size for number in means}
-    # A single row must not decide at which turn the mean wraps.
+    # The means of all files are taken near the first mean, so that a single row does not decide at
+    # which turn a mean wraps.
     first = next(iter(means.values()))
     near = {number: mean - round(mean - first) for number, mean in means.items()}
     together = sum(near[number] * sizes[number] for number in near) / sum(sizes.values())
@@ -144,7 +147,7 @@ def one_zero(
 
 
 def _way(rows: FileRows, reading: Float, target: Float) -> int:
-    """Give +1 or −1: the direction in which the reading follows the reference."""
+    """Give the sign of the reading's motion relative to the reference's: +1 or −1."""
     _refuse_standstill(rows, reading, target)
     step = _within_half(np.diff(target))
     read = _within_half(np.diff(reading))
@@ -168,7 +171,7 @@ def _way(rows: FileRows, reading: Float, target: Float) -> int:
 
 
 def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
-    """Raise ValueError if one of the two stands still, or nearly, while the other one moves."""
+    """Raise ValueError if reading or reference stands (nearly) still while the other one moves."""
     ways = {"head1": _range_turns(reading), "target": _range_turns(target)}
     for still, moving in (("target", "head1"), ("head1", "target")):
         if ways[still] <= STANDSTILL_SHARE * ways[moving]:
@@ -192,13 +195,14 @@ def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
 
 
 def _range_turns(angle: Float) -> float:
-    """Give the range of an angle across the ends of turns."""
+    """Give the range of an angle that may wrap at the end of a turn."""
     step = _within_half(np.diff(angle))
     return float(np.ptp(np.cumsum(step))) if step.size > 1 else float(np.abs(step).sum())
 
 
 def _sign_of(rows: FileRows, given: Float, error: Float) -> int:
-    """Give +1 or −1: the sign with which the error column equals head1 − target plus a constant."""
+    """Give the sign, +1 or −1, with which the error column equals head1 − target plus a
+    constant."""
     rest = {
         sign: float(
             np.std(_within_half(error - sign * given - _circular_mean(error - sign * given)))

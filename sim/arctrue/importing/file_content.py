@@ -15,7 +15,7 @@ from arctrue.measurement import MeasurementError
 
 @dataclass(frozen=True)
 class Known:
-    """A quantity that the format itself names: its column and unit."""
+    """A quantity that the file format itself names, with its column and unit."""
 
     column: str
     unit: str = ""
@@ -32,15 +32,15 @@ class FileContent:
     format : str
         Name of its format.
     columns : mapping of str to ndarray, shape (rows,)
-        Of int64, float64 or text, in the file's own units.
+        Columns of int64, float64 or text by name, in the file's own units.
     lines : ndarray of int, shape (rows,), optional
-        The line of each row in the file; without it the first row is row 1.
+        Line number of each row in the file; without it rows are numbered from 1.
     known : mapping of str to Known, optional
         Quantities that the format itself names, with column and unit.
     notes : tuple of str, optional
-        What the reader decided, one sentence each.
+        Decisions of the reader, one sentence each.
     instrument : str, optional
-        What the file says of the reference.
+        Reference instrument that the file names.
     """
 
     path: Path
@@ -57,12 +57,12 @@ class FileContent:
         return next((column.size for column in self.columns.values()), 0)
 
     def first(self, rows: int) -> FileContent:
-        """Take the first rows.
+        """Return the content with the first rows only.
 
         Parameters
         ----------
         rows : int
-            How many.
+            Number of rows.
 
         Returns
         -------
@@ -74,36 +74,36 @@ class FileContent:
         return replace(self, columns=columns, lines=lines)
 
     def line(self, row: int) -> int:
-        """Tell the place of a row for people.
+        """Return the number by which messages name a row.
 
         Parameters
         ----------
         row : int
-            0, 1, ….
+            Index of the row, from 0.
 
         Returns
         -------
         int
-            Its line in the file, or its number from 1.
+            Line of the row in the file, or number of the row from 1.
         """
         return row + 1 if self.lines is None else int(self.lines[row])
 
     def fault(self, message: str, row: int | None = None, column: str | None = None) -> Exception:
-        """Make the error of a place in the file.
+        """Return an error that names its place in the file.
 
         Parameters
         ----------
         message : str
-            What was expected, what was found, what to do.
+            Text that says what was expected, what was found and what to do.
         row : int, optional
-            0, 1, ….
+            Index of the row, from 0.
         column : str, optional
             The column's name in the file.
 
         Returns
         -------
         Exception
-            A MeasurementError, to be raised.
+            A MeasurementError that the caller raises.
         """
         place = None if row is None else self.line(row)
         return MeasurementError("value", self.path, message, row=place, column=column)

@@ -25,7 +25,10 @@ FAHRENHEIT_AT_0 = 32.0
 
 @dataclass(frozen=True)
 class FileRows:
-    """Arrays (rows,) by quantity. ``exact``: heads whose column holds whole counts."""
+    """Arrays (rows,) of one file by quantity.
+
+    ``exact`` contains the readings of those heads whose column has whole counts.
+    """
 
     recording: FileContent
     sources: Mapped
@@ -48,11 +51,11 @@ class FileRows:
         return self.recording.instrument
 
     def line(self, row: int) -> int:
-        """Give the line number in the file for row 0, 1, …"""
+        """Give the line number in the file for the row of index 0, 1, …"""
         return self.recording.line(int(self.kept[row]))
 
     def fault(self, message: str, row: int, quantity: str) -> Exception:
-        """Make a MeasurementError that names the place."""
+        """Return a MeasurementError that names file, row and column."""
         return self.recording.fault(message, int(self.kept[row]), self.sources[quantity].column)
 
     def where(self, wanted: NDArray[np.bool_]) -> Self:
@@ -60,7 +63,7 @@ class FileRows:
         return self.taken(wanted)
 
     def taken(self, wanted: NDArray[Any]) -> Self:
-        """Give the rows where ``wanted`` is True, or the rows of these numbers in their order."""
+        """Give the rows where the array is True, or the rows with these indices in this order."""
 
         def part(values: Mapping[str, Any]) -> dict[str, Any]:
             return {name: column[wanted] for name, column in values.items()}
@@ -90,7 +93,8 @@ class FileRows:
         return np.round(self.angles[quantity] * counts_per_rev).astype(np.int64)
 
     def further(self) -> dict[str, Any]:
-        """Give temperature, uncertainty and mask, and conditions by ``=`` and their name."""
+        """Return temperature, uncertainty and mask by name, and each condition by ``=`` and its
+        name."""
         found: dict[str, Any] = {f"={name}": values for name, values in self.conditions.items()}
         if self.temperature_c is not None:
             found["temperature_c"] = self.temperature_c
@@ -110,8 +114,8 @@ def rows_of(
 ) -> FileRows:
     """Convert the mapped columns of a file to common units.
 
-    Raises MeasurementError for a field that is no number, or that is missing; if ``missing`` is
-    ``drop``, rows without a value are left out and a note says so.
+    Raises MeasurementError for a field that is missing or no number. If ``missing`` is ``drop``,
+    rows without a value are left out instead, and a note says so.
     """
     raw: dict[str, Any] = {}
     complete = np.ones(recording.rows, dtype=bool)

@@ -16,16 +16,18 @@ _BLOCK = 1 << 20
 
 
 def is_gzip(path: Path) -> bool:
-    """True if the file begins with the magic bytes of gzip and its only method."""
+    """Tell whether the file begins with the magic bytes of gzip and the number of its only
+    method."""
     with path.open("rb") as file:
         return file.read(3) == b"\x1f\x8b\x08"
 
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
-    """Unpack the file under its own name; the result exists until the context ends.
+    """Unpack the file into a temporary file without ``.gz`` in its name.
 
-    Raises MeasurementError for a damaged file, and as soon as the output exceeds the limit.
+    The result exists until the context ends. Raises MeasurementError for a damaged file, and as
+    soon as the output exceeds the limit.
     """
     with tempfile.TemporaryDirectory() as folder:
         unfinished = Path(folder) / (path.stem or path.name)
@@ -33,7 +35,7 @@ def unpacked(path: Path) -> Iterator[Path]:
         try:
             with gzip.open(path) as packed, unfinished.open("wb") as file:
                 while block := packed.read(_BLOCK):
-                    # The size stated in the file is not trusted.
+                    # The file may state a wrong size, so the output itself is counted.
                     size += len(block)
                     refuse_above_limit(path, size)
                     file.write(block)

@@ -32,12 +32,12 @@ _ENDINGS = ("winkel", "angle", "position", "pos", "value", "wert", "angulo", "an
 
 
 def quantity_meant(name: str, *, unit_of_time: bool = False) -> str | None:
-    """Find the quantity that a column named ``name`` (without its unit) holds; None: unknown.
+    """Find the quantity that a column's ``name`` (without its unit) means; None: unknown.
 
-    Case, accents and separators between the words are ignored. ``unit_of_time``: the column's
-    name contains a unit of time.
+    Case, accents and separators between the words are ignored. ``unit_of_time``: the column's name
+    contains a unit of time.
     """
-    # An unknown unit in brackets does not belong to the name.
+    # A text in brackets is an unknown unit and does not belong to the name.
     bare_name = re.sub(r"[\[(][^\])]*[\])]\s*$", "", name)
     plain = unicodedata.normalize("NFKD", bare_name.strip().casefold())
     bare = "".join(sign for sign in plain if not unicodedata.combining(sign))
@@ -60,4 +60,4 @@ UNLOCKS: Mapping[str, str] = {
     "head3": "orders that two heads hardly see, a mean that is free of the axis' motion",
     "head4": "the axis' motion and the disc's error separately, and a head that fails",
 }
-"""Effects that can be tested only if the set has the quantity."""
+"""Effects, by quantity, that can be tested only if the set has this quantity."""

@@ -1,4 +1,4 @@
-"""Derives wraps, passes in one direction, and cycles from the motion itself."""
+"""Derives wraps, passes in one direction, and cycles from the angles alone."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ Integer = NDArray[np.int64]
 
 LARGEST_REVERSAL_TURNS = 1.0 / 360.0
 REVERSAL_SHARE = 0.01
-"""A reversal shorter than this share of the whole way, or than one degree, is noise."""
+"""Share of the whole range; a reversal shorter than this share, or than one degree, is noise."""
 LEAST_ROWS_A_PASS = 4
-"""If passes are shorter than this on average, the rows are not in order of angle."""
+"""Least mean number of rows in a pass; with fewer, the rows are not in order of angle."""
 FULL_TURN = 1.0 - 1e-6
 
 
 @dataclass(frozen=True)
 class Pass:
-    """Rows ``start`` to ``end`` (not included) in one direction, +1 or −1."""
+    """Rows ``start`` to ``end`` (not included), which move in one direction, +1 or −1."""
 
     start: int
     end: int
@@ -28,9 +28,9 @@ class Pass:
 
 
 def without_jumps(angle_turns: Float) -> tuple[Float, int]:
-    """Continue angles (n,) past the ends of turns; also count how often they restarted there.
+    """Continue angles (n,) past the ends of turns, and count the wraps.
 
-    Only angles that all lie within one turn are treated so; each step then goes the shorter way.
+    This applies only to angles that all lie within one turn; each step then takes the shorter way.
     """
     if angle_turns.size < 2 or float(np.ptp(angle_turns)) > 1.0:
         return angle_turns, 0
@@ -44,9 +44,9 @@ def without_jumps(angle_turns: Float) -> tuple[Float, int]:
 def passes(angle_turns: Float) -> list[Pass]:
     """Divide all rows into passes in one direction, in order; [] if there is no motion.
 
-    A pass ends where the angle turns back by more than one degree or 1 % of the whole way. The row
-    at the turning point belongs to the pass that reached it; if several rows stand there, the
-    first half of them does.
+    A pass ends where the angle turns back by more than one degree or 1 % of the whole range. The
+    row at the turning point belongs to the pass that reached it; if several rows stand there, their
+    first half belongs to it.
     """
     if angle_turns.size < 2:
         return []
@@ -76,7 +76,7 @@ def passes(angle_turns: Float) -> list[Pass]:
 
 
 def _middle_of_stand(angle_turns: Float, extreme: int) -> int:
-    """Give the row after the first half of those that stand at the turning point."""
+    """Return the row after the first half of the rows that stand at the turning point."""
     first = last = extreme
     while first > 0 and angle_turns[first - 1] == angle_turns[extreme]:
         first -= 1
@@ -86,7 +86,8 @@ def _middle_of_stand(angle_turns: Float, extreme: int) -> int:
 
 
 def cycles(angle_turns: Float, found: list[Pass]) -> Integer:
-    """Number the cycle of each row from 0: a pass and its return, or one turn of a long pass."""
+    """Number the cycle of each row from 0: a cycle is a pass and its return, or one turn of a long
+    pass."""
     numbers = np.zeros(angle_turns.size, dtype=np.int64)
     if not found:
         return numbers
@@ -99,7 +100,7 @@ def cycles(angle_turns: Float, found: list[Pass]) -> Integer:
             if pair:
                 offset = int(numbers[: item.start].max()) + 1
         way = np.abs(angle_turns[item.start : item.end] - angle_turns[item.start])
-        # The end of a turn belongs to the cycle: a last station at 360° repeats the first one.
+        # The end of a turn begins a new cycle: a last station at 360° repeats the first one.
         whole = np.floor(way / FULL_TURN).astype(np.int64)
         if both and way.max(initial=0.0) <= 1.0 + 1e-6:
             whole[:] = 0

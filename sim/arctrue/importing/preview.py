@@ -1,4 +1,4 @@
-"""The first rows of a file as text, which a question about its columns shows."""
+"""The first rows of a file as text; a question about the columns shows them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Preview:
     """One text per column; the whole line if there are no columns."""
 
     def lines(self) -> list[str]:
-        """Format for a terminal: the title, and the rows in aligned columns."""
+        """Format the preview for a terminal: the title, and the rows in aligned columns."""
         cells = [self.header, *self.rows] if self.header else list(self.rows)
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         if not self.header:
@@ -38,7 +38,7 @@ class Preview:
 
 
 def preview_of(recording: FileContent) -> Preview:
-    """Give the first rows of what was read."""
+    """Give the first rows of a file that was read."""
     names = list(recording.columns)[:SHOWN_COLUMNS]
     more = len(recording.columns) - len(names)
     beyond = f", the first {len(names)} of {len(names) + more} columns" if more else ""
@@ -51,7 +51,8 @@ def preview_of(recording: FileContent) -> Preview:
 
 
 def preview_of_file(path: Path) -> Preview | None:
-    """Give the first lines of a text file that could not be read yet; None for other files."""
+    """Give the first lines of a text file that could not be read yet; None for files that are no
+    text."""
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)

@@ -1,4 +1,4 @@
-"""The quantities of a measurement set and the units in which other programs write them."""
+"""The quantities of a measurement set, and the units in which other programs write them."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ QUANTITIES: Mapping[str, Kind] = {
     "u": "angle",
     "mask": "whole",
 }
-"""``target``: the angle by the reference. ``error``: ``head1`` minus ``target``. ``u``: standard
-uncertainty of the row. Every other name is a condition."""
+"""Kind of each quantity. ``target``: true angle by the reference. ``error``: ``head1`` minus
+``target``. ``u``: standard uncertainty of the row. Every other name is a condition."""
 
 HEADS = ("head1", "head2", "head3", "head4")
 
 UNITS: Mapping[Kind, Mapping[str, float]] = {
-    "angle": {  # of one turn
+    "angle": {  # units in one turn
         "deg": 360.0,
         "rad": 6.283185307179586,
         "mrad": 6283.185307179586,
@@ -41,9 +41,9 @@ UNITS: Mapping[Kind, Mapping[str, float]] = {
         "arcsec": float(ARCSEC_PER_TURN),
         "hours": 24.0,
         "turns": 1.0,
-        "counts": 0.0,  # counts_per_rev says how many
+        "counts": 0.0,  # counts_per_rev states their number
     },
-    "time": {  # of one second
+    "time": {  # units in one second
         "s": 1.0,
         "ms": 1e3,
         "us": 1e6,
@@ -133,7 +133,8 @@ _WITH_UNIT = re.compile(
 
 
 def unit_named(kind: Kind, text: str) -> str | None:
-    """Find the unit that ``text`` denotes (``degrees``, ``″``); None: no unit of this kind."""
+    """Find the unit that ``text`` denotes (``degrees``, ``″``); None if no unit of this kind
+    matches."""
     text = text.strip()
     for word in (text, text.lower()):
         word = _WRITTEN.get(word, word)
@@ -152,10 +153,10 @@ def name_and_unit(kind: Kind, column: str) -> tuple[str, str | None]:
 
 
 def any_unit(text: str) -> bool:
-    """True for a unit of any kind."""
+    """Tell whether the text is a unit of any kind."""
     return text.lower() == GRAD or any(unit_named(kind, text) for kind in UNITS if kind != "whole")
 
 
 def may_be_grad(column: str) -> bool:
-    """True if the column's name contains the ambiguous word grad."""
+    """Tell whether the column's name contains the ambiguous word grad."""
     return _GRAD.search(column) is not None

@@ -14,12 +14,13 @@ from arctrue.importing.preview import Preview, preview_of, preview_of_file
 from arctrue.importing.reader import ReadSettings, read_recording
 
 TRIED_ROWS = 2000
-"""Number of rows from which the follow-up questions are found."""
+"""Number of first rows that are imported to find the questions that follow."""
 
 
 @dataclass
 class Import:
-    """Files and the user's statements; ``recordings``: the contents, kept while needed."""
+    """Files and the user's statements; ``recordings`` holds the contents of the files while
+    needed."""
 
     files: Sequence[Path]
     reader: str
@@ -31,7 +32,7 @@ class Import:
         """Make the set. Raises MeasurementError, AmbiguousError, ValueError, OSError."""
         self.recordings = self._read(choices)
         imported = import_recordings(self.recordings, self.settings, choices)
-        # The contents are no longer needed, and may be most of the memory.
+        # The contents are no longer needed, and they may fill most of the memory.
         self.recordings = None
         return imported
 

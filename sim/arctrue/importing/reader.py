@@ -1,7 +1,7 @@
-"""The readers of foreign files: plug-ins of the entry-point group ``arctrue.readers``.
+"""Readers of foreign files: plug-ins of the entry-point group ``arctrue.readers``.
 
-The readers of this package are registered in the same way (pyproject.toml) as those of other
-packages: each is a module or object with ``recognises`` and ``read``.
+Each reader is a module or object with ``recognises`` and ``read``. The readers of this package are
+registered in the same way (pyproject.toml) as those of other packages.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class ReadSettings:
     Parameters
     ----------
     delimiter : {"", "comma", "semicolon", "tab", "space"}, optional
-        Between the columns of a text file.
+        Separator of the columns of a text file.
     decimal : {"", "point", "comma"}, optional
-        In the numbers of a text file.
+        Decimal sign of the numbers of a text file.
     group : str, optional
-        Where in a file of several tables the columns are.
+        Place of the columns in a file with several tables.
     period_s : float, optional
-        Seconds between two rows.
+        Time between two rows, seconds.
     """
 
     delimiter: str = ""
@@ -47,7 +47,7 @@ class ReadSettings:
 
 
 class Reader(Protocol):
-    """The interface of an entry point."""
+    """The interface of a reader, the object of an entry point."""
 
     def recognises(self, path: Path, head: bytes) -> bool:
         """Tell whether a file is of this format.
@@ -57,7 +57,7 @@ class Reader(Protocol):
         path : Path
             The file.
         head : bytes
-            Its first bytes.
+            First bytes of the file.
 
         Returns
         -------
@@ -76,21 +76,21 @@ class Reader(Protocol):
         settings : ReadSettings
             Statements of the user about the file.
         choices : Choices
-            Asks what nobody said.
+            Asks the user for missing statements.
 
         Returns
         -------
         FileContent
-            Its columns.
+            Columns of the file.
 
         Raises
         ------
         MeasurementError
-            The file is damaged: row and column.
+            If the file is damaged; the error names row and column.
         AmbiguousError
-            A question is open.
+            If a question is open.
         OSError
-            It cannot be read.
+            If the file cannot be read.
         """
         ...
 
@@ -102,12 +102,12 @@ def readers() -> Mapping[str, Reader]:
     Returns
     -------
     mapping of str to Reader
-        By name.
+        Readers by name.
 
     Raises
     ------
     ValueError
-        A plug-in cannot be loaded.
+        If a plug-in cannot be loaded.
     """
     found: dict[str, Reader] = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
@@ -129,36 +129,36 @@ def readers() -> Mapping[str, Reader]:
 
 
 FALLBACK = "text"
-"""The reader that accepts any text; it is asked last."""
+"""Name of the reader that accepts any text; it is tried last."""
 
 
 def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read a file; one that gzip packed is unpacked first.
+    """Read a file; unpack a gzip file first.
 
     Parameters
     ----------
     path : Path
         The file.
     name : str
-        Name of the reader; "" takes the one that recognises the file.
+        Name of the reader; "" selects the reader that recognises the file.
     settings : ReadSettings
         Statements of the user about the file.
     choices : Choices
-        Asks what nobody said.
+        Asks the user for missing statements.
 
     Returns
     -------
     FileContent
-        Its columns.
+        Columns of the file.
 
     Raises
     ------
     MeasurementError
-        The file is damaged, or a folder.
+        If the file is damaged, or is a folder.
     AmbiguousError
-        A question is open.
+        If a question is open.
     ValueError
-        No reader has that name.
+        If no reader has that name.
     """
     recording = _unpacked_or_read(path, name, settings, choices)
     if settings.period_s is None or "time" in recording.known:

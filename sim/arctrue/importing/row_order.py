@@ -1,4 +1,4 @@
-"""Handles rows whose time steps back: a new run begins, or the rows are out of order."""
+"""Handles rows whose time steps back: a new run begins there, or the rows are out of order."""
 
 from __future__ import annotations
 
@@ -12,18 +12,21 @@ Float = NDArray[np.float64]
 
 ORDERS = ("sort", "runs")
 ANEW_SHARE = 0.05
-"""A run begins where the time returns to its start within this share of the whole time."""
+"""Largest distance between the starts of runs that all begin near the first time, as a share of the
+whole time span."""
 LEAST_ROWS_A_RUN = 8
 SHORTER = 0.75
-"""Sorted rows must travel less than this share of the unsorted travel to count as out of order."""
+"""Largest ratio of the travel after sorting to the travel before sorting, for rows that are out of
+order."""
 
 
 def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
     """Return the rows unchanged, or sorted by time within each run of the file.
 
-    ``said``: ``sort``, ``runs`` (each step back begins a run), or "" if the user did not say. Then
-    runs that all begin near the first time remain unchanged; rows are sorted if this makes the
-    travel of the table shorter; otherwise the user is asked. Raises AmbiguousError.
+    ``said`` is the user's statement: ``sort``, ``runs`` (each step back begins a run), or "".
+    Without a statement, rows remain unchanged if all runs begin near the first time, and are sorted
+    if this makes the travel of the table shorter; otherwise the user is asked. Raises
+    AmbiguousError.
     """
     time_s = rows.time_s
     if time_s is None or time_s.size < 2:
@@ -58,16 +61,17 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
 
 
 def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
-    """True if the pieces between steps back are long and all begin near the first time."""
+    """Tell whether the pieces between steps back are long and all begin near the first time."""
     starts = time_s[np.concatenate(([0], back))]
     long = time_s.size >= LEAST_ROWS_A_RUN * starts.size
     return bool(long and float(np.ptp(starts)) <= ANEW_SHARE * float(np.ptp(time_s)))
 
 
 def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
-    """True if no two rows have the same time and sorting makes the travel much shorter.
+    """Tell whether all times differ and sorting makes the travel much shorter.
 
-    Single misplaced rows hardly lengthen the travel, so that only the jumps are compared.
+    Single misplaced rows hardly lengthen the whole travel, so that only the steps that sorting
+    changes are compared.
     """
     assert rows.time_s is not None
     time_s = rows.time_s[order]
@@ -76,7 +80,7 @@ def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
     angle = next((rows.angles[name] for name in ("target", "head1") if name in rows.angles), None)
     if angle is None:
         return False
-    # Steps that are equal before and after sorting carry no information.
+    # Steps that sorting does not change carry no information.
     same = np.flatnonzero(np.diff(order) == 1)
     before, after = _steps(angle), _steps(angle[order])
     changed_before = np.ones(before.size, dtype=bool)

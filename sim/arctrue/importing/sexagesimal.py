@@ -12,16 +12,17 @@ _SIGNS = re.compile(
     rf"(?:({_NUMBER})\s*(?:[\"″s]|''|′′))?\Z"
 )
 OF_DEGREES = ("°", "d")
-"""A text with one of these is an angle in degrees; without one it may be in hours."""
+"""Signs of an angle in degrees; a sexagesimal text without one may be in hours."""
 
 
 def is_sexagesimal(text: str, *, spaces: bool = True) -> bool:
-    """True if the text is sexagesimal; ``spaces``: also with only spaces between the parts."""
+    """Tell whether the text is sexagesimal; ``spaces`` permits texts with only spaces between the
+    parts."""
     return _match(text, spaces=spaces) is not None
 
 
 def sexagesimal(text: str) -> float | None:
-    """Convert a text to degrees or hours; None if it is not sexagesimal.
+    """Convert a text to degrees or hours; return None if it is not sexagesimal.
 
     Minutes and seconds must be below 60. The sign applies to all parts.
     """

@@ -40,7 +40,7 @@ VERILATOR_FLAGS = (
     *("-Wno-fatal", "-Wno-lint", "-Wno-style", "-Wno-SYMRSVDWORD"),
 )
 CXX_FLAGS = ("-std=gnu++17", "-O3", "-fPIC", "-fvisibility=hidden", "-fno-gnu-unique")
-# These warnings apply to this project's sources only, not to Verilator's C++.
+# These warnings check this project's sources only, not the C++ that Verilator generates.
 CXX_WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
 # This code runs once, at the start.
 SLOW_CXX_FLAGS = ("-O0",)
@@ -61,7 +61,7 @@ def _version(command: str) -> str:
 def tool_versions() -> dict[str, str]:
     """Give the versions of GHDL, Verilator, g++ and gcc, by name.
 
-    Raises InstrumentError that names all missing tools.
+    Raises InstrumentError naming all missing tools.
     """
     if lack := lack_of_source_tree():
         raise InstrumentError(lack)
@@ -91,7 +91,7 @@ def tool_versions() -> dict[str, str]:
 
 @cache
 def verilator_include() -> Path:
-    """Return the folder of Verilator's own C++."""
+    """Return the folder of the C++ sources that come with Verilator."""
     done = subprocess.run(
         ["verilator", "--getenv", "VERILATOR_ROOT"], capture_output=True, text=True, check=False
     )
@@ -113,7 +113,7 @@ def digest(texts: Iterable[str], files: Iterable[Path]) -> str:
 
 
 def run_tool(command: Sequence[str], log: Path, what: str) -> None:
-    """Run a tool. Raises InstrumentError with the end of its ``log`` if it fails."""
+    """Run a tool. Raises InstrumentError with the end of its ``log`` if the tool fails."""
     with log.open("a", encoding="utf-8") as text:
         text.write(f"$ {' '.join(command)}\n")
         text.flush()
@@ -127,7 +127,7 @@ def run_tool(command: Sequence[str], log: Path, what: str) -> None:
 def building(target: Path, log: Path) -> Iterator[Path | None]:
     """Give a folder that becomes ``target`` if the block succeeds; None if ``target`` exists.
 
-    A second process that builds the same target waits for the first.
+    A second process that builds the same target waits for the first process.
     """
     if target.exists():
         yield None
@@ -252,7 +252,8 @@ def _include_options() -> list[str]:
 
 
 def _of_every_core() -> list[Path]:
-    """Return the object files of the firmware and of the harness without the core's model.
+    """Return the object files of the firmware and of the part of the harness without the core's
+    model.
 
     They are the same for every configuration and are compiled once, into build/instrument.
     """
@@ -287,7 +288,7 @@ def build(
     generics : mapping, optional
         Further generics of arctrue_core by name.
     report_step : callable, optional
-        It receives a line for people at each step.
+        Function that receives a line for people at each step.
 
     Returns
     -------

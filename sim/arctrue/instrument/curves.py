@@ -12,7 +12,8 @@ from arctrue.table import Motion, RotaryTable
 from arctrue.table.cause import SIGNALS, refuse_unhonoured
 
 INTERPOLATION_TOLERANCE_COUNTS = 1e-3
-"""Largest error of the cubic between knots against the geometry; checked in every piece."""
+"""Largest permitted difference between the cubic between knots and the exact geometry; checked in
+every piece."""
 _MOST_COUNTS_A_KNOT = 16.0
 _MOST_KNOT_CLOCKS = 4096
 _CHECKED_CLOCKS = 64
@@ -21,14 +22,15 @@ Curve = NDArray[np.float64]
 
 
 class Curves(Protocol):
-    """Readings of the heads and the true angle, requested piece by piece in order of time."""
+    """Readings of the heads and the true angle; a caller requests them piece by piece in order of
+    time."""
 
     counts_per_rev: int
     index_width_counts: int
     rounding_counts: float
-    """Value added before a reading is rounded down: 0 or 0.5."""
+    """Value added to a reading before it is rounded down: 0 or 0.5."""
     clocks: int
-    """Length in clocks; after it the pins hold their levels."""
+    """Length in clocks; afterwards the pins hold their levels."""
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
         """Give the knots of a piece.
@@ -64,11 +66,11 @@ class TableCurves:
         clock_hz: float,
         knot_clocks: int | None = None,
     ) -> None:
-        """Take a table and its motion; ``knot_clocks``: clocks between two knots, default: some
+        """Take a table and its motion; ``knot_clocks``: clocks between two knots, by default some
         counts of travel.
 
-        Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals:
-        a loss of counts is a fault of the pins.
+        Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals,
+        such as a loss of counts, which is a fault of the pins.
         """
         refuse_unhonoured(table.causes, SIGNALS, "the virtual instrument")
         self.table, self.motion, self.clock_hz = table, motion, clock_hz
@@ -141,8 +143,8 @@ class TableCurves:
 
 
 def _extended(values: Curve, before: int, number: int) -> Curve:
-    """Extrapolate ``values`` on straight lines: by ``before`` at the start, and up to ``number`` in
-    total."""
+    """Extrapolate ``values`` on straight lines by ``before`` values at the start, and up to
+    ``number`` values in total."""
     made = np.empty(number)
     end = before + values.size
     made[before:end] = values

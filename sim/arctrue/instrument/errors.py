@@ -11,7 +11,8 @@ class BusError(InstrumentError):
     """The core answered an access with an error."""
 
     def __init__(self, address: int, response: int) -> None:
-        """``address`` in bytes; ``response`` is the two bits of the AXI4-Lite answer."""
+        """Store address and answer: ``address`` in bytes; ``response`` is the two bits of the
+        AXI4-Lite answer."""
         super().__init__(
             f"the core answered the access at 0x{address:05X} with response {response} "
             f"(2 is SLVERR: the register map does not allow it)"

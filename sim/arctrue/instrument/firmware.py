@@ -46,8 +46,8 @@ class Core(Protocol):
 class Firmware:
     """Calculation, application and console, compiled for this machine; see docs/firmware.md.
 
-    It accesses the registers of the instrument; every access takes as many clocks as on the bus.
-    Its calculations take ``calculation_clocks``, between reading a bank and using the result.
+    The firmware accesses the registers of the instrument; every access takes as many clocks as on
+    the bus. A calculation takes ``calculation_clocks`` between reading a bank and using the result.
     """
 
     def __init__(self, instrument: Core) -> None:
@@ -58,15 +58,16 @@ class Firmware:
         self._processor = self._library.firmware_new(self._bus)
         self._view = ctypes.cast(self._bus, ctypes.POINTER(FirmwareBus)).contents
         self.telemetry: list[dict[str, Any]] = []
-        """Telemetry of all turns up to now."""
+        """Telemetry of all turns since the start."""
         self.listener: Callable[[str], None] | None = None
         """Function that receives everything that the console prints, telemetry included."""
         self.thermometer: Callable[[], float | None] | None = None
-        """Function that returns the thermometer's present value, °C, or None for no answer."""
+        """Function that returns the present value of the thermometer, °C, or None if it does not
+        answer."""
         self.send("telemetry on")
 
     def close(self) -> None:
-        """Free the memory."""
+        """Free the memory of the firmware."""
         if self._processor:
             self._library.firmware_delete(self._processor)
             self._library.firmware_bus_delete(self._bus)
@@ -74,7 +75,7 @@ class Firmware:
 
     @property
     def accesses(self) -> int:
-        """Number of bus accesses up to now."""
+        """Number of bus accesses since the start."""
         return int(self._view.accesses)
 
     @property
@@ -87,7 +88,7 @@ class Firmware:
         self._view.calculation_clocks = clocks
 
     def set(self, name: str, value: float) -> None:
-        """Set a parameter like ``set`` on the console, but without its re-arm.
+        """Set a parameter like ``set`` on the console, but do not re-arm the heads.
 
         Call :meth:`start` after setting parameters that are registers.
 
@@ -121,23 +122,24 @@ class Firmware:
             raise InstrumentError("the firmware finds no core, or the core refused its set-up")
 
     def fault(self) -> None:
-        """Restart the program as after a fault; the core keeps running."""
+        """Restart the program as after a fault; the core continues to run."""
         self._library.firmware_fault(self._processor)
         self._check_bus()
 
     @property
     def flash(self) -> bytes:
-        """Content of the memory that ``save`` writes and that keeps it without power."""
+        """Content of the non-volatile memory that ``save`` writes."""
         size = int(self._library.firmware_flash_bytes())
         return ctypes.string_at(self._library.firmware_flash(self._processor), size)
 
     def power_on(self, flash: bytes) -> None:
-        """Start like a board with this flash content, without commands; replaces :meth:`start`.
+        """Start like a board with this flash content and without commands; use it in place of
+        :meth:`start`.
 
         Parameters
         ----------
         flash : bytes
-            Content of the memory that power-off keeps, as :attr:`flash` gives it.
+            Content of the non-volatile memory, as :attr:`flash` gives it.
 
         Raises
         ------
@@ -189,12 +191,12 @@ class Firmware:
         return self.type(line.encode() + b"\r")
 
     def type(self, characters: bytes) -> str:
-        """Type characters at the console, also parts of lines.
+        """Type characters at the console; a line may come in parts.
 
         Parameters
         ----------
         characters : bytes
-            What the console receives; a zero ends it.
+            Characters that the console receives; a zero ends them.
 
         Returns
         -------
@@ -213,16 +215,16 @@ class Firmware:
         poll_clocks: int = 5000,
         stage: str = "",
     ) -> None:
-        """Run the core for some time, with rounds of the main loop.
+        """Run the core for some time, and the main loop of the firmware with it.
 
         Parameters
         ----------
         clocks : int, optional
-            End after so many clocks; None: ``until`` or the first round ends it.
+            Number of clocks after which the run ends; None: ``until`` or the first round ends it.
         until : callable, optional
-            End when this function of the firmware is true; it is evaluated after every round.
+            Function of the firmware, called after every round, that ends the run when it is true.
         poll_clocks : int
-            Clocks from one round to the next.
+            Number of clocks from one round of the main loop to the next.
         stage : str
             Name of this part of the run, for ``report_run``.
 
@@ -250,16 +252,17 @@ class Firmware:
 
     @property
     def phase(self) -> str:
-        """State of the device: ``no_core``, ``wait_for_index``, ``capture`` or ``swap``."""
+        """State of the calibration: ``no_core``, ``wait_for_index``, ``capture`` or ``swap``."""
         return str(self._library.firmware_phase(self._processor).decode())
 
     @property
     def coefficients(self) -> Coefficients | None:
-        """The active bank as the firmware wrote it; None before the first swap."""
+        """Active coefficient bank as the firmware wrote it; None before the first swap."""
         return self.active_bank(self._instrument.read("counts_per_rev_active"))
 
     def active_bank(self, counts_per_rev: int) -> Coefficients | None:
-        """Give the active bank for a known number of counts a turn, without a bus access.
+        """Give the active coefficient bank for a known number of counts a turn, without a bus
+        access.
 
         Parameters
         ----------
@@ -269,7 +272,7 @@ class Firmware:
         Returns
         -------
         Coefficients or None
-            None before the first swap.
+            The bank; None before the first swap.
         """
         steps = (ctypes.c_uint64 * LANES_MAX)()
         offsets = (ctypes.c_uint32 * LANES_MAX)()

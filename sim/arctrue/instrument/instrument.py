@@ -32,7 +32,7 @@ HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in rang
 SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
 HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, HEAD4_Z = (1 << pin for pin in range(8, 14))
 TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
-"""Bits in the levels of :meth:`Instrument.traced`."""
+"""Bits of TRIGGER_OUT and COMPARE_OUT in the levels of :meth:`Instrument.traced`."""
 
 RESET_CLOCKS = 80
 """Reset length in clocks; arctrue_core requires at least 64."""
@@ -49,7 +49,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """Progress of a run in clocks, turns of the table and remaining time."""
+    """Progress of a run: clocks, true angle of the table and remaining time."""
 
     stage: str
     """Name of the present part of the run."""
@@ -62,7 +62,7 @@ class RunProgress:
     share: float = math.nan
     """Share of the present motion that is done; NaN without a motion."""
     seconds_left: float = math.nan
-    """Wall time until that motion ends, at the present rate."""
+    """Wall time until the present motion ends, at the present rate."""
 
     @property
     def words(self) -> str:
@@ -81,16 +81,16 @@ class RunProgress:
 
 
 ReportRun = Callable[[RunProgress], None]
-"""Receives the progress of a run every few seconds."""
+"""Function that receives the progress of a run every few seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class PinFault:
     """A fault on the wires between heads and core, from ``first_clock`` on.
 
-    ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD4_Z: pins that are inverted or
-    held. With ``probability`` below 1 the fault acts in a random part of the clocks. SYNC_IN and
-    PROBE_IN are otherwise low: ``high`` gives a pulse on them.
+    ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD4_Z: pins that are inverted or held.
+    With ``probability`` below 1 the fault acts only in clocks that are drawn at random. SYNC_IN and
+    PROBE_IN are low without a fault; ``high`` gives a pulse on them.
     """
 
     first_clock: int
@@ -104,11 +104,11 @@ class PinFault:
     high: int = 0
     """Pins that are held high."""
     probability: float = 1.0
-    """Share of the clocks in which the fault acts."""
+    """Probability with which the fault acts in each clock."""
 
 
 def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: float = 1.1) -> float:
-    """Calculate the clock frequency at which a count lasts so many clocks.
+    """Calculate the clock frequency at which a count lasts a given number of clocks.
 
     Parameters
     ----------
@@ -117,18 +117,19 @@ def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: floa
     speed_rad_s : float
         Speed of the table, radians a second.
     clocks_per_count : float
-        Clocks a count.
+        Number of clocks that a count lasts.
 
     Returns
     -------
     float
-        Clocks of the gateware a second of table time.
+        Clocks of the gateware per second of table time.
     """
     return abs(speed_rad_s) / (2 * math.pi) * counts_per_rev * clocks_per_count
 
 
 def _now(coroutine: Coroutine[Any, Any, _T]) -> _T:
-    """Return the result of a coroutine that never waits: the register map over this bus."""
+    """Return the result of a coroutine that never waits; those of the register map over this bus
+    never do."""
     try:
         coroutine.send(None)
     except StopIteration as done:
@@ -176,10 +177,10 @@ class _Feeder:
 
 
 class Instrument:
-    """One virtual instrument; built on first use. A context manager.
+    """One virtual instrument, a context manager; its library is built on first use.
 
-    ``clock_hz``: clocks of the gateware per second of table time; below the
-    real 100 MHz the table is simulated in fewer clocks, see :func:`clock_hz_for`.
+    ``clock_hz``: clocks of the gateware per second of table time. A value below the real 100 MHz
+    needs fewer clocks for the same motion of the table, see :func:`clock_hz_for`.
     """
 
     def __init__(
@@ -193,7 +194,10 @@ class Instrument:
         progress_every_s: float = 5.0,
         report_step: ReportStep | None = None,
     ) -> None:
-        """Build and load it. ``generics``: further ones of arctrue_core. Raises InstrumentError."""
+        """Build and load the instrument. ``generics``: further generics of arctrue_core.
+
+        Raises InstrumentError.
+        """
         self.library = load(build(lanes, capture_depth, generics=generics, report_step=report_step))
         self.clock_hz = clock_hz
         self._progress, self._progress_every_s = report_run, progress_every_s
@@ -204,7 +208,8 @@ class Instrument:
         self._recorded_counts_per_rev = 0
         self._firmware: Firmware | None = None
         self.registers = RegisterMap(self._read_async, self._write_async)
-        """Registers by name, for ``await``; this class has the same methods without it."""
+        """Registers by name with asynchronous methods; this class has the same methods without
+        ``await``."""
         self.handle = self.library.instrument_new()
         self._bare_latency_clocks = self._measure_latency()
         self.library.instrument_delete(self.handle)
@@ -225,7 +230,7 @@ class Instrument:
         self.close()
 
     def close(self) -> None:
-        """Free the memory; the instrument cannot be used afterwards."""
+        """Free the memory; afterwards the instrument cannot be used."""
         if self._feeder is not None:
             self._feeder.close()
             self._feeder = None
@@ -272,7 +277,7 @@ class Instrument:
         Parameters
         ----------
         clocks : int
-            The number.
+            Number of clocks.
         stage : str
             Name of this part of the run, for ``report_run``.
         """
@@ -292,14 +297,14 @@ class Instrument:
         Parameters
         ----------
         true_angle_rad : float, optional
-            True angle that is passed, not wrapped, in either direction, radians; it needs a table
-            or curves.
+            True angle, not wrapped, radians; passing it in either direction ends the run. It needs
+            a table or curves.
         interrupt : bool
-            The level of the interrupt line.
+            True: a high level of the interrupt line ends the run.
         end_of_stimulus : bool
-            The end of the stimulus; without ``at_most_clocks`` it always ends the run.
+            True: the end of the stimulus ends the run; without ``at_most_clocks`` it always does.
         at_most_clocks : int, optional
-            So many clocks have passed.
+            Number of clocks after which the run ends.
         stage : str
             Name of this part of the run, for ``report_run``.
 
@@ -377,16 +382,16 @@ class Instrument:
         """Connect a table to the heads; its motion begins at the present clock.
 
         In every clock each pin has the level of the head's present count. In the first clock A and
-        B may change together, an illegal transition: attach before ``reset()`` or
-        ``firmware.start()``,
-        which clear it. A real table is connected before the power comes.
+        B may change together, which is an illegal transition. ``reset()`` and ``firmware.start()``
+        clear it, so call this method before them: a real table, too, is connected before the power
+        comes.
 
         Parameters
         ----------
         table : RotaryTable
             The table.
         motion : Motion
-            Its motion; at the end the pins hold their levels.
+            Motion of the table; after its end the pins hold their levels.
         knot_clocks : int, optional
             Clocks between two knots of the readings; None: some counts of travel.
         may_jump : bool
@@ -396,7 +401,7 @@ class Instrument:
         Raises
         ------
         UnhonouredCauseError
-            If a cause acts after the pins.
+            If a cause acts on more than the lines and their signals.
         InstrumentError
             If the motion is shorter than a clock.
         """
@@ -429,12 +434,12 @@ class Instrument:
         )
 
     def attach_pins(self, events: PinEvents) -> None:
-        """Play the levels of six pins, head 1 in the low three.
+        """Play the levels of six pins; the low three are those of head 1.
 
         Parameters
         ----------
         events : PinEvents
-            The events; their clock 0 is the present one.
+            The events; their clock 0 is the present clock.
         """
         self.detach()
         clock = np.ascontiguousarray(events.clock + self.clock, dtype=np.int64)
@@ -463,12 +468,12 @@ class Instrument:
         return float(self.library.instrument_true_angle(self.handle))
 
     def disturb(self, *faults: PinFault, seed: int = 1) -> None:
-        """Apply faults to the head pins, replacing earlier ones.
+        """Apply faults to the head pins; they replace earlier faults.
 
         Parameters
         ----------
         *faults : PinFault
-            They act in their order; none removes all.
+            Faults, which act in this order; without any, all earlier faults are removed.
         seed : int
             Seed of the random numbers.
         """
@@ -484,7 +489,7 @@ class Instrument:
 
     @property
     def firmware(self) -> Firmware:
-        """The firmware's C as the processor, created at its first use."""
+        """The firmware's C sources as the processor, created at the first use."""
         if self._firmware is None:
             self._firmware = Firmware(self)
         return self._firmware
@@ -495,12 +500,12 @@ class Instrument:
         return bool(self.library.instrument_interrupt(self.handle))
 
     def stall_bus(self, most_clocks: int, seed: int = 1) -> None:
-        """Delay every channel of the bus at random.
+        """Delay every channel of the bus for random times.
 
         Parameters
         ----------
         most_clocks : int
-            Each hold lasts 0 … ``most_clocks`` clocks.
+            Largest delay; each delay lasts 0 … ``most_clocks`` clocks.
         seed : int
             Seed of the random numbers.
         """
@@ -512,7 +517,7 @@ class Instrument:
         Parameters
         ----------
         address : int
-            Byte address of the first one.
+            Byte address of the first word.
         count : int
             Number of words.
 
@@ -541,7 +546,7 @@ class Instrument:
         Parameters
         ----------
         address : int
-            Byte address of the first one.
+            Byte address of the first word.
         words : sequence of int
             The words.
 
@@ -634,17 +639,18 @@ class Instrument:
         _now(self.registers.command(*names))
 
     def snapshot(self) -> Snapshot:
-        """Read both heads and the corrected output of one clock.
+        """Read both heads and the corrected output at one clock.
 
         Returns
         -------
         Snapshot
-            Their positions and the clock.
+            The positions and the clock.
         """
         return _now(self.registers.snapshot())
 
     def read_capture(self) -> CaptureBank:
-        """Read the ready bank over the bus; ``command("capture_release")`` returns it.
+        """Read the ready capture bank over the bus; afterwards ``command("capture_release")``
+        releases it.
 
         Returns
         -------
@@ -654,7 +660,7 @@ class Instrument:
         return _now(self.registers.read_capture())
 
     def write_coefficients(self, coefficients: CoefficientSet) -> None:
-        """Write the idle bank; ``command("swap")`` makes it active.
+        """Write the idle coefficient bank; ``command("swap")`` makes it active.
 
         Parameters
         ----------
@@ -664,7 +670,7 @@ class Instrument:
         _now(self.registers.write_coefficients(coefficients))
 
     def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
-        """Write the parameters of direction and speed, for this instrument's clock.
+        """Write the parameters for direction and speed, scaled to this instrument's clock.
 
         Parameters
         ----------
@@ -681,7 +687,7 @@ class Instrument:
         Parameters
         ----------
         table : LocalTable
-            Its points.
+            The table.
         """
         _now(self.registers.write_local_table(table))
 
@@ -689,25 +695,26 @@ class Instrument:
 
     @property
     def latency_clocks(self) -> float:
-        """Clocks from a change of head 1's pins to the same edge at the output, uncorrected.
+        """Number of clocks from an edge of head 1's pins to the same edge at the uncorrected
+        output.
 
-        Measured on separate edges when the instrument was created, plus the input filter's delay.
+        It was measured on separate edges when the instrument was created; the delay of the input
+        filter is added.
         """
         return self._bare_latency_clocks + max(1, self.read("filter_length")) - 1
 
     def record(
         self, *, bins: int = 0, every: int = 0, most: int = 20_000_000, turns: float = 0.0
     ) -> None:
-        """Begin a recording, replacing the one before.
-
-        Positions are in the present counts a turn.
+        """Begin a recording, which replaces the one before; positions use the present number of
+        counts a turn.
 
         Parameters
         ----------
         bins : int
-            Number of equal parts of the true angle in which every edge is counted; 0: none.
+            Number of equal parts of a turn of true angle that count all edges; 0: none.
         every : int
-            Number of edges of which one is kept; 1: all, 0: none.
+            Number N: every N-th edge is kept; 1: all edges, 0: none.
         most : int
             Largest number of kept edges.
         turns : float
@@ -726,7 +733,7 @@ class Instrument:
         )
 
     def stop_recording(self) -> None:
-        """End the recording; its data stay."""
+        """End the recording; its data remain."""
         self.library.instrument_stop_recording(self.handle)
 
     def recording(self) -> Recording:
@@ -780,7 +787,7 @@ class Instrument:
         Parameters
         ----------
         clocks : int
-            For so many clocks.
+            Number of clocks to record.
         """
         self.library.instrument_trace(self.handle, clocks)
 
@@ -790,7 +797,7 @@ class Instrument:
         Returns
         -------
         ndarray
-            A word a clock, shape (n,): the six head pins, above them A, B and Z of the output,
+            One word per clock, shape (n,): the six head pins, above them A, B and Z of the output,
             TRIGGER_OUT and COMPARE_OUT.
         """
         levels = ctypes.POINTER(ctypes.c_uint16)()

@@ -21,12 +21,12 @@ from pathlib import Path
 from typing import Any
 
 NEED_PIECE = ctypes.CFUNCTYPE(c_int, c_void_p, c_int64)
-"""Function that the harness calls during a run: it provides the curves from this clock on. 0: done.
-"""
+"""Type of the function that the harness calls during a run to get the curves from this clock on. It
+returns 0 when the curves are set."""
 
 
 class Disturbance(ctypes.Structure):
-    """See native/stimulus.h."""
+    """Structure of a fault; see native/stimulus.h."""
 
     _fields_ = (
         ("first_clock", c_int64),
@@ -39,7 +39,8 @@ class Disturbance(ctypes.Structure):
 
 
 class TrackView(ctypes.Structure):
-    """See native/abi.cpp; the arrays are valid until the next clock."""
+    """Structure of a recorded track; see native/abi.cpp. Its arrays are valid until the next
+    clock."""
 
     _fields_ = (
         *((name, c_int64) for name in ("position", "edges", "illegal", "dropped")),
@@ -110,7 +111,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 class FirmwareBus(ctypes.Structure):
-    """Beginning of FirmwareBus in native/abi.cpp."""
+    """First fields of the structure FirmwareBus in native/abi.cpp."""
 
     _fields_ = (
         ("harness", c_void_p),
@@ -123,7 +124,7 @@ class FirmwareBus(ctypes.Structure):
 
 @cache
 def load(path: Path) -> Any:
-    """Load the library, with the types of its functions."""
+    """Load the library and declare the types of its functions."""
     library = ctypes.CDLL(str(path), mode=ctypes.RTLD_LOCAL)
     for name, (result, arguments) in _FUNCTIONS.items():
         function = getattr(library, name)

@@ -1,4 +1,5 @@
-"""Noise of the readings that a compiled instrument can follow in every clock."""
+"""Noise of the readings that is smooth enough for a compiled instrument to follow in every
+clock."""
 
 from __future__ import annotations
 
@@ -23,8 +24,9 @@ class ReadingNoise(Cause):
 
     The noise is Gaussian with the standard deviation ``rms_rad``. Readings more than 4 ×
     ``correlation_s`` apart are independent, so that the noise of captured samples is white. It is a
-    uniform cubic B-spline of normal numbers in the table's time, with new numbers after 262,144 of
-    them. A table applies its effects in their order; this effect must be the last.
+    uniform cubic B-spline in the table's time with normal random numbers as coefficients; new
+    numbers are drawn for every block of 262,144. A table applies its causes in their order; this
+    one must be the last.
     """
 
     rms_rad: float
@@ -44,21 +46,22 @@ class ReadingNoise(Cause):
             )
 
     def _block(self, number: int) -> Float:
-        """Return the numbers of a block for four heads, shape ``(4, _KNOTS)``; keep those of the
-        last blocks."""
+        """Return the numbers of a block for four heads, shape ``(4, _KNOTS)``; the last blocks are
+        cached."""
         if number not in self._blocks:
             while len(self._blocks) >= _KEPT_BLOCKS:
                 del self._blocks[next(iter(self._blocks))]
-            # Blocks before time 0 have odd numbers of their own.
+            # Blocks before time 0 get odd numbers as seeds, so that no two blocks have the same
+            # seed.
             own = 2 * number if number >= 0 else -2 * number - 1
             seed = [self.seed, own] if own else self.seed
             values = np.random.default_rng(seed).normal(0.0, 1.0, (HEADS_MOST, _KNOTS))
-            # Mean over the interval of the sum of the squared basis functions: 151/315 + 0.
+            # The sum of the squared basis functions has the mean 151/315 over an interval.
             self._blocks[number] = self.rms_rad / np.sqrt(151 / 315) * values
         return self._blocks[number]
 
     def _numbers(self, head: int, knot: NDArray[np.int64]) -> Float:
-        """Return the normal number at each knot, shape ``(n,)``."""
+        """Return the normal random number at each knot, shape ``(n,)``."""
         if not knot.size:
             return np.zeros(0)
         first, last = int(knot.min()) // _KNOTS, int(knot.max()) // _KNOTS
@@ -81,7 +84,7 @@ class ReadingNoise(Cause):
         head : int
             Number of the head, from 0.
         disc_reading_rad : ndarray
-            Angle of the lines, which has no influence, shape (n,).
+            Angle that the lines state, shape (n,); it has no influence.
         state : TableState
             Instants of the requested values, shape (n,).
 

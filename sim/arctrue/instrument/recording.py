@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 class EdgeTrack:
     """The recorded edges of one encoder signal.
 
-    Every K-th edge is kept, shape ``(n,)``; the bins, shape ``(bins,)``, contain every edge.
-    Positions and errors have an arbitrary zero, the same for a whole track.
+    Every K-th edge is kept, in arrays of shape ``(n,)``; the bins, shape ``(bins,)``, count all
+    edges. Positions and errors have an arbitrary zero, which is the same for a whole track.
     """
 
     counts_per_rev: int
@@ -23,11 +23,11 @@ class EdgeTrack:
     position: NDArray[np.int64]
     """Position of the level that the reading passed, counts."""
     true_angle_rad: NDArray[np.float64]
-    """True angle of the table in the middle of the clock in which it made the edge; not wrapped."""
+    """True angle of the table in the middle of the clock of each kept edge; not wrapped."""
     bin_edges: NDArray[np.int64]
-    """Number of edges in each equal part of the turn."""
+    """Number of edges in each bin, an equal part of the turn."""
     bin_mean_counts: NDArray[np.float64]
-    """Mean of position − true angle; NaN in an empty bin."""
+    """Mean of position − true angle in each bin; NaN in an empty bin."""
     bin_lowest_counts: NDArray[np.float64]
     """Smallest position − true angle in each bin."""
     bin_highest_counts: NDArray[np.float64]
@@ -40,7 +40,7 @@ class EdgeTrack:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """One recording: the output of the core, and the incoming signal of head 1."""
+    """One recording: the output of the core and the incoming signal of head 1."""
 
     output: EdgeTrack
     """The corrected signal."""
@@ -51,5 +51,4 @@ class Recording:
     index_clock: NDArray[np.int64]
     """Clocks in which Z of the output rose."""
     index_position: NDArray[np.int64]
-    """Counts of the output in those clocks, in each of which Z is high; the zero is that of the
-    track."""
+    """Position of the output in those clocks, in which Z is high; the zero is that of the track."""

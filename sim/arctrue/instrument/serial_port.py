@@ -10,13 +10,14 @@ from collections import deque
 from arctrue.instrument.firmware import Firmware
 
 MOST_BYTES = 1 << 20
-"""Characters that wait for a slow reader; further ones are lost, as on a serial line."""
+"""Largest number of characters that wait for a slow reader; further ones are lost, as on a serial
+line."""
 
 
 class SerialPort:
     """A pseudo-terminal between the firmware's console and the program that opens ``name``.
 
-    Between two calls of :meth:`exchange` nothing is received: call it between rounds of the
+    The console receives characters only within :meth:`exchange`: call it between rounds of the
     firmware's main loop.
     """
 
@@ -26,7 +27,7 @@ class SerialPort:
         self._end, far = pty.openpty()
         tty.setraw(far)
         self.name = os.ttyname(far)
-        """Path of the port for other programs; one at a time opens it exclusively."""
+        """Path of the port for other programs; only one of them may open it at a time."""
         os.close(far)
         os.set_blocking(self._end, False)
         self._waiting: deque[bytes] = deque()
@@ -34,7 +35,7 @@ class SerialPort:
         firmware.listener = self._print
 
     def exchange(self) -> None:
-        """Type what has arrived at the console, and send what the console has printed."""
+        """Pass received characters to the console, and send what the console has printed."""
         try:
             received = os.read(self._end, 4096)
         except OSError:  # nothing was sent, or no program has the port open
@@ -54,7 +55,7 @@ class SerialPort:
             self._waiting.popleft()
 
     def close(self) -> None:
-        """Close the port: its reader gets an error."""
+        """Close the port; the program that has it open gets an error."""
         self._firmware.listener = None
         os.close(self._end)
 

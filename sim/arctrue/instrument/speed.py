@@ -14,7 +14,8 @@ COUNTS_PER_REV = 1 << 24
 
 
 def busy_coefficients(lanes: int) -> Coefficients:
-    """Return order n in lane n − 1: a tenth of a count each, all phases different."""
+    """Return coefficients with order n in lane n − 1: a tenth of a count each, all phases
+    different."""
     order = np.arange(1, lanes + 1)
     return Coefficients(
         phase_steps=(order << (48 - 24)).astype(np.uint64),
@@ -26,7 +27,7 @@ def busy_coefficients(lanes: int) -> Coefficients:
 
 
 def clocks_per_second(instrument: Instrument, lanes: int, clocks: int) -> float:
-    """Return the clocks simulated per second of processor time, at 1.1 clocks a count.
+    """Return the number of clocks simulated per second of processor time, at 1.1 clocks a count.
 
     Processor time does not depend on other work of the machine.
     """

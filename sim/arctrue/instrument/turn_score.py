@@ -23,23 +23,23 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TurnScore:
-    """Error of one signal over one turn in seconds of arc, its own mean over the turn removed."""
+    """Error of one signal over one turn in seconds of arc; the mean of the turn is removed."""
 
     error_arcsec: Float
-    """Mean error in each half degree of the true angle, shape ``(720,)``; NaN if it contains no
+    """Mean error in each half degree of the true angle, shape ``(720,)``; NaN where there is no
     edge."""
     lowest_edge_arcsec: Float
     """Lowest error of all edges in each half degree, same shape."""
     highest_edge_arcsec: Float
     mean_arcsec: float
-    """Removed mean, which two heads cannot determine; relative to the mean of the recording's first
-    turn."""
+    """Mean that was removed, which two heads cannot determine; relative to the mean of the
+    recording's first turn."""
     edges_rms_arcsec: float
-    """Root mean square of single edges: it includes what is finer than half a degree, the noise of
-    the readings and the steps of the counts. NaN if no single edge was kept."""
+    """Root mean square error of single edges. It includes errors finer than half a degree, the
+    noise of the readings and the steps of the counts. NaN if no single edge was kept."""
     amplitude_arcsec: Float
-    """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless more are requested; NaN if the turn is
-    not whole."""
+    """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless more orders are requested; NaN if the
+    turn is not whole."""
     edges: int
 
     @classmethod
@@ -68,12 +68,11 @@ class TurnScore:
 
     @classmethod
     def of_even_readings(cls, error_arcsec: Float, most_order: int = MOST_ORDER) -> Self:
-        """Return the score of readings at n even true angles (k + ½)/n of a turn, each in place of
-        an edge.
+        """Return the score of n readings at the true angles (k + ½)/n of a turn, used like edges.
 
-        ``error_arcsec`` (n,) belongs to k = 0 … n − 1; n is a multiple of 720 and above twice
-        ``most_order``. The amplitudes are those of the readings: no averaging over a part reduces
-        them.
+        ``error_arcsec`` (n,) contains the errors at k = 0 … n − 1; n is a multiple of 720 and above
+        twice ``most_order``. The amplitudes are those of the readings, which no mean over a half
+        degree reduces.
         """
         parts = error_arcsec.reshape(BINS, -1)
         mean = float(error_arcsec.mean())
@@ -90,7 +89,7 @@ class TurnScore:
 
     @classmethod
     def of_means(cls, error_arcsec: Float, mean_arcsec: float, edges_rms_arcsec: float) -> Self:
-        """Return the score from means of half a degree alone."""
+        """Return the score from the means of the half degrees alone."""
         return cls(
             error_arcsec,
             error_arcsec,
@@ -128,7 +127,7 @@ class TurnScore:
 
     @property
     def every_edge_arcsec(self) -> tuple[float, float]:
-        """Smallest and largest error of an edge."""
+        """Smallest and largest error of all edges."""
         lowest, highest = self.lowest_edge_arcsec, self.highest_edge_arcsec
         return float(np.nanmin(lowest)), float(np.nanmax(highest))
 
@@ -158,7 +157,8 @@ class TurnScore:
         }
 
     def curve_as_json(self) -> dict[str, list[float]]:
-        """Return the mean of each half degree: a long list, stored apart from the figures."""
+        """Return the mean of each half degree; the list is long, and callers store it apart from
+        the figures."""
         return {
             "angle_deg": np.rad2deg(self.angle_rad).tolist(),
             "error_arcsec": self.error_arcsec.tolist(),
@@ -179,9 +179,10 @@ def amplitudes(means: Float) -> Float:
 
 
 def score_turn(track: EdgeTrack) -> TurnScore:
-    """Score a turn that was recorded in parts of half a degree or less; edges may be kept.
+    """Score a turn that was recorded in bins of half a degree or less; single edges may be kept as
+    well.
 
-    Raises InstrumentError if a part contains no edge.
+    Raises InstrumentError if a bin contains no edge.
     """
     parts = track.bin_edges.size
     if not parts or parts % BINS or not track.bin_edges.all():
@@ -211,8 +212,8 @@ def score_turn(track: EdgeTrack) -> TurnScore:
 def score_turns(track: EdgeTrack, travel_turns: Float, turns: int) -> list[TurnScore | None]:
     """Score each turn of travel from the kept edges; None for a turn without an edge.
 
-    ``travel_turns`` (n,) is the travel at each kept edge, which never decreases: 0 to 1 is the
-    first turn.
+    ``travel_turns`` (n,) is the travel at each kept edge, which never decreases; the first turn is
+    0 to 1.
     """
     position_counts = track.position - track.true_angle_rad * (track.counts_per_rev / TURN_RAD)
     error_arcsec = position_counts * (ARCSEC_PER_TURN / track.counts_per_rev)

@@ -1,7 +1,8 @@
 """The measurement that a diagnosis requests: instructions, and the check that a run satisfies it.
 
-A requested run is the first run of the set with one condition changed; the same holds for a
-reference run. The recorded run is compared with the first run, within the limits below.
+A requested run repeats the first run of the set with one condition changed; a requested reference
+run repeats the first reference run in the same way. The recorded run is compared with the first
+run, within the limits below.
 """
 
 from __future__ import annotations
@@ -21,12 +22,13 @@ MORE_TURNS = 30
 MORE_SAMPLES = 5
 FACES = 24
 TURNED_FACES = 1.0 / 3.0
-"""Defaults of a requested run: speed, temperature, turns, samples per turn, polygon."""
+"""Defaults of a requested run: factor of the speed, rise of temperature, turns, factor of the
+samples per turn, faces of the polygon, and the share of a face by which the polygon is turned."""
 
 ENOUGH = 2.0 / 3.0
-"""Share of the requested change from which a condition counts as changed."""
+"""Share of the requested change above which a condition counts as changed."""
 SAME_SPEED = 0.2
-"""Relative difference up to which two speeds count as one, as for the poses of a reference run."""
+"""Relative difference below which two speeds count as equal."""
 SAME_TEMPERATURE_K = 1.0
 """Largest change of temperature that is not reported; a larger one means that two conditions
 changed."""
@@ -36,23 +38,23 @@ TURNED_WITHIN = 0.1
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a capture, with the quantities that a request states."""
+    """One run of a capture, described by the quantities that a request states."""
 
     speed_deg_s: float
-    """Signed speed."""
+    """Speed, positive upwards."""
     turns: float
     samples_a_turn: float
     temperature_c: float | None
 
     @property
     def way(self) -> str:
-        """Direction in the words of the commands."""
+        """Direction as the commands name it."""
         return "up" if self.speed_deg_s > 0.0 else "down"
 
 
 @dataclass(frozen=True)
 class Came:
-    """Reports in words the differences of a recorded run from the request, and further remarks."""
+    """Differences between a recorded run and the request, and further remarks, in words."""
 
     faults: list[str]
     remarks: list[str]
@@ -88,15 +90,16 @@ def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
 
 
 def by_device(kind: str) -> bool:
-    """Tell whether ``arctrue capture`` can record it: the device captures a turn of both heads."""
+    """Tell whether ``arctrue capture`` can record this measurement: the device captures a turn of
+    both heads."""
     return kind in ("speed", "direction", "again", "warm")
 
 
 def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
-    """Compare ``taken`` with what was requested in addition to ``before``.
+    """Compare ``taken`` with the measurement that was requested in addition to ``before``.
 
-    Among several runs, the run with the fewest faults is compared. Raises ValueError for an unknown
-    kind.
+    If ``taken`` has several runs, the run with the fewest faults is compared. Raises ValueError for
+    an unknown kind.
     """
     asked = _asked(kind)
     if isinstance(asked, _OfACapture):
@@ -160,7 +163,7 @@ def _same_speed(first: Run, run: Run) -> list[str]:
 
 
 def _whole_turn(run: Run) -> list[str]:
-    # A capture of one turn ends a sample before the turn does.
+    # A capture of one turn ends one sample before the end of the turn.
     if run.turns + 1.5 / run.samples_a_turn >= 1.0:
         return []
     return [f"it covers {run.turns:.2f} of a turn, expected a whole one"]
@@ -268,7 +271,7 @@ def _faces(before: MeasurementSet) -> int:
 
 
 def _targets(reference: Reference) -> NDArray[np.float64]:
-    """Return the different target angles of a turn, degrees."""
+    """Return the target angles within a turn, each once, degrees."""
     return np.unique(np.round(np.mod(reference.target_deg, 360.0), 3) % 360.0)
 
 
@@ -334,7 +337,7 @@ def _turned_faults(before: MeasurementSet, reference: Reference) -> list[str]:
 
 
 def _phase_deg(reference: Reference, face_deg: float) -> float:
-    """Return the position of the targets within a face: their circular mean, degrees."""
+    """Return the position of the targets within a face: their mean on the circle, degrees."""
     turns = np.exp(2j * np.pi * reference.target_deg / face_deg)
     return float(np.angle(turns.mean())) / (2.0 * np.pi) * face_deg
 
@@ -396,4 +399,4 @@ _KINDS: dict[str, _OfACapture | _OfAReference] = {
 }
 
 KINDS = tuple(_KINDS)
-"""Names of the measurements, as a diagnosis asks for them."""
+"""Names of the measurements that a diagnosis can request."""

@@ -31,28 +31,27 @@ else:
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
 BytesRead = Callable[[Path, int, int], None]
-"""Function that is called with (file, bytes read, all bytes) after every block."""
+"""Function that is called with file, bytes read and size in bytes after every block."""
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
-"""Number of rows of a block if the lines are read one by one."""
+"""Number of rows in a block if the lines are read one by one."""
 _NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", "N/A", "n/a")
 _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
 _INT64 = range(-(2**63), 2**63)
 MISSPELT_RATIO = 0.75
-"""Share of matching letters from which a column counts as a misspelt one.
-
-A condition may have any name, so the limit is stricter than for a key: temprature_c (0.96) and time
-(0.8) are reported, duration_s (0.63) is not taken for direction.
-"""
+"""Share of matching letters above which a column counts as misspelt. A condition may have any name,
+so the limit is stricter than for a key: temprature_c (0.96) and time (0.8) are reported, duration_s
+(0.63) is not taken for direction."""
 LARGEST_NUMBER = 1e12
-"""Largest accepted value in seconds, degrees, arcseconds or °C; a larger one is a damaged field."""
+"""Largest accepted value in seconds, degrees, arcseconds or °C; a larger value is a damaged
+field."""
 
 
 @dataclass
 class CsvFile:
-    """One file: the columns to read, those that it has, and warnings.
+    """One CSV file: the columns to read, the columns that it has, and warnings.
 
     With ``with_conditions`` every other column of numbers is read too; a column with anything else
     is left out with a warning.
@@ -124,10 +123,11 @@ class CsvFile:
         ]
 
     def blocks(self) -> Iterator[Columns]:
-        """Yield blocks of rows, whole numbers as int64 and all others as float64.
+        """Yield blocks of rows with whole numbers as int64 and all other numbers as float64.
 
-        Raises MeasurementError with the row and column of the first field that is not a number, not
-        finite or missing. A last line without an end that lacks fields is left out, with a warning.
+        Raises MeasurementError with the row and column of the first field that is missing, not a
+        number, or not finite. A last line that lacks fields and a line end is left out, with a
+        warning.
         """
         cut = self._cut_last_line()
         if not installed("pyarrow"):
@@ -185,8 +185,8 @@ class CsvFile:
             raise self._no_rows()
 
     def _block(self, lines: list[list[str]], first: int) -> Columns:
-        """Return checked lines as columns; a condition that is not a number is left out from here
-        on."""
+        """Return checked lines as columns; leave out a condition from the first field that is no
+        number."""
         columns = dict(zip(self.header, zip(*lines, strict=True), strict=False))
         block: Columns = {}
         for name in self.columns:
@@ -209,7 +209,7 @@ class CsvFile:
         return block
 
     def _condition(self, name: str, texts: pa.Array, first: int) -> NDArray[np.float64] | None:
-        """Return the numbers of a condition; None, with a warning, once one of its fields is no
+        """Return the numbers of a condition; None, with a warning, if one of its fields is no
         number."""
         try:
             numbers = np.asarray(pc.cast(pc.utf8_trim_whitespace(texts), pa.float64()))
@@ -233,7 +233,8 @@ class CsvFile:
         )
 
     def row_of(self, index: int) -> int:
-        """Return the line of data row ``index``, from 0; blank lines and the header count."""
+        """Return the line number of data row ``index``, from 0; blank lines and the header count as
+        lines."""
         for number, (row, _) in enumerate(self._lines()):
             if number == index:
                 return row
@@ -248,7 +249,8 @@ class CsvFile:
         types = {
             name: pa.int64() if name in WHOLE_COLUMNS else pa.float64() for name in self.columns
         } | dict.fromkeys(self.conditions, pa.string())
-        # Every other line with a wrong number of fields is an error.
+        # Only the cut-off last line is skipped; every other line with a wrong number of fields is
+        # an error.
         handler = (lambda row: "skip" if row.text == self._cut_text else "error") if cut else None
         reader = pa_csv.open_csv(
             self.path,
@@ -269,7 +271,7 @@ class CsvFile:
     _cut_text: str = ""
 
     def _cut_last_line(self) -> int | None:
-        """Return the length of a last line that has no end and lacks fields, else None."""
+        """Return the length of the last line if it lacks fields and a line end, else None."""
         with self.path.open("rb") as file:
             size = file.seek(0, 2)
             file.seek(max(size - 65536, 0))
@@ -300,8 +302,8 @@ class CsvFile:
                     yield reader.line_num, fields
 
     def _may_hold_hexadecimal(self) -> bool:
-        """Tell whether the file may contain text such as 0x10, which pyarrow reads as 16 but is no
-        number."""
+        """Tell whether the file may contain text such as 0x10, which is no number but which pyarrow
+        reads as 16."""
         last = b""
         with self.path.open("rb") as file:
             while piece := file.read(BLOCK_BYTES):
@@ -325,7 +327,7 @@ class CsvFile:
             raise MeasurementError("format", self.path, str(error)) from error
 
     def _check_line(self, row: int, fields: Sequence[str]) -> None:
-        """Raise an error if a line has another number of fields, or a wrong one."""
+        """Raise an error if a line has a wrong number of fields, or a wrong field."""
         if len(fields) != len(self.header):
             raise MeasurementError(
                 "format",

@@ -1,5 +1,5 @@
-"""The date of a measurement set: text in ISO 8601 in measurement.toml, a datetime with its zone in
-memory."""
+"""The date of a measurement set: a text in ISO 8601 in measurement.toml, a datetime with a time
+zone in memory."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import Any
 
 
 def moment(text: str, key: str = "date") -> datetime:
-    """Return the instant that a text in ISO 8601 states; without a zone it counts as UTC.
+    """Return the instant that a text in ISO 8601 states; a text without a time zone counts as UTC.
 
-    A date without a time means its beginning. Raises ValueError, whose text begins with ``key``.
+    A date without a time means the beginning of the day. Raises ValueError, whose text begins with
+    ``key``.
     """
     try:
         found = datetime.fromisoformat(text)

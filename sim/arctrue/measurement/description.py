@@ -1,4 +1,4 @@
-"""``measurement.toml``: the measured object and the instruments."""
+"""Reads ``measurement.toml``, which describes the measured object and the instruments."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FILE_NAME = "measurement.toml"
 
 
 class Channel(Struct, frozen=True):
-    """Keys that ``[capture]`` and ``[reference]`` share; None means not given."""
+    """Keys that ``[capture]`` and ``[reference]`` share; None: not stated."""
 
     file: str | None = None
 
@@ -66,7 +66,7 @@ Schema = Annotated[Literal[1], Meta(description="1, the schema that this program
 
 
 class Keys(Struct, frozen=True):
-    """All keys of the file. Keys of other programs are kept."""
+    """All keys of the file; keys of other programs are kept."""
 
     schema: Schema
     title: str = ""
@@ -78,8 +78,10 @@ class Keys(Struct, frozen=True):
     origin: Origin = field(default_factory=Origin)
 
     def __post_init__(self) -> None:
-        """Check texts and date. Raises ValueError for a text of more than one printable line, or
-        for an invalid date."""
+        """Check texts and date.
+
+        Raises ValueError for a text of more than one printable line, or for an invalid date.
+        """
         line_of_text(self.title, "title")
         if self.date:
             moment(self.date)
@@ -102,14 +104,14 @@ class _OnlySchema(Struct):
 
 
 def read_description(folder: Path) -> Description:
-    """Read and check ``folder``/measurement.toml; MeasurementError names file and key."""
+    """Read and check ``folder``/measurement.toml. Raises MeasurementError naming file and key."""
     path = folder / FILE_NAME
     if not folder.is_dir():
         what = "is a file, expected a folder" if folder.exists() else "no such folder"
         raise MeasurementError("missing", folder, f"{what} with a {FILE_NAME}")
     try:
         content = with_text_date(read_toml(path))
-        # Another schema may have keys of other types: the error then names the schema only.
+        # In another schema keys may have other types, so the error then names the schema only.
         typed(content, _OnlySchema)
         keys = typed(content, Keys)
     except FileNotFoundError as error:
@@ -130,6 +132,6 @@ def read_description(folder: Path) -> Description:
 
 
 def _stays_inside(name: str) -> bool:
-    """Tell whether ``name`` is a relative path without "..", read as a path of any system."""
+    """Tell whether ``name`` is a relative path without ".." on every operating system."""
     windows, posix = PureWindowsPath(name), PurePosixPath(name)
     return not (windows.anchor or posix.is_absolute() or ".." in windows.parts + posix.parts)

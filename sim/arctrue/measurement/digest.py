@@ -12,8 +12,8 @@ from arctrue.measurement.reader import data_file
 def set_digest(folder: Path) -> str:
     """Return the SHA-256 over the SHA-256 of the description, the capture and the reference run.
 
-    The value equals that of ``sha256sum measurement.toml capture.csv reference.csv | sha256sum`` in
-    the folder, with the names that the description gives and only the existing files. Raises
+    It is the value that ``sha256sum measurement.toml capture.csv reference.csv | sha256sum`` prints
+    in the folder, with the names that the description gives, and with existing files only. Raises
     OSError, MeasurementError.
     """
     description = read_description(folder)

@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Literal
 
 Fault = Literal["missing", "format", "value", "not_a_number", "empty", "time", "order"]
-"""missing: file, key or column; format: not TOML or CSV; value: wrong type or range;
-not_a_number: NaN, infinite or an empty field; empty: no rows; time: runs backwards;
-order: rows of a run are not together."""
+"""Kinds of a fault: missing (file, key or column), format (not TOML or CSV), value (wrong type or
+range), not_a_number (NaN, infinite or an empty field), empty (no rows), time (runs backwards),
+order (rows of a run are not together)."""
 
 
 class MeasurementError(ValueError):
     """A measurement set that cannot be used.
 
-    ``row`` counts lines of the file as an editor does: the header is row 1. ``row`` and ``column``
-    are None if they do not apply to the fault.
+    ``row`` is a line number of the file as in an editor: the header is row 1. ``row`` and
+    ``column`` are None if they do not apply to the fault.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class MeasurementError(ValueError):
         self.column = column
 
     def of_file(self, file: Path) -> MeasurementError:
-        """Return the error of another file: the packed one, if an unpacked copy was read.
+        """Return the same error for another file: the packed file, if an unpacked copy was read.
 
         Parameters
         ----------
@@ -51,6 +51,6 @@ class MeasurementError(ValueError):
         Returns
         -------
         MeasurementError
-            The same fault, of ``file``.
+            The same fault with the name of ``file``.
         """
         return MeasurementError(self.fault, file, self.message, row=self.row, column=self.column)

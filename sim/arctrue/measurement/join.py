@@ -1,4 +1,4 @@
-"""Joins several measurement sets of one table to one set, which has the runs of all of them."""
+"""Joins several measurement sets of one table to one set with all runs."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Times = Literal["", "keep", "after"]
 Rows = TypeVar("Rows", Capture, Reference)
 
 SAME_SEPARATION_DEG = 0.25
-"""Largest difference of stated separations of the same heads: a device states the separation that
-it measured."""
+"""Largest difference between stated separations of the same heads: a device states the separation
+that it measured."""
 
 
 class JoinError(ValueError):
-    """These sets cannot be joined to one measurement."""
+    """The sets cannot be joined to one measurement."""
 
 
 class OverlapError(JoinError):
@@ -29,9 +29,9 @@ class OverlapError(JoinError):
 def joined(
     sets: Sequence[MeasurementSet], *, times: Times = "", common_columns: bool = False
 ) -> tuple[MeasurementSet, list[str]]:
-    """Put the rows of several sets of one table together, one set after the other.
+    """Join the rows of several sets of one table, one set after the other.
 
-    Run and cycle numbers of later sets are increased so that each occurs once. The times of a
+    Run and cycle numbers of later sets are increased so that no number occurs twice. The times of a
     reference are converted to the clock of its capture.
 
     Parameters
@@ -39,8 +39,8 @@ def joined(
     sets : sequence of MeasurementSet
         Sets of the same table.
     times : {"", "after", "keep"}, optional
-        ``after`` appends a set whose clock restarts to the one before, ``keep`` keeps the times
-        (s); by default such sets are refused.
+        Treatment of a set whose clock restarts: ``after`` moves its times behind those of the set
+        before it, ``keep`` keeps its times; by default it is refused.
     common_columns : bool, optional
         Leave out columns that not all sets have.
 
@@ -54,9 +54,9 @@ def joined(
     Raises
     ------
     JoinError
-        The sets are of different tables, or have different columns.
+        If the sets are of different tables, or have different columns.
     OverlapError
-        The same rows occur twice.
+        If the same rows occur twice.
     """
     names = [str(item.folder or item.title or number) for number, item in enumerate(sets, start=1)]
     notes: list[str] = []
@@ -119,7 +119,7 @@ def _same_table(sets: Sequence[MeasurementSet], names: Sequence[str]) -> Table:
                 )
     values = {key: value for key, (_, value) in found.items()}
     if "head_places_deg" in values:
-        # The separation is the second of these places, from the same set.
+        # The separation is the second of the places, so both come from the same set.
         del values["head_separation_deg"]
     return Table(**values)
 
@@ -154,7 +154,8 @@ def _times(item: MeasurementSet) -> list[Any]:
 def _time_shift(
     name: str, item: MeasurementSet, end_s: float | None, times: Times, notes: list[str]
 ) -> tuple[float, float | None]:
-    """Return the offset added to the times of a set, and the time at which the set then ends."""
+    """Return the offset that is added to the times of a set, and the time at which the set then
+    ends."""
     found = _times(item)
     if not found:
         return 0.0, end_s
@@ -192,7 +193,8 @@ def _moved(rows: Rows, runs: int, cycles: int, shift_s: float) -> Rows:
         changed["time_s"] = rows.time_s + shift_s
     if isinstance(rows, Reference):
         size = rows.error_arcsec.size
-        # A reference without the column is one run and one cycle, also among others.
+        # A reference run without the column ``cycle`` counts as one cycle; without ``run``, as one
+        # run.
         before = np.zeros(size, dtype=np.int64) if rows.cycle is None else rows.cycle
         changed["cycle"] = before + cycles
     run = rows.run
@@ -206,8 +208,8 @@ def _moved(rows: Rows, runs: int, cycles: int, shift_s: float) -> Rows:
 def _rows_with_uncertainty(
     references: Sequence[tuple[str, Reference]],
 ) -> list[tuple[str, Reference]]:
-    """Return the references of the sets, with their uncertainty as a column if the sets differ in
-    it."""
+    """Return the reference runs of the sets; if their uncertainties differ, store them as
+    columns."""
     stated = {rows.standard_uncertainty_arcsec for _, rows in references}
     if len(stated) < 2 or None in stated:
         return list(references)
@@ -227,7 +229,7 @@ def _rows_with_uncertainty(
 
 
 def _stacked(parts: Sequence[tuple[str, Rows]], common_columns: bool, notes: list[str]) -> Rows:
-    """Stack the rows of all parts."""
+    """Stack the rows of all sets."""
     first = parts[0][1]
     values: dict[str, Any] = {}
     for item in fields(first):

@@ -1,4 +1,4 @@
-"""``mask.csv``: rows that the user masked, or wants to use although they look wrong."""
+"""Reads ``mask.csv``: rows that the user masked, and rows to use although they look wrong."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ Channel = TypeVar("Channel", Capture, Reference)
 def with_mask_file(
     folder: Path, channel: Literal["capture", "reference"], rows: Channel, warnings: list[str]
 ) -> Channel:
-    """Apply ``folder``/mask.csv to ``rows``; without that file they stay as they are.
+    """Apply ``folder``/mask.csv to ``rows``; without that file the rows stay as they are.
 
-    The file has the columns ``capture_row,mask`` or ``reference_row,mask``, or all three with 0 for
-    "none". A row is given by its line in the CSV file, the header being line 1. ``mask`` is 1 for a
-    row that must not be used and 0 for one that must. A column of another name is added to
-    ``warnings``, once for both channels. Raises MeasurementError.
+    The file has the columns ``capture_row,mask`` or ``reference_row,mask``, or all three; then 0
+    means that no row of this file is meant. A row is named by its line in the CSV file; the header
+    is line 1. ``mask`` is 1 for a row that must not be used and 0 for a row that must be used. If
+    the file has another column, a warning is added to ``warnings``, once for both channels. Raises
+    MeasurementError.
     """
     path = folder / FILE_NAME
     if not path.is_file():

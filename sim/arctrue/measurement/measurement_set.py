@@ -17,7 +17,7 @@ from arctrue.base.typed_content import line_of_text
 SCHEMA = 1
 CAPTURE_COLUMNS = ("run", "time_s", "head1_counts", "head2_counts")
 FURTHER_HEADS = ("head3_counts", "head4_counts")
-"""Columns of a capture of three or four heads."""
+"""Further columns of a capture of three or four heads."""
 HEAD_COLUMNS = ("head1_counts", "head2_counts", *FURTHER_HEADS)
 CAPTURE_OPTIONAL = (*FURTHER_HEADS, "temperature_c", "u_arcsec", "mask")
 REFERENCE_COLUMNS = ("target_deg", "error_arcsec")
@@ -57,7 +57,7 @@ Boolean = NDArray[np.bool_]
 
 
 LARGEST = 2**63
-"""Largest magnitude of any number in measurement.toml; NaN is refused as well."""
+"""Limit of the magnitude of any number in measurement.toml; NaN is refused as well."""
 AnyNumber = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 NotNegative = Annotated[float, Meta(ge=0, le=LARGEST)]
 Positive = Annotated[float, Meta(gt=0, le=LARGEST)]
@@ -67,25 +67,25 @@ HeadPlace = Annotated[float, Meta(gt=-360, lt=360)]
 
 @dataclass(frozen=True)
 class Table:
-    """The ``[table]`` of measurement.toml; None: not given.
+    """The section ``[table]`` of measurement.toml; None: not stated.
 
     Parameters
     ----------
     counts_per_rev : int, optional
-        Counts of one turn.
+        Number of counts per turn.
     grating_lines : int, optional
-        Lines of the disc.
+        Number of lines of the disc.
     disc_diameter_mm : float, optional
-        Diameter at which the lines are, mm.
+        Diameter of the circle of lines, mm.
     head_separation_deg : float, optional
         Angle from head 1 to head 2, degrees.
     index_detection_arcsec : float, optional
         Standard uncertainty of the distance between the places where the heads detect the index
         mark, arcseconds.
     drive_gear_teeth : float, optional
-        Teeth of the gear that drives the table; may be fractional.
+        Number of teeth of the gear that drives the table; it may be fractional.
     faces : int, optional
-        Faces of the polygon that the reference runs used.
+        Number of faces of the polygon that the reference runs used.
     index_repeatability_counts : float, optional
         Standard deviation of one head's index mark from run to run, counts.
     head_places_deg : tuple of float, optional
@@ -104,17 +104,18 @@ class Table:
     drive_gear_teeth: Positive | None = None
     faces: Count | None = None
     index_repeatability_counts: NotNegative | None = None
-    """Repeatability of an index mark from run to run: standard deviation of one head."""
+    """Repeatability of an index mark from run to run, as a standard deviation for one head."""
     head_places_deg: Annotated[tuple[HeadPlace, ...], Meta(min_length=2, max_length=4)] | None = (
         None
     )
-    """Places of heads 2, 3 and 4 relative to head 1; replaces ``head_separation_deg``."""
+    """Places of all heads relative to head 1, beginning with 0; they replace
+    ``head_separation_deg``."""
 
     def __post_init__(self) -> None:
         """Take ``head_separation_deg`` from the places.
 
-        Raises ValueError for places that do not begin at 0, that coincide, or that another
-        separation contradicts.
+        Raises ValueError if the places do not begin at 0, if two places coincide, or if another
+        separation is stated.
         """
         places, separation = self.head_places_deg, self.head_separation_deg
         if places is None:
@@ -138,7 +139,7 @@ class Table:
 
     @property
     def places_deg(self) -> tuple[float, ...] | None:
-        """Places of all heads after head 1, degrees; None if the set states no separation."""
+        """Places of all heads relative to head 1, degrees; None if the set states no separation."""
         if self.head_places_deg is not None:
             return self.head_places_deg
         separation = self.head_separation_deg
@@ -146,7 +147,8 @@ class Table:
 
 
 def _column(name: str, value: Any) -> NDArray[Any]:
-    """Return an array (n,) of the column's type. Raises ValueError."""
+    """Return an array (n,) of the column's type. Raises ValueError if a value does not fit the
+    type."""
     array = np.asarray(value)
     if array.ndim != 1:
         raise ValueError(f"{name}: expected a row of numbers, found an array {array.shape}")
@@ -165,15 +167,15 @@ def _column(name: str, value: Any) -> NDArray[Any]:
 
 
 class _Rows:
-    """Rows of one file: columns of equal length, and keys of the file's section."""
+    """Rows of one file: columns of equal length, and the keys of the file's section."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Convert the given columns, lists or columns of a data frame, to arrays.
+        """Convert the given columns, which may be lists or columns of a data frame, to arrays.
 
-        Raises ValueError for a column that is not one-dimensional and numeric, has fractions where
-        integers are required, or has another length than the others.
+        Raises ValueError for a column that is not one-dimensional and numeric, that has fractions
+        where integers are required, or whose length differs from that of the others.
         """
         sizes: dict[str, int] = {}
         for item in fields(self):  # type: ignore[arg-type]
@@ -212,9 +214,9 @@ class Capture(_Rows):
     run : ndarray of int, shape (rows,)
         Number of the run; a run has one direction.
     time_s : ndarray, shape (rows,)
-        Time, s; does not run backwards within a run.
+        Time, s; within a run it never decreases.
     head1_counts : ndarray of int, shape (rows,)
-        Reading of head 1, counts, which continues past a turn.
+        Reading of head 1, counts; it continues past a turn.
     head2_counts : ndarray of int, shape (rows,)
         Reading of head 2, counts.
     temperature_c : ndarray, shape (rows,), optional
@@ -249,14 +251,17 @@ class Capture(_Rows):
     head4_counts: Integer | None = None
 
     def __post_init__(self) -> None:
-        """Check the columns. Raises ValueError as for all rows, and for head 4 without head 3."""
+        """Check the columns.
+
+        Raises ValueError as for all rows, and for a head 4 without head 3.
+        """
         super().__post_init__()
         if self.head4_counts is not None and self.head3_counts is None:
             raise ValueError("head4_counts: expected head3_counts with it, which is not there")
 
     @property
     def heads(self) -> tuple[Integer, ...]:
-        """The counts of every head, head 1 first."""
+        """Readings of every head in counts, head 1 first."""
         further = (self.head3_counts, self.head4_counts)
         return (self.head1_counts, self.head2_counts, *(h for h in further if h is not None))
 
@@ -270,7 +275,7 @@ class Reference(_Rows):
     target_deg : ndarray, shape (rows,)
         Target angle, degrees.
     error_arcsec : ndarray, shape (rows,)
-        Reading of head 1 less the angle by the reference, arcseconds.
+        Reading of head 1 minus the angle by the reference, arcseconds.
     run : ndarray of int, shape (rows,), optional
         Number of the run.
     time_s : ndarray, shape (rows,), optional
@@ -286,7 +291,7 @@ class Reference(_Rows):
     instrument : str, optional
         Description of the reference instrument, one line.
     faces : int, optional
-        Faces of the polygon.
+        Number of faces of the polygon.
     standard_uncertainty_arcsec : float, optional
         Standard uncertainty of the reference, arcseconds.
     clock_offset_s : float, optional
@@ -321,7 +326,7 @@ class Reference(_Rows):
 
 @dataclass(frozen=True)
 class Origin:
-    """Command and program that made a set, with their notes.
+    """The command and the program that made a set, and their notes.
 
     Parameters
     ----------
@@ -346,12 +351,12 @@ class Origin:
 
 @dataclass(frozen=True)
 class MeasurementSet:
-    """A whole set.
+    """A whole measurement set.
 
     Parameters
     ----------
     table : Table
-        Counts per turn, heads, disc, gear.
+        Description of the table: counts per turn, heads, disc, gear.
     capture : Capture, optional
         Readings of all heads over time.
     reference : Reference, optional

@@ -41,7 +41,9 @@ def read_measurement_set(
     reference: bool = True,
     progress: BytesRead | None = None,
 ) -> MeasurementSet:
-    """Read a whole set; it takes 8 bytes of memory per field and one block of the file.
+    """Read a whole set.
+
+    It needs 8 bytes of memory per field, and one block of the file.
 
     Parameters
     ----------
@@ -52,17 +54,17 @@ def read_measurement_set(
     reference : bool, optional
         False leaves ``reference.csv`` unread.
     progress : callable, optional
-        Is called with file, bytes read and all bytes after every block.
+        Function that is called with file, bytes read and size in bytes after every block.
 
     Returns
     -------
     MeasurementSet
-        The set as its files have it.
+        The set with the content of its files.
 
     Raises
     ------
     MeasurementError
-        A file is missing or wrong: file, row and column, what was expected, what was found.
+        If a file is missing or wrong; the error names file, row, column, expected and found value.
     """
     folder = Path(folder)
     description = read_description(folder)
@@ -95,7 +97,7 @@ def read_measurement_set(
 
 @contextmanager
 def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
-    """Read the capture of a set in blocks, checked: for sets too large for the memory.
+    """Read the capture of a set in checked blocks, for sets too large for the memory.
 
     Parameters
     ----------
@@ -110,7 +112,7 @@ def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
     Raises
     ------
     MeasurementError
-        The set has no capture, or a file is wrong.
+        If the set has no capture, or a file is wrong.
     """
     description = read_description(Path(folder))
     path = data_file(description, "capture")
@@ -121,9 +123,9 @@ def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
 
 
 def data_file(description: Description, section: str) -> Path | None:
-    """Return the file of the section "capture" or "reference"; None where the set has none.
+    """Return the file of the section "capture" or "reference"; None if the set has no such section.
 
-    Raises MeasurementError for a name in the description that is no file.
+    Raises MeasurementError if the description names something that is no file.
     """
     keys: Channel | None = getattr(description.keys, section)
     name = None if keys is None else keys.file
@@ -147,7 +149,7 @@ def data_file(description: Description, section: str) -> Path | None:
 def _require_for_capture(table: Table, path: Path, other: Iterable[str] = ()) -> None:
     """Refuse a table without the keys that a capture needs.
 
-    ``path``: where the keys of the table stand; ``other``: unknown keys there.
+    ``path``: file that should contain the keys of the table; ``other``: unknown keys in this file.
     """
     for key in ("counts_per_rev", "head_separation_deg"):
         if getattr(table, key) is None:
@@ -181,7 +183,8 @@ def _capture(
 def require_heads(table: Table, path: Path, columns: dict[str, Any], of_table: Path) -> None:
     """Refuse a capture whose table does not state the counts of a turn and a place for each head.
 
-    ``path``, ``of_table``: location of columns and table, for the message. Raises MeasurementError.
+    ``path``, ``of_table``: files of the columns and of the table, for the message. Raises
+    MeasurementError.
     """
     _require_for_capture(table, of_table)
     _require_a_place_each(table, path, columns, of_table)
@@ -217,9 +220,10 @@ def _places_of(heads: int) -> str:
 def count_on_past_the_turn(
     table: Table, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Unwrap heads whose counts restart at each turn, and bring them near head 1 again.
+    """Unwrap heads whose counts restart at each turn, and bring them to the turn of head 1.
 
-    ``columns`` of a capture are changed; ``path`` states their location, in ``warnings``.
+    The function changes the ``columns`` of a capture; ``path``, their file, is named in
+    ``warnings``.
     """
     counts_per_rev, places_deg = table.counts_per_rev, table.places_deg
     assert counts_per_rev is not None
@@ -275,14 +279,18 @@ def _reference(
 
 
 def _joined(blocks: list[Columns]) -> dict[str, Any]:
-    # Column by column, so that only one column at a time is stored twice. A condition that is not a
-    # number in a later block is missing there.
+    # The columns are joined one after the other, so that only one column at a time is stored twice.
+    # If a later block lacks a condition, because it is not a number there, the condition is left
+    # out.
     names = [name for name in blocks[0] if all(name in block for block in blocks)]
     return {name: np.concatenate([block.pop(name) for block in blocks]) for name in names}
 
 
 def _typed(file: CsvFile, columns: dict[str, Any]) -> dict[str, Any]:
-    """Return the columns with ``mask`` as booleans and conditions in one mapping; check both."""
+    """Return the columns with ``mask`` as booleans and all conditions in one mapping.
+
+    Raises MeasurementError for a mask other than 0 or 1, or for a negative uncertainty.
+    """
     mask, uncertainty = columns.get("mask"), columns.get("u_arcsec")
     if mask is not None:
         _require(file, "mask", mask, (mask == 0) | (mask == 1), "0 or 1")
@@ -307,8 +315,8 @@ def _require(file: CsvFile, column: str, values: Any, right: Any, expected: str)
 
 
 def _checked_blocks(file: CsvFile) -> Iterator[Columns]:
-    """Yield the blocks of ``file``; check that a run is in one piece and its time does not run
-    backwards."""
+    """Yield the blocks of ``file``; check that each run is in one piece and its time never
+    decreases."""
     finished: set[int] = set()
     last_run: int | None = None
     last_time = 0.0

@@ -14,14 +14,16 @@ Float = NDArray[np.float64]
 
 
 def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
-    """Return errors (n,) without whole turns, and the rows that were whole turns away.
+    """Return errors (n,) without whole turns, and the indices of the rows that contained whole
+    turns.
 
-    An error is less than half a turn, so each one is brought next to the median of all. The median
-    is taken on the circle, since half of the rows can be a turn away.
+    An error is less than half a turn, so each error is moved by whole turns next to the median of
+    all errors. The median is taken on the circle, because half of the rows may be a turn away.
     """
     within = np.mod(error_arcsec, ARCSEC_PER_TURN) * (2.0 * np.pi / ARCSEC_PER_TURN)
     mean = float(np.angle(np.mean(np.exp(1j * within)))) * ARCSEC_PER_TURN / (2.0 * np.pi)
-    # Errors near the mean on the circle have no wrap; their median is robust against outliers.
+    # Errors are moved next to their mean on the circle first; their median then is robust against
+    # outliers.
     near = error_arcsec - ARCSEC_PER_TURN * np.round((error_arcsec - mean) / ARCSEC_PER_TURN)
     usual = float(np.median(near))
     usual -= ARCSEC_PER_TURN * np.round(usual / ARCSEC_PER_TURN)
@@ -33,7 +35,7 @@ def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
 def unwrapped_counts(
     counts: Integer, run: Integer, time_s: Float, counts_per_rev: int
 ) -> tuple[Integer, int]:
-    """Return counts (n,) that continue past the turn, and how often they restarted at it.
+    """Return counts (n,) that continue past the turn, and the number of restarts.
 
     Counts are changed only if all of them lie within one turn and some step is longer than half a
     turn. Such a step is replaced by the step that agrees best with the run's usual speed and the
@@ -66,7 +68,10 @@ def same_turn(
     counts_per_rev: int,
     place_deg: float,
 ) -> Integer:
-    """Return counts of another head (n,), within half a turn of head 1 + its place in each run."""
+    """Shift each run of another head's counts (n,) by whole turns.
+
+    Their median is then within half a turn of head 1 plus the place of this head.
+    """
     apart = round(place_deg / 360.0 * counts_per_rev)
     found = other_counts.copy()
     for start, end in run_spans(run):

@@ -42,14 +42,14 @@ _REFERENCE_ORDER = (
 )
 ROWS_TOGETHER = 1 << 14
 SMALLEST_PLAIN, LARGEST_PLAIN = 1e-6, 1e10
-"""Range of plain numbers: others are written with an exponent."""
+"""Range of numbers without an exponent; numbers outside are written with one."""
 _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
 
 
 def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:
     """Write a set into a folder.
 
-    Times are written to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″, temperatures to 1 mK.
+    Times are rounded to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″, temperatures to 1 mK.
 
     Parameters
     ----------
@@ -61,10 +61,10 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     Raises
     ------
     ValueError
-        The set has neither capture nor reference, or a value is not finite or larger than the
-        reader takes.
+        If the set has neither capture nor reference, or a value is not finite or above the limit
+        that the reader accepts.
     OSError
-        The folder cannot be written.
+        If the folder cannot be written.
     """
     if measurement.capture is None and measurement.reference is None:
         raise ValueError("a measurement set needs a capture or a reference run")
@@ -75,8 +75,8 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     if measurement.reference is not None:
         tables["reference.csv"] = _columns(measurement.reference, _REFERENCE_ORDER)
     with ExitStack() as unfinished:
-        # The description is moved to its place last, because only a folder with a description is a
-        # set.
+        # The description is moved to its final place last, because only a folder with a description
+        # is a set.
         description = unfinished.enter_context(whole_file(folder / FILE_NAME))
         description.write_text(_description(measurement), encoding="utf-8")
         for name, table in tables.items():
@@ -84,7 +84,7 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
 
 
 def _write_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Write a CSV file; pyarrow, where installed, is faster and writes the same text."""
+    """Write a CSV file; with pyarrow this is faster and gives the same text."""
     with path.open("wb") as file:
         file.write(_header(list(columns)).encode())
         if installed("pyarrow"):
@@ -116,7 +116,7 @@ def _description(measurement: MeasurementSet) -> str:
         lines.append(f'date = "{measurement.date.isoformat()}"')
     table = dict(vars(measurement.table))
     if measurement.table.head_places_deg is not None:
-        # The separation is its second entry.
+        # The places contain the separation as their second entry.
         table.pop("head_separation_deg", None)
     sections: dict[str, Mapping[str, Any]] = {"table": table}
     further: dict[str, dict[str, Any]] = {}
@@ -137,7 +137,7 @@ def _description(measurement: MeasurementSet) -> str:
             "standard_uncertainty_arcsec": measurement.reference.standard_uncertainty_arcsec,
             "clock_offset_s": measurement.reference.clock_offset_s,
         }
-    # Keys of other programs are written as they were read: single ones at the top, tables below.
+    # Keys of other programs are written as they were read: single keys at the top, tables below.
     alone = {key: value for key, value in own.items() if not isinstance(value, dict)}
     lines += tomli_w.dumps(alone).splitlines() if alone else []
     sections["origin"] = vars(measurement.origin)

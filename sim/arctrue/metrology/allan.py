@@ -1,7 +1,8 @@
 """Allan deviation of a series: the drift of means over a given number of readings.
 
-White noise falls as 1/√m with the number m of readings averaged; a drift of D per reading rises as
-D·m/√2. The average at the intersection is the longest useful one (NIST SP 1065, 5.2).
+The deviation of white noise falls as 1/√m with the number m of averaged readings; that of a drift
+of D per reading rises as D·m/√2. The longest useful mean is at the intersection of both (NIST SP
+1065, 5.2).
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 def overlapping_allan_deviation(
     values: ArrayLike, averaged: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Compute the overlapping Allan deviation, σ²(m) = ½⟨(ȳ_{k+m} − ȳ_k)²⟩; ȳ: mean of m readings.
+    """Compute the overlapping Allan deviation, σ²(m) = ½⟨(ȳ_{k+m} − ȳ_k)²⟩, where ȳ is a mean of m
+    readings.
 
     ``values`` (n,): readings at even steps, NaN for a missing one; a pair of means with a missing
     reading is left out. ``averaged`` (k,): numbers m of readings in a mean.
 
-    Returns deviation (k,) in the unit of the values, NaN if no pair is complete, and the number of
-    pairs (k,). Raises ValueError for an m that is not a whole number from 1 on.
+    Returns the deviation (k,) in the unit of the values, NaN if no pair is complete, and the number
+    of pairs (k,). Raises ValueError if an m is not a whole number of at least 1.
     """
     readings = np.asarray(values, dtype=np.float64)
     lengths = np.atleast_1d(np.asarray(averaged))

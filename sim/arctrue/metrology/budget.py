@@ -1,7 +1,7 @@
 """An uncertainty budget in the form of EURAMET cg-23, calculated by JCGM 100:2008.
 
-The measurand is the error of indication of head 1 after the correction, at any angle;
-uncertainties that change over the turn enter with their root mean square.
+The measurand is the error of indication of head 1 after the correction, at any angle. Uncertainties
+that change over the turn enter with their root mean square.
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ Float = NDArray[np.float64]
 COVERAGE = 2.0
 REVERSAL = "reversal error, half of it"
 BY_ANGLE_DEG: Float = np.arange(0.0, 360.0, 5.0)
-"""Readings at which the uncertainty is given, in degrees."""
+"""Readings at which the uncertainty is stated, degrees."""
 CONFIDENCE = 0.9545
 """Probability of a normal distribution within two standard deviations."""
 DIVISORS = {"normal": 1.0, "rectangular": math.sqrt(3.0), "two values": 1.0}
-"""Divisor by distribution, for a standard deviation, a half-width, half a difference of values."""
+"""Divisor that converts a size to a standard uncertainty, by distribution. The size is a standard
+deviation, a half-width, or half a difference of two values."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Contribution:
     """Type A (statistics) or B (other knowledge), JCGM 100 clause 3.3.4."""
     distribution: str
     size_arcsec: float
-    """Standard deviation or half-width, as ``distribution`` says."""
+    """Standard deviation or half-width, depending on ``distribution``."""
     sensitivity: float = 1.0
     degrees_of_freedom: float = math.inf
 
@@ -57,11 +58,11 @@ class Contribution:
 
     @property
     def u_arcsec(self) -> float:
-        """Standard uncertainty of the measurand by this contribution."""
+        """Standard uncertainty of the measurand due to this contribution."""
         return abs(self.sensitivity) * self.size_arcsec / self.divisor
 
     def record(self) -> dict[str, object]:
-        """Give the line by the names of its columns; infinite degrees of freedom become null."""
+        """Return the line by the names of its columns; infinite degrees of freedom become null."""
         finite = math.isfinite(self.degrees_of_freedom)
         return {
             "quantity": self.quantity,
@@ -78,19 +79,19 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Budget:
-    """Contributions to the error of indication after correction."""
+    """All contributions to the error of indication after correction."""
 
     method: str
     """Description of the calibration."""
     contributions: tuple[Contribution, ...]
     missing: tuple[str, ...]
-    """Contributions whose size the set does not state; U is too small without them."""
+    """Contributions whose size the set does not state, so that U is too small."""
     not_evaluated: tuple[str, ...]
     """Effects that the set cannot show."""
     checks: tuple[str, ...]
     """Results of checks against the reference run."""
     u_by_angle_arcsec: Float | None = None
-    """Combined standard uncertainty every 5° of the reading, (72,); None if unknown."""
+    """Combined standard uncertainty for every 5° of the reading, (72,); None if unknown."""
 
     @property
     def u_arcsec(self) -> float:
@@ -99,7 +100,8 @@ class Budget:
 
     @property
     def degrees_of_freedom(self) -> float:
-        """Effective degrees of freedom, Welch-Satterthwaite, JCGM 100 equation G.2b."""
+        """Effective degrees of freedom by the Welch–Satterthwaite formula, JCGM 100 equation
+        G.2b."""
         shares = sum(one.u_arcsec**4 / one.degrees_of_freedom for one in self.contributions)
         return math.inf if shares == 0.0 else self.u_arcsec**4 / shares
 
@@ -116,7 +118,8 @@ class Budget:
 
 
 def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> Budget:
-    """Make the budget of a calibration from two heads; its covariance is split by cause."""
+    """Make the budget of a calibration from two heads; the covariance of the calibration is split
+    by cause."""
     table = measurement.table
     assert table.counts_per_rev is not None
     estimate = calibration.estimate
@@ -198,7 +201,7 @@ def separation_slope(calibration: Calibration) -> float:
 def reference_budget(measurement: MeasurementSet, correction: Correction) -> Budget:
     """Make the budget of a correction that was fitted to the set's own reference run.
 
-    Raises ValueError for a set without a reference run, or fewer rows than the correction has
+    Raises ValueError for a set without a reference run, or with fewer rows than the correction has
     coefficients.
     """
     reference = measurement.reference
@@ -339,7 +342,8 @@ def _separation_lines(
 
 
 def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
-    """Return half the reversal error of errors (rows,); empty for a run in one direction."""
+    """Return the contribution of half the reversal error of errors (rows,); empty for a run in one
+    direction."""
     if reference.direction is None:
         return []
     up, down = (error[reference.direction == way] for way in (1, -1))
@@ -357,7 +361,8 @@ def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
 
 
 def _check(lines: Sequence[Contribution], reference: Reference, error: Float) -> str:
-    """Compare the error of an independent reference run with the budget and the run's scatter."""
+    """Compare the error of an independent reference run with the budget and with the scatter of
+    this run."""
     repeat, freedom, _, _ = _repeats(reference, error)
     stated = reference.standard_uncertainty_arcsec or 0.0
     explained = math.sqrt(
@@ -376,7 +381,8 @@ def _check(lines: Sequence[Contribution], reference: Reference, error: Float) ->
 
 
 def count_lines(table: Table) -> list[Contribution]:
-    """Return resolution and rounding of the reading; empty if the table states no counts."""
+    """Return the contributions of resolution and rounding; empty if the table states no counts per
+    turn."""
     if table.counts_per_rev is None:
         return []
     half = 0.5 * arcsec_per_count(table.counts_per_rev)
@@ -395,7 +401,8 @@ def _design(reading: Float, correction: Correction, direction: NDArray[np.generi
 
 
 def _repeats(reference: Reference, error: Float) -> tuple[float, int, Float, Float]:
-    """Give pooled scatter of repeats, its degrees of freedom, and mean and visits per station."""
+    """Return the pooled scatter of repeats, its degrees of freedom, and mean and number of visits
+    of each station."""
     place = np.round(np.remainder(reference.target_deg, 360.0), 6)
     side = np.zeros(place.size) if reference.direction is None else reference.direction
     _, group = np.unique(np.stack([place, side]), axis=1, return_inverse=True)

@@ -1,9 +1,9 @@
 """The error function of a set at stated angles with its expanded uncertainty, for a certificate.
 
-U = k·u with k = 2. u² is the sum of xᵀ·C·x, where C is the covariance of the fitted coefficients
-and x their columns at the angle, and of the squares of the contributions that the fit does not
-contain (JCGM 100:2008, equations 10 and 13). The sensitivity to the head separation is that of the
-whole fit, by a second fit at another separation (JCGM 100:2008, clause 5.1.4).
+U = k·u with k = 2. u² is the sum of xᵀ·C·x and of the squares of the contributions that the fit
+does not contain; C is the covariance of the fitted coefficients, and x contains the values of their
+columns at the angle (JCGM 100:2008, equations 10 and 13). The sensitivity to the head separation is
+that of the whole fit: a second fit uses another separation (JCGM 100:2008, clause 5.1.4).
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 
 SHIFT_ARCSEC = 10.0
-"""Change of the head separation for its sensitivity: small against the mounting, large against
-rounding."""
+"""Change of the head separation from which its sensitivity is computed: small against errors of
+mounting, large against rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class CertifiedError:
-    """Error function of head 1 at stated angles: ε, reading minus true angle, its mean over the
+    """Error function ε of head 1 at stated angles: reading minus true angle, with the mean over the
     turn removed."""
 
     angle_deg: Float
@@ -52,7 +52,8 @@ class CertifiedError:
     u_fit_arcsec: Float
     """Standard uncertainty from the covariance of the fit, (angles,)."""
     u_separation_arcsec: Float
-    """Standard uncertainty from the head separation, (angles,); 0 for a reference run alone."""
+    """Standard uncertainty due to the head separation, (angles,); 0 if only a reference run is
+    used."""
     contributions: tuple[Contribution, ...]
     """Contributions that are the same at every angle."""
     solution: Solution
@@ -73,7 +74,7 @@ class CertifiedError:
 
     @property
     def coverage_probability(self) -> float:
-        """Probability that a normal distribution gives to ± k standard deviations, k = 2."""
+        """Probability of a normal distribution within ± k standard deviations, k = 2."""
         return CONFIDENCE
 
 
@@ -84,10 +85,11 @@ def certified_error(
     angle_deg: Float,
     conditions: Mapping[str, float],
 ) -> CertifiedError:
-    """Fit ``model`` to the set and state its error at angles (n,), with uncertainty.
+    """Fit ``model`` to the set and state its error function at angles (n,), with the uncertainty.
 
     ``conditions``: ``direction``, ``temperature_c`` and others that the model's effects need.
-    Raises ValueError if the set does not state what U needs, or a condition is missing.
+    Raises ValueError if the set does not state a quantity that U needs, or if a condition is
+    missing.
     """
     reference = measurement.reference
     if reference is not None and reference.standard_uncertainty_arcsec is None:
@@ -134,7 +136,7 @@ def _error_at(
 ) -> tuple[Float, Float]:
     """Return ε and its standard uncertainty from the covariance, (angles,) each.
 
-    Raises ValueError if an effect needs a condition that is not given.
+    Raises ValueError if an effect needs a condition that is not stated.
     """
     rows = table_rows(solution.observations, angle_deg, conditions)
     columns = np.zeros((angle_deg.size, sum(solution.widths)))
@@ -161,7 +163,8 @@ def _shifted(table: Table) -> Table:
 def _contributions(
     measurement: MeasurementSet, model: Model, solution: Solution
 ) -> list[Contribution]:
-    """Return the contributions other than fit and head separation, the same at every angle."""
+    """Return the contributions apart from those of the fit and the head separation; they are the
+    same at every angle."""
     left = left_by(solution)
     channel = "reference" if "reference" in left.rms_arcsec else "capture"
     rms, noise = left.rms_arcsec[channel], left.noise_arcsec[channel]

@@ -28,7 +28,7 @@ class Contact(Struct, frozen=True):
 
 
 class Laboratory(Contact, frozen=True):
-    """The calibration laboratory; ``code``: its number of accreditation."""
+    """The calibration laboratory; ``code`` is its accreditation number."""
 
     code: Text | None = None
 
@@ -43,17 +43,17 @@ class Item(Struct, frozen=True):
 
 
 class Person(Struct, frozen=True):
-    """A responsible person; the first of the file signs."""
+    """A responsible person; the first person in the file signs the certificate."""
 
     name: Text
     role: Text | None = None
 
 
 class CertificateDetails(Struct, frozen=True):
-    """The whole file."""
+    """Content of the whole file."""
 
     number: Text
-    """The certificate's unique identifier."""
+    """Unique identifier of the certificate."""
     item: Item
     laboratory: Laboratory
     customer: Contact
@@ -62,10 +62,11 @@ class CertificateDetails(Struct, frozen=True):
         "laboratory"
     )
     temperature_c: Number | None = None
-    """Ambient temperature, used if the set records none."""
+    """Ambient temperature; it is used if the set records none."""
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a text of more than one printable line, or of blanks only."""
+        """Check the texts. Raises ValueError for a text of more than one printable line, or of
+        blanks only."""
         line_of_text(self.number, "number")
         named = (("item", self.item), ("laboratory", self.laboratory), ("customer", self.customer))
         for key, part in (*named, *(("person", one) for one in self.person)):
@@ -78,7 +79,7 @@ class CertificateDetails(Struct, frozen=True):
 
 
 def read_details(path: Path) -> CertificateDetails:
-    """Read the file. Raises ValueError, which names file and key, for a missing or wrong value."""
+    """Read the file. Raises ValueError naming file and key for a missing or wrong value."""
     try:
         content = read_toml(path)
         found = typed(content, CertificateDetails)

@@ -1,4 +1,4 @@
-"""The correction that a controller can apply to head 1: by reading and by direction."""
+"""The correction that a controller can apply to head 1, a function of reading and direction."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ Integer = NDArray[np.int64]
 Components = NDArray[np.float64]
 
 REVERSAL = "reversal_error"
-"""Main parameter of an effect ε = d·B/2 whose only coefficient is B."""
+"""Name of the effect ε = d·B/2 and of its only coefficient B; d is the direction of approach."""
 
 
 @dataclass(frozen=True)
 class Correction:
-    """Correction g(R) + d·B/2, arcseconds: the error of indication at reading R, approached from
-    direction d."""
+    """Correction g(R) + d·B/2, arcseconds: the error of indication at the reading R, approached
+    from direction d."""
 
     orders: Integer
-    """Orders, (orders,)."""
+    """Orders of the correction g, (orders,)."""
     components_arcsec: Components
     """Cosine and sine of every order, (orders, 2)."""
     reversal_arcsec: float
-    """B, the error from below minus that from above."""
+    """Reversal error B: the error approached from below minus the error approached from above."""
     left_out: tuple[str, ...]
     """Parts of the model that the correction does not contain."""
     warnings: tuple[str, ...]
@@ -78,14 +78,16 @@ class Correction:
         return np.asarray(np.cos(phase) @ cosine + np.sin(phase) @ sine)
 
     def error_arcsec(self, reading_rad: Float, direction: Integer | int | None) -> Float:
-        """Return g(R) + d·B/2, arcseconds; ``direction``: 1 from below, −1 from above, None
-        unknown."""
+        """Return g(R) + d·B/2, arcseconds.
+
+        ``direction``: 1 from below, −1 from above, None if unknown.
+        """
         values = self.by_reading(reading_rad)
         return values if direction is None else values + 0.5 * self.reversal_arcsec * direction
 
 
 def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
-    """Give the reading of head 1 at every row, radians: as recorded, else R = θ + ε."""
+    """Return the reading of head 1 in every row, radians: as recorded, or else R = θ + ε."""
     if reference.head1_counts is not None and counts_per_rev is not None:
         turn = 2.0 * np.pi / counts_per_rev
         return np.asarray(np.remainder(reference.head1_counts, counts_per_rev) * turn)
@@ -95,7 +97,7 @@ def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
 def table_objections(
     reference: Reference | None, correction: Correction, counts_per_rev: int | None
 ) -> list[str]:
-    """Return the reason to refuse a table: it increases the error of the set's own reference
+    """Return the objection to a table that would increase the error of the set's own reference
     run."""
     if reference is None:
         return []

@@ -26,13 +26,14 @@ SAME_TARGET_DEG = 1e-6
 
 @dataclass(frozen=True)
 class Direction:
-    """The approaches from one direction; arrays (targets,), NaN for a target without any."""
+    """The approaches from one direction; arrays (targets,), NaN for a target without an
+    approach."""
 
     approaches: Integer
     mean_arcsec: Float
     """x̄ᵢ, mean unidirectional positioning deviation."""
     s_arcsec: Float
-    """sᵢ, estimator of the repeatability: standard deviation; NaN below two approaches."""
+    """sᵢ, estimator of the repeatability: standard deviation; NaN for fewer than two approaches."""
 
     @property
     def repeatability_arcsec(self) -> Float:
@@ -57,10 +58,10 @@ class Direction:
 
 @dataclass(frozen=True)
 class Positioning:
-    """The figures of one run. All angles except ``target_deg`` are in arcseconds.
+    """The figures of one run.
 
-    A figure is NaN if the run does not define it: the scatter needs two approaches to each
-    target, the reversal value both directions.
+    All angles except ``target_deg`` are in arcseconds. A figure is NaN if the run does not define
+    it: the scatter needs two approaches to each target, the reversal value needs both directions.
     """
 
     target_deg: Float
@@ -89,12 +90,12 @@ class Positioning:
 
     @property
     def approaches(self) -> int:
-        """Least number of approaches to any target from one direction of the run."""
+        """Least number of approaches to any target from any direction that the run has."""
         fewest = [int(d.approaches.min()) for d in (self.up, self.down) if d.approaches.any()]
         return min(fewest)
 
     def figures(self) -> dict[str, float]:
-        """Return the figures over the turn by their symbols."""
+        """Return the figures of the whole turn by their symbols."""
         up, down = self.up, self.down
         high = np.stack([d.mean_arcsec + 2.0 * d.s_arcsec for d in (up, down)])
         low = np.stack([d.mean_arcsec - 2.0 * d.s_arcsec for d in (up, down)])
@@ -118,10 +119,10 @@ class Positioning:
 def positioning(
     target_deg: Float, direction: Integer | None, deviation_arcsec: Float
 ) -> Positioning:
-    """Compute the figures from positioning deviations (rows,); ``direction`` 1 up, −1 down.
+    """Compute the figures from positioning deviations (rows,) with ``direction`` 1 up, −1 down.
 
     Targets that differ by whole turns are the same target. Without ``direction`` all approaches
-    count as up. Raises ValueError for no rows or another direction.
+    count as up. Raises ValueError if there are no rows, or for another direction.
     """
     if target_deg.size == 0:
         raise ValueError("the reference run has no usable row")
@@ -160,8 +161,8 @@ def of_reference(reference: Reference, correction_arcsec: Float | None = None) -
 class Contributions:
     """Standard uncertainties that enter the figures, arcseconds; None: unknown.
 
-    ``device``: of the reference at one angle; errors at different angles are independent.
-    ``environment``: of one approach, caused by the environment (drift).
+    ``device_arcsec``: uncertainty of the reference at one angle; errors at different angles are
+    independent. ``environment_arcsec``: uncertainty of one approach due to the environment (drift).
     """
 
     device_arcsec: float | None
@@ -169,18 +170,21 @@ class Contributions:
 
     @classmethod
     def from_drift(cls, device_arcsec: float | None, drift_arcsec: float | None) -> Contributions:
-        """Take the drift as ``environment``; ``drift_arcsec``: range of readings at rest, of
-        rectangular distribution."""
+        """Return contributions with the drift as environment.
+
+        ``drift_arcsec``: range of readings at rest, taken as a rectangular distribution.
+        """
         environment = None if drift_arcsec is None else drift_arcsec / (2.0 * math.sqrt(3.0))
         return cls(device_arcsec, environment)
 
     def expanded(self, approaches: int) -> dict[str, float]:
         """Return U with k = 2 of every figure, arcseconds; NaN if a contribution is unknown.
 
-        The contributors are those of ISO/TR 230-9; the law of propagation (JCGM 100:2008,
-        equation 10) is applied to the definitions above. A range of means is a difference at two
-        angles. The reference repeats at the same angle, so that it does not enter R and B. The
-        drift alone makes R↑ = 4 u: this bound is taken as expanded uncertainty.
+        The contributors are those of ISO/TR 230-9. The law of propagation (JCGM 100:2008, equation
+        10) is applied to the definitions above: a range of means is a difference of the means at
+        two angles. The error of the reference is the same whenever it is at the same angle, so it
+        does not enter R and B. Drift alone gives R↑ = 4 u; this bound is taken as the expanded
+        uncertainty.
         """
         device = math.nan if self.device_arcsec is None else self.device_arcsec
         drift = math.nan if self.environment_arcsec is None else self.environment_arcsec
@@ -241,7 +245,7 @@ def _objections(
 
 
 def _span(high: Float, low: Float) -> float:
-    """Give the largest ``high`` minus the smallest ``low``; NaN if one is undefined."""
+    """Give the largest ``high`` minus the smallest ``low``; NaN if any value is NaN."""
     return float(np.max(high) - np.min(low))
 
 

@@ -1,4 +1,4 @@
-"""Error motion of an axis after ISO 230-7: total, synchronous and asynchronous values."""
+"""Error motion of an axis according to ISO 230-7: total, synchronous and asynchronous values."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 BINS = 180
-"""Number of angles of the polar plot; a bin of two degrees holds some 66 of 12,000 samples a turn.
-"""
+"""Number of angles of the polar plot; a bin of two degrees contains some 66 of 12,000 samples a
+turn."""
 
 
 @dataclass(frozen=True)
 class ErrorMotion:
     """Radial error motion in a fixed sensitive direction, in the unit of the displacements.
 
-    Two circles about the least-squares circle's centre enclose the polar plot. ``total`` and
-    ``synchronous`` are the difference of their radii, for the plot of all turns and for that of
-    their mean; ``asynchronous`` is the largest width of the plot at one angle. ``total`` and
-    ``asynchronous`` include the noise of the reading.
+    Two circles about the centre of the least-squares circle enclose the polar plot, and the
+    difference of their radii is the value. ``total`` is the value of the plot of all turns,
+    ``synchronous`` that of the plot of the mean turn. ``asynchronous`` is the largest width of the
+    plot at one angle. ``total`` and ``asynchronous`` include the noise of the reading.
     """
 
     total: float
     synchronous: float
     asynchronous: float
     mean: Float
-    """Mean of the turns at each of BINS angles, without the least-squares centre; NaN: no sample.
-    """
+    """Mean of all turns at each of BINS angles, relative to the centre of the least-squares circle;
+    NaN: no sample."""
 
 
 def error_motion(angle_rad: Float, displacement: Float) -> ErrorMotion:
     """Compute the error motion from displacements (n,) at angles (n,) over one turn or more.
 
-    The least-squares circle's centre is the component once a turn (ISO 230-7, 3.4). One turn alone
-    does not separate the synchronous part from the asynchronous part: ``asynchronous`` is then the
+    The centre of the least-squares circle is the component of order 1 (ISO 230-7, 3.4). A single
+    turn does not separate the synchronous from the asynchronous part: ``asynchronous`` is then the
     width within a bin.
     """
     columns = np.stack([np.ones_like(angle_rad), np.cos(angle_rad), np.sin(angle_rad)], axis=1)

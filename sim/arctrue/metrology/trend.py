@@ -1,4 +1,4 @@
-"""Detects trends of the error's orders over turns in the device's telemetry."""
+"""Detects trends of the orders of the error over turns in the device's telemetry."""
 
 from __future__ import annotations
 
@@ -12,25 +12,26 @@ from scipy import stats
 Float = NDArray[np.float64]
 
 BLOCK_TURNS = 16
-"""Turns per mean: more than the firmware's running average covers (``keep`` 0.8: 5)."""
+"""Number of turns in a mean; more than the firmware's running average covers (``keep`` 0.8: 5)."""
 BLOCKS = 8
-"""Number of means in a line."""
+"""Number of means through which a line is fitted."""
 FALSE_ALARMS = 1e-3
 """Probability that a test reports a trend of any order although there is only noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """One order with a trend."""
+    """The trend of one order."""
 
     order: int
     cosine_arcsec: float
-    """Change of the coefficient of cos nθ over the turns of the line."""
+    """Change of the coefficient of cos nθ from the first mean to the last."""
     sine_arcsec: float
     u_arcsec: float
-    """Standard uncertainty of each of the two, from the scatter of the means about the line."""
+    """Standard uncertainty of each of the two coefficients' changes, from the scatter of the means
+    about the line."""
     turns: int
-    """Turns from the middle of the first mean to that of the last."""
+    """Number of turns from the middle of the first mean to the middle of the last."""
     chance: float
     """Probability that noise alone shows as large a trend in this order."""
 
@@ -40,7 +41,7 @@ class Trend:
         return float(np.hypot(self.cosine_arcsec, self.sine_arcsec))
 
     def __str__(self) -> str:
-        """Return the change as a sentence for the user."""
+        """Return a sentence about the change for the user."""
         return (
             f"order {self.order} moves: {self.change_arcsec:.2g}″ in {self.turns} turns "
             f"(u = {self.u_arcsec:.1g}″)"
@@ -50,9 +51,9 @@ class Trend:
 class TrendWatch:
     """Tests the latest ``BLOCKS`` means of ``BLOCK_TURNS`` turns whenever a mean is complete.
 
-    An F test compares the slope of a line through the means of cosine and sine with the scatter
-    about it, with 2 and 2·(BLOCKS − 2) degrees of freedom. The noise of a turn need not be known. A
-    change below ``matters_arcsec`` over the line is not reported.
+    An F test compares the slope of a line through the means of cosine and sine coefficients with
+    the scatter about this line, with 2 and 2·(BLOCKS − 2) degrees of freedom. The noise of a turn
+    need not be known. A change below ``matters_arcsec`` over the line is not reported.
     """
 
     def __init__(
@@ -63,8 +64,8 @@ class TrendWatch:
         blocks: int = BLOCKS,
         false_alarms: float = FALSE_ALARMS,
     ) -> None:
-        """Create the test. Raises ValueError for fewer than three blocks: a line through two has no
-        scatter."""
+        """Create the test. Raises ValueError for fewer than three blocks, because a line through
+        two has no scatter."""
         if blocks < 3 or block_turns < 1:
             raise ValueError("expected three blocks or more, of one turn or more")
         self._matters_arcsec, self._false_alarms = matters_arcsec, false_alarms
@@ -74,17 +75,19 @@ class TrendWatch:
         self._means: list[tuple[float, dict[int, complex]]] = []
 
     def add(self, turn: int, harmonics: Sequence[Sequence[float]]) -> list[Trend]:
-        """Give the orders with a trend, strongest first; empty until a further mean is complete.
+        """Return the orders with a trend, strongest first; empty until a further mean is complete.
 
-        ``harmonics`` begins with order, amplitude in arcsec and phase in radians, as in the
-        telemetry. It is empty for a refused turn; such turns and repeated lines are skipped.
+        Each entry of ``harmonics`` begins with order, amplitude in arcseconds and phase in radians,
+        as in the telemetry. ``harmonics`` is empty for a refused turn; such turns and repeated
+        lines are skipped.
         """
         if not harmonics or turn == self._last:
             return []
         values = {int(h[0]): h[1] * np.exp(-1j * h[2]) for h in harmonics}
         known = self._turns or self._means
         if turn < self._last or (known and set(known[0][1]) != set(values)):
-            # After a restart, or with other orders, earlier means cannot be compared.
+            # After a restart, or with other orders, the earlier means cannot be compared with new
+            # ones.
             self._turns, self._means = [], []
         self._last = turn
         self._turns.append((float(turn), values))

@@ -1,4 +1,5 @@
-"""Keeps the latest fitted models in memory; each can be fitted again from its folder."""
+"""Keeps the latest fitted models in memory; it can fit each model again from the files in its
+folder."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ class Analyses:
     def __init__(
         self, sessions: Sessions, effects: Mapping[str, type[Effect]], commands: Commands
     ) -> None:
-        """``effects``: all effects that a model may contain."""
+        """Take the sessions, all effects that a model may contain (``effects``), and the
+        commands."""
         self.sessions = sessions
         self.effects = effects
         self.commands = commands
@@ -43,14 +45,15 @@ class Analyses:
         self._lock = threading.Lock()
 
     def first(self, folder: Path, opened: Opened) -> tuple[Session, Step]:
-        """Create a session in ``folder`` and fit the default model. Raises what the fit raises."""
+        """Create a session in ``folder`` and fit the default model. Raises the errors of the
+        fit."""
         start = time.perf_counter()
         analysis = analyse_opened(opened, default_model(), self.effects)
         session = self.sessions.open(folder, opened)
         return session, self._grown(session, analysis, None, "open", "", start)
 
     def at(self, session: Session, number: int) -> Analysis:
-        """Give the analysis of a step; fit it again if it is no longer in memory."""
+        """Return the analysis of a step; fit it again if it is no longer in memory."""
         key = (session.name, number)
         with self._lock:
             if key in self._kept:
@@ -67,7 +70,8 @@ class Analyses:
         return analysis
 
     def ranking(self, session: Session, number: int, temperature_c: float | None) -> Ranking | None:
-        """Give the ranking of a step; compute the device's coefficients for another temperature."""
+        """Return the ranking of a step; for another temperature, compute the device's coefficients
+        again."""
         found = session.ranking(number)
         device = None if found is None else found["device"]
         if found is None or device is None or temperature_c in (None, device["temperature_c"]):
@@ -81,13 +85,13 @@ class Analyses:
         return {**found, "device": self._devices[key]}
 
     def add(self, session: Session, number: int, effect: str, settings: dict[str, object]) -> Step:
-        """Add an effect in a new step. Raises what ``add_effect`` raises."""
+        """Add an effect in a new step. Raises the errors of ``add_effect``."""
         return self._changed(
             session, number, "add", effect, lambda before: with_effect(before, effect, settings)
         )
 
     def drop(self, session: Session, number: int, effect: str) -> Step:
-        """Drop an effect in a new step. Raises what ``drop_effect`` raises."""
+        """Drop an effect in a new step. Raises the errors of ``drop_effect``."""
         return self._changed(
             session, number, "drop", effect, lambda before: without_effect(before, effect)
         )
@@ -155,7 +159,7 @@ class Analyses:
 
 
 def analyse_opened(opened: Opened, model: Model, effects: Mapping[str, type[Effect]]) -> Analysis:
-    """Fit a model to the set of a session; date the first step of the history.
+    """Fit a model to the set of a session, and set the date of the first step of the history.
 
     Raises MeasurementError, NotTestableError, ValueError.
     """

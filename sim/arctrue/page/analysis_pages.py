@@ -40,7 +40,7 @@ def analysis_pages(
     sessions = analyses.sessions
 
     def page(name: str, number: int, status: int = 200, **messages: str) -> tuple[str, int]:
-        """Render the page; ``messages``: a sentence per button, shown next to it."""
+        """Render the page; ``messages`` contains a sentence for a button, shown next to it."""
         session = sessions[name]
         step, opened = session.step(number), session.opened
         display = DisplaySettings.of_query(request.args)
@@ -98,7 +98,8 @@ def analysis_pages(
         width = request.args.get("width", _WIDTH_PX, int)
         drawn = chart(name, number, figure)
         data = chart_data(drawn, min(max(width, 200), 4000))
-        # Do not use the layout's "meta": plotly.js inserts it into texts that contain %{meta}.
+        # Do not use the key "meta" of the layout: plotly.js inserts it into texts that contain
+        # %{meta}.
         return jsonify(plain({**data, "words": drawn.words}))
 
     @pages.get(_ADDRESS + "figure/<figure>.svg")
@@ -208,7 +209,7 @@ def analysis_pages(
 
 
 def _there(figure: str, ranking: dict[str, Any] | None) -> bool:
-    """Tell whether this figure can be drawn now."""
+    """Tell whether this figure can be drawn with the present ranking."""
     if figure == "finding":
         return bool(ranking and ranking["finding"] and ranking["finding"]["best"])
     if figure == "lanes":

@@ -29,7 +29,7 @@ from arctrue.workbench.effects.registry import catalogue
 
 @dataclass(frozen=True)
 class Page:
-    """The application and the objects that its server needs."""
+    """The Flask application and the objects that its server needs."""
 
     app: Flask
     jobs: Jobs
@@ -38,12 +38,12 @@ class Page:
 
 
 def make_page(settings: PageSettings) -> Page:
-    """Create the application and its background processes.
+    """Create the application and the objects that run its background processes.
 
     Raises EffectFileError for an unusable folder of effects, OSError for the state folder.
     """
     app = Flask("arctrue.page", static_folder="static", template_folder="templates")
-    # Flask's default escapes templates with names in .html, but not in .html.j2.
+    # By default Flask escapes templates with names in .html, but not those with names in .html.j2.
     app.jinja_options = dict(HTML_OPTIONS)
     app.jinja_loader = ChoiceLoader(
         [PackageLoader("arctrue.page"), PackageLoader("arctrue.report")]

@@ -1,4 +1,4 @@
-"""Gives the command line that does the same as a button."""
+"""Gives the command line that is equivalent to a button."""
 
 from __future__ import annotations
 
@@ -9,60 +9,61 @@ from pathlib import Path
 from arctrue.page.session import Opened
 
 MODEL = "model.toml"
-"""The name under which a model is downloaded."""
+"""Name under which the page offers a model for download."""
 COEFFICIENTS = "coefficients.toml"
 
 
 class Commands:
-    """Composes command lines with the folders of own effects that ``arctrue serve`` got."""
+    """Composes command lines with the folders of the user's own effects that ``arctrue serve``
+    got."""
 
     def __init__(self, effect_folders: Sequence[Path]) -> None:
-        """Take folders of effects; each one becomes ``--effects FOLDER``."""
+        """Take the folders of effects; each one becomes an option ``--effects FOLDER``."""
         self._folders = [word for folder in effect_folders for word in ("--effects", str(folder))]
 
     def _line(self, *words: str) -> str:
         return shlex.join(["arctrue", *words])
 
     def of_step(self, action: str, effect: str, opened: Opened) -> str:
-        """Give the command that made a step: open, add, drop or load."""
+        """Return the command that made a step: open, add, drop or load."""
         if action in ("add", "drop"):
             return self.change(action, effect, opened)
         return self.on_model("compare", opened)
 
     def change(self, action: str, effect: str, opened: Opened) -> str:
-        """Give ``arctrue add`` or ``drop``."""
+        """Return the command ``arctrue add`` or ``arctrue drop``."""
         return self._line(action, effect, opened.named, "--model", MODEL, *self._folders)
 
     def on_model(self, command: str, opened: Opened) -> str:
-        """Give a command on a set and a model: compare, diagnose, export, report."""
+        """Return a command on a set and a model: compare, diagnose, export, report."""
         return self._line(command, opened.named, "--model", MODEL, *self._folders)
 
     def export(self, opened: Opened, temperature_c: float | None) -> str:
-        """Give ``arctrue export``, with a temperature if the set has one."""
+        """Return the command ``arctrue export``, with a temperature if the set has one."""
         at = [] if temperature_c is None else ["--temperature", f"{temperature_c:g}"]
         words = ["export", opened.named, "--model", MODEL, *at, "--coefficients", COEFFICIENTS]
         return self._line(*words, *self._folders)
 
     def history(self) -> str:
-        """Give ``arctrue history``."""
+        """Return the command ``arctrue history``."""
         return self._line("history", "--model", MODEL)
 
     def serve(self, folder: Path, state: Path, port: str) -> str:
-        """Give ``arctrue serve`` with the same sets and sessions."""
+        """Return the command ``arctrue serve`` with the same sets and sessions."""
         device = ["--port", port] if port else []
         words = ["serve", str(folder), "--state", str(state), *device]
         return self._line(*words, *self._folders)
 
     def load(self, port: str) -> str:
-        """Give ``arctrue load``."""
+        """Return the command ``arctrue load``."""
         return self._line("load", port, COEFFICIENTS)
 
     def simulate(self, out: str, experiment: str, seed: int, *, hidden: bool) -> str:
-        """Give ``arctrue simulate``."""
+        """Return the command ``arctrue simulate``."""
         drawn = ["--hidden"] if hidden else []
         return self._line("simulate", out, *drawn, "--experiment", experiment, "--seed", str(seed))
 
     def imported(self, files: Sequence[str], answers: Sequence[tuple[str, str]], out: str) -> str:
-        """Give ``arctrue import``."""
+        """Return the command ``arctrue import``."""
         said = [word for option, answer in answers for word in (option, answer)]
         return self._line("import", *said, *files, out)

@@ -1,4 +1,4 @@
-"""The page that walks an operator through the commissioning of the heads."""
+"""The page that guides an operator through the commissioning of the heads."""
 
 from __future__ import annotations
 

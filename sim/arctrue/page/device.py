@@ -1,4 +1,4 @@
-"""Loads the coefficients of a step into a running device, as ``arctrue load`` does."""
+"""Loads the coefficients of a step into a running device, like the command ``arctrue load``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _WAIT_S = 120.0
 
 
 def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> str:
-    """Send the coefficients and wait for the turn that checks them; return a sentence.
+    """Send the coefficients, wait for the turn that checks them, and return a sentence about it.
 
     Raises ValueError without a device, without coefficients, or if the device refuses them.
     """

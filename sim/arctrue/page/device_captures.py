@@ -1,4 +1,4 @@
-"""Takes captures of a device in the background, because a slow table needs minutes for a turn."""
+"""Takes captures of a device in the background, because a turn of a slow table lasts minutes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from arctrue.page.session import SET, Opened, now
 
 
 class DeviceCaptures:
-    """Takes one capture at a time; each that succeeds becomes a session with the capture's name."""
+    """Takes one capture at a time; each successful capture becomes a session with the capture's
+    name."""
 
     def __init__(self, device: LiveDevice, analyses: Analyses) -> None:
-        """``analyses``: makes the session of each capture."""
+        """Take the device, and the ``analyses`` that make a session of each capture."""
         self._device, self._analyses = device, analyses
         self._running = ""
         self._ended: dict[str, int | str] = {}
@@ -29,7 +30,7 @@ class DeviceCaptures:
         return self._running
 
     def start(self) -> str:
-        """Start a capture unless one runs, and return the name of the running one."""
+        """Start a capture unless one is running, and return the name of the running capture."""
         with self._lock:
             if not self._running:
                 place = self._analyses.sessions.make()
@@ -38,7 +39,8 @@ class DeviceCaptures:
             return self._running
 
     def result(self, name: str) -> int | str | None:
-        """Return the step that shows a capture, or why it failed, or None if it has not ended."""
+        """Return the step that shows a capture, or the reason for its failure, or None if it is
+        still running."""
         with self._lock:
             return self._ended.get(name)
 
@@ -54,7 +56,8 @@ class DeviceCaptures:
             self._running = ""
 
     def _step_of_capture(self, place: Path) -> int:
-        """Copy a capture into a session, because the daemon deletes its oldest; return the step."""
+        """Copy a capture into a session, because the daemon deletes its oldest captures; return the
+        step."""
         path = self._device.capture()
         shutil.copytree(path, place / SET)
         title = read_description(place / SET).keys.title or path.name

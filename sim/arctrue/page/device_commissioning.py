@@ -25,12 +25,12 @@ from arctrue.device.console import Console
 from arctrue.page.people import failure
 
 _MOVEMENT_S = 300.0
-"""Longest time in seconds that a step waits for the movement of the table."""
+"""Longest time that a step waits for the movement of the table, seconds."""
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What the steps have found; a step that is repeated forgets those after it."""
+    """Results of the steps; when a step is repeated, the results of later steps are deleted."""
 
     plan_deg: tuple[float, ...] = ()
     connection: Connection | None = None
@@ -48,20 +48,21 @@ class Findings:
 
 
 class DeviceCommissioning:
-    """The commissioning of the heads of one device; one step at a time."""
+    """The commissioning of the heads of one device; only one step runs at a time."""
 
     def __init__(self, port: str) -> None:
-        """``port``: the serial port of the device, or HOST:PORT of its daemon."""
+        """Take the ``port``: the serial port of the device, or HOST:PORT of its daemon."""
         self._port = port
         self.findings = Findings()
         self.running = ""
-        """Name of the step that is being taken, or ""."""
+        """Name of the running step, or "" if none is running."""
         self.problem = ""
-        """Why the latest step failed, or ""."""
+        """Reason for the failure of the latest step, or ""."""
         self._lock = threading.Lock()
 
     def start(self, step: str, plan_deg: tuple[float, ...] | None) -> None:
-        """Start a step unless one runs. ``plan_deg``: places of the heads, or as in the device.
+        """Start a step unless one is running. ``plan_deg``: planned places of the heads; None:
+        those that the device has.
 
         Raises ValueError for a step whose earlier steps are missing.
         """

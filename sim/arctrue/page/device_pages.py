@@ -1,4 +1,4 @@
-"""The page of a running device: its state, and a capture that is diagnosed."""
+"""The page of a running device: its state, and a capture for the diagnosis."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def device_pages(device: LiveDevice, analyses: Analyses) -> Blueprint:
 
     @pages.get("/")
     def page() -> tuple[str, int] | Response:
-        """Show the device, or what became of the capture that the address names."""
+        """Show the device, or the result of the capture that the address names."""
         name = request.args.get("capture", "")
         result = captures.result(name)
         if isinstance(result, int):

@@ -1,4 +1,4 @@
-"""Lists the sets of the folder that the server was started for; no other folder is read."""
+"""Lists the sets of the folder for which the server was started; no other folder is read."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ class FoundSet:
     name: str
     title: str
     fault: str
-    """Reason why the set cannot be opened; empty if it can."""
+    """Reason why the set cannot be opened; empty if it can be opened."""
 
 
 class ChosenFolder:
-    """A folder of sets, or one set."""
+    """A folder of measurement sets, or one set."""
 
     def __init__(self, folder: Path) -> None:
-        """``folder``: the name on the command line."""
+        """Take the name of the folder as on the command line."""
         self.named = folder
         self._root = folder.resolve()
 
     @property
     def is_set(self) -> bool:
-        """True if the folder itself is one set."""
+        """Whether the folder itself is one set."""
         return (self._root / FILE_NAME).is_file()
 
     def sets(self) -> list[FoundSet]:
-        """Give all sets down to two folder levels, sorted by name."""
+        """Return all sets down to two folder levels, sorted by name."""
         places = [self._root] if self.is_set else []
         level = [self._root]
         for _ in range(_DEPTH):
@@ -61,7 +61,10 @@ class ChosenFolder:
         return FoundSet(name, title, "")
 
     def path(self, name: str) -> Path:
-        """Give the folder of a set. Raises ValueError if it or one of its files is outside."""
+        """Return the folder of a set.
+
+        Raises ValueError if this folder or one of its files is outside the chosen folder.
+        """
         path = self._root / name
         try:
             inside = path.resolve().is_relative_to(self._root)
@@ -85,7 +88,7 @@ class ChosenFolder:
         return path
 
     def as_named(self, name: str) -> str:
-        """Give the set's name for a command line."""
+        """Return the set's name for a command line."""
         return str(self.named if name == "." else self.named / name)
 
 

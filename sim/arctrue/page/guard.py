@@ -1,7 +1,8 @@
 """Restricts who may send requests to the server, and what a browser may do with an answer.
 
-Another page in the same browser can also send requests to 127.0.0.1. So the host name must be the
-server's own, and requests that change something must come from the page itself.
+Another page in the same browser can also send requests to 127.0.0.1. Therefore the host name in a
+request must be the server's own, and a request that changes something must come from the page
+itself.
 """
 
 from __future__ import annotations
@@ -18,12 +19,16 @@ _POLICY = (
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
 )
-"""Security policy of an answer: plotly.js writes inline styles; only the server's own scripts run.
-"""
+"""Content security policy of an answer: plotly.js may write inline styles, and only the server's
+own scripts run."""
 
 
 def guard(app: Flask, hosts: Collection[str], token: str) -> None:
-    """Check every request. ``hosts``: allowed names with port, empty: any. ``token``: "": none."""
+    """Check every request.
+
+    ``hosts``: allowed host names with port; if empty, any host is allowed. ``token``: token that a
+    request needs; if empty, none is needed.
+    """
 
     @app.before_request
     def only_from_here() -> AnyResponse | None:
@@ -37,7 +42,7 @@ def guard(app: Flask, hosts: Collection[str], token: str) -> None:
     def harmless(response: Response) -> Response:
         response.headers["Content-Security-Policy"] = _POLICY
         response.headers["X-Content-Type-Options"] = "nosniff"
-        # With no-referrer the origin of a form would be missing.
+        # With the policy no-referrer a browser would not send the origin of a form.
         response.headers["Referrer-Policy"] = "same-origin"
         return response
 
@@ -50,7 +55,10 @@ def _same_origin(asked: Request) -> bool:
 
 
 def _without_token(token: str) -> AnyResponse | None:
-    """Accept the token once in the address and afterwards in a cookie."""
+    """Return None for a request with the token in its cookie.
+
+    A request with the token in its address gets the cookie; any other request is refused.
+    """
     if hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), token.encode()):
         return None
     given = request.args.get("token", "")

@@ -1,4 +1,4 @@
-"""Runs rankings in processes of their own, which report progress and can be cancelled."""
+"""Runs each ranking in a process of its own, which reports its progress and can be cancelled."""
 
 from __future__ import annotations
 
@@ -15,24 +15,27 @@ from arctrue.base.whole_file import write_whole_text
 from arctrue.page.session import Session
 
 AT_ONCE = 2
-"""Number of processes at a time; further rankings wait."""
+"""Largest number of processes at a time; further rankings wait."""
 PROGRESS, CANCELLED, FAILED = "progress.json", "cancelled", "failed.txt"
 _END_S = 5.0
 _LOOK_S = 0.2
 
 
 class Jobs:
-    """One process per step of a session, started when its page is first opened."""
+    """Processes that compute rankings, one for each step of a session.
+
+    A process starts when the page of the step is first opened.
+    """
 
     def __init__(self, effect_folders: Sequence[Path]) -> None:
-        """``effect_folders``: folders from which the processes load effects."""
+        """Take the folders from which the processes load effects."""
         self._folders = [str(folder) for folder in effect_folders]
         self._running: dict[tuple[str, int], _Job] = {}
         self._places = threading.BoundedSemaphore(AT_ONCE)
         self._lock = threading.Lock()
 
     def start(self, session: Session, number: int) -> None:
-        """Start the ranking unless it runs or is done; a cancelled ranking starts again."""
+        """Start the ranking unless it is running or complete; a cancelled ranking starts again."""
         key = (session.name, number)
         with self._lock:
             if key in self._running or session.ranking_is_whole(number):
@@ -54,7 +57,7 @@ class Jobs:
                 self._running.pop(key, None)
 
     def cancel(self, session: Session, number: int) -> None:
-        """End the process of a step, if any; its partial result stays."""
+        """End the process of a step, if it is running; its partial result remains."""
         with self._lock:
             job = self._running.get((session.name, number))
         if job is not None:

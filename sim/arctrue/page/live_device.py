@@ -23,24 +23,26 @@ from arctrue.metrology.iso230_7 import error_motion
 
 _MOST_TURNS = 2_000
 _MOST_POINTS = 400
-"""Largest number of turns in a chart; if there are more, every second, third, … is drawn."""
+"""Largest number of turns in a chart; of more turns every second, third, … is drawn."""
 _MOST_ORDERS = 6
-"""Number of orders in their chart: those with the largest change in units of u."""
+"""Number of orders in the chart of orders, which shows those with the largest change in units of
+u."""
 _MOST_EVENTS = 20
 _MOST_SAMPLES = 1_500
 """Largest number of samples in the chart of the axis orbit."""
 _DECIMALS = 4
-"""Decimals of its figures, arcseconds."""
+"""Number of decimals of the orbit's samples, arcseconds."""
 _AGAIN_S = 1.0
 _EVENT_S = 2.0
 _CAPTURE_S = 400.0
 
 
 class LiveDevice:
-    """The latest turns and events of a device. ``port``: its serial port, or HOST:PORT."""
+    """The latest turns and events of a device. ``port``: its serial port, or HOST:PORT of its
+    daemon."""
 
     def __init__(self, port: str) -> None:
-        """Begin to follow the daemon; search for it each second while none runs."""
+        """Begin to follow the daemon; while no daemon is running, search for it each second."""
         self.port = port
         self._turns: deque[dict[str, Any]] = deque(maxlen=_MOST_TURNS)
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
@@ -63,7 +65,7 @@ class LiveDevice:
         return path
 
     def shown(self) -> dict[str, Any]:
-        """Return everything that the page shows, for JSON."""
+        """Return all values that the page shows, for JSON."""
         with self._lock:
             turns, events = list(self._turns), list(self._events)
             found = {
@@ -90,7 +92,7 @@ class LiveDevice:
             time.sleep(_AGAIN_S)
 
     def _follow(self, daemon: Announcement) -> None:
-        """Take the daemon's events until it ends. Raises ConsoleError."""
+        """Receive the events of the daemon until it ends. Raises ConsoleError."""
         state = ask(daemon, "status")
         watch = Watch(daemon, latest=_MOST_TURNS)
         with self._lock:
@@ -145,7 +147,7 @@ class LiveDevice:
 
 def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the latest turn, the changes since the calibration, and the columns of the charts."""
-    # A refused turn has no orders.
+    # A refused turn contains no orders.
     estimated = [turn for turn in turns if turn.get("harmonics")] or turns
     before, now = estimated[calibration_turn(estimated)], estimated[-1]
     drawn = turns[:: -max(-(-len(turns) // _MOST_POINTS), 1)][::-1]
@@ -175,8 +177,8 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the results for each head and for the axis from the latest turn that calibrated a
-    mean."""
+    """Return the results for each head and for the axis from the latest turn that calibrated the
+    mean of the heads."""
     now = next((turn for turn in reversed(turns) if turn.get("places_deg")), None)
     if now is None:
         return {"rows": [], "axis": []}
@@ -198,10 +200,12 @@ def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the radii of the axis' circles at each drawn turn, for the circles that any turn has.
+    """Return the radii of the axis' circles at each drawn turn, for every circle that occurs in a
+    turn.
 
-    A device that calibrates the mean of its heads sends them. Three heads cannot separate some
-    circles from the disc's error: the device sends 0 for these.
+    A circle is the motion of one order and sense. A device that calibrates the mean of its heads
+    sends the radii. Three heads cannot separate some circles from the disc's error; for these the
+    device sends 0.
     """
     columns = []
     for sense in ("forward", "backward"):
@@ -214,7 +218,8 @@ def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
-    """Return the samples (every second, third, … of many samples) and the mean of the turns."""
+    """Return the samples of the orbit (of many samples only every second, third, …) and the mean of
+    the turns."""
     every = -(-orbit.angle_rad.size // _MOST_SAMPLES)
     samples = {"x": orbit.x_arcsec, "y": orbit.y_arcsec}
     columns: dict[str, Any] = {"u": list(orbit.u_arcsec)}
@@ -231,7 +236,8 @@ def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
 def _comparison(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return the changes from turn ``before`` to ``now``, and the orders of the drawn turns."""
+    """Return the changes from turn ``before`` to turn ``now``, and the orders of the drawn
+    turns."""
     return {
         "turn": before["turn"],
         "recorded": _utc(before["recorded_s"]),
@@ -248,7 +254,7 @@ def _comparison(
 def _order_columns(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> list[dict[str, Any]]:
-    """Return the change, with u, of the orders that changed most, at each drawn turn."""
+    """Return the change and its u at each drawn turn, for the orders that changed most."""
     earlier = {row[0]: row for row in before.get("harmonics", [])}
 
     def in_units_of_u(row: list[float]) -> float:

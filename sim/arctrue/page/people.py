@@ -27,7 +27,8 @@ def sentence(error: Exception, *folders: Path) -> str:
 
 
 def failure(error: Exception, *folders: Path) -> str:
-    """Describe the error of work in the background; the terminal shows a fault of the program."""
+    """Describe an error of work in the background; print an error of the program on the
+    terminal."""
     if isinstance(error, (CaptureRefusedError, ConsoleError, *PEOPLE_ERRORS)):
         return sentence(error, *folders)
     traceback.print_exception(error, file=sys.stderr)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def plotly_file() -> Path:
-    """Give the file without importing the package. Raises FileNotFoundError."""
+    """Return the path of plotly.js without importing the package. Raises FileNotFoundError."""
     spec = find_spec("plotly")
     for place in (spec.submodule_search_locations or []) if spec is not None else []:
         path = Path(place) / "package_data" / "plotly.min.js"

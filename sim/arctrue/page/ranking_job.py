@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-# This must precede the import of numpy; arctrue.cli gives the reason.
+# This must be set before numpy is imported; arctrue.cli gives the reason.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from arctrue.base.whole_file import write_whole_text
@@ -35,7 +35,7 @@ class _DoingFile:
 
 
 def main(session_folder: str, step: str, *effect_folders: str) -> None:
-    """Write the ranking next to the model: first a partial one, then the whole."""
+    """Write the ranking next to the model: first the partial ranking, then the complete one."""
     session, number = Session(Path(session_folder)), int(step)
     progress = _DoingFile(session.step_folder(number) / PROGRESS)
     progress("reading the set")

@@ -1,4 +1,4 @@
-"""Computes a digest of everything that a ranking depends on: equal keys mean equal rankings."""
+"""Computes a digest of all inputs of a ranking: equal keys mean equal rankings."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.model.model import Model
 
 _MASK = "mask.csv"
-"""File of masked rows, which the set's own digest does not cover."""
+"""File of masked rows, which the digest of the set does not include."""
 
 
 def ranking_key(folder: Path, title: str, model: Model, effects: Mapping[str, type[Effect]]) -> str:
-    """Return SHA-256 of set, mask, model, title (written into the device's file), effects and
-    program.
+    """Return SHA-256 of set, mask, model, effects, program, and title, which the device's file
+    contains.
 
-    Fitted values are left out: a fit starts from the settings and search parameters alone. Raises
-    OSError, MeasurementError.
+    Fitted values are left out, because a fit starts from the settings and search parameters alone.
+    Raises OSError, MeasurementError.
     """
     mask = folder / _MASK
     said = {
@@ -44,7 +44,8 @@ def _of_file(path: Path) -> str:
 
 @functools.cache
 def _of_effect(kind: type[Effect]) -> list[str]:
-    """Return the digests of the files that define the effect, as they were at its first use."""
+    """Return the digests of the files that define the effect; they are computed at its first
+    use."""
     methods = [item for part in kind.__mro__ for item in vars(part).values()]
     files = {
         inspect.unwrap(item).__code__.co_filename for item in filter(inspect.isfunction, methods)
@@ -54,6 +55,7 @@ def _of_effect(kind: type[Effect]) -> list[str]:
 
 @functools.cache
 def _program() -> str:
-    """Return the digest of the package's files: a version has several states in development."""
+    """Return the digest of the package's files, because one version has several states in
+    development."""
     files = sorted(Path(arctrue.__file__).parent.rglob("*.py"))
     return hashlib.sha256("".join(_of_file(path) for path in files).encode()).hexdigest()

@@ -27,8 +27,8 @@ class AddressError(OSError):
 def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep) -> None:
     """Serve at ``host``:``port`` (0: a free port) and report the address first.
 
-    At a loopback address only this machine's names are answered; any other address needs a token.
-    Raises AddressError if the address cannot be used.
+    At a loopback address only requests with this machine's names are answered; any other address
+    needs a token. Raises AddressError if the address cannot be used.
     """
     listening = _listening(host, port)
     taken = listening.getsockname()[1]
@@ -54,7 +54,8 @@ def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep)
         page.app,
         sockets=[listening],
         threads=_THREADS,
-        # The page's own limit is lower and answers with a sentence; waitress refuses more.
+        # waitress refuses only larger uploads, because the limit of the page is lower and answers
+        # with a sentence.
         max_request_body_size=4 * settings.most_bytes + MEGABYTE,
         ident=None,
     )
@@ -74,7 +75,8 @@ def _listening(host: str, port: int) -> socket.socket:
     found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         found.bind((host, port))
-        # The socket listens from here on; otherwise a second bound server could listen first.
+        # The socket listens from here on, so that no other server can bind the port and listen
+        # first.
         found.listen()
     except OSError as error:
         found.close()

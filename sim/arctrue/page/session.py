@@ -1,4 +1,4 @@
-"""Stores what was opened in the page, and every step of its model, in a folder."""
+"""Stores the set that was opened in the page, and every step of its model, in a folder."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class NoSuchSessionError(LookupError):
 
 @dataclass(frozen=True)
 class Opened:
-    """The set that a session analyses."""
+    """The set that a session analyses, and how a command line names and makes it."""
 
     title: str
     folder: str
@@ -39,19 +39,19 @@ class Opened:
     named: str
     """Name of the set on a command line."""
     command: str
-    """The command that makes this set again; empty for a recorded set."""
+    """Command that makes this set again; empty for a recorded set."""
     generated: bool
     date: str
 
 
 @dataclass(frozen=True)
 class Step:
-    """One state of the model; ``parent`` is the number of the state before it."""
+    """One state of the model; ``parent`` is the number of the state from which it was made."""
 
     number: int
     parent: int | None
     action: str
-    """open, add, drop or load."""
+    """Action that made the step: open, add, drop or load."""
     effect: str
     command: str
     """The equivalent command line."""
@@ -60,7 +60,8 @@ class Step:
 
 
 class Session:
-    """One folder with the set (unless it is the user's own) and ``1``, ``2``, … for the steps."""
+    """One folder with the set (unless it is the user's own) and a folder ``1``, ``2``, … for each
+    step."""
 
     def __init__(self, folder: Path) -> None:
         """Open an existing session."""
@@ -69,11 +70,11 @@ class Session:
 
     @property
     def opened(self) -> Opened:
-        """Describe the set of the session."""
+        """Read the description of the session's set."""
         return read_json(self.folder / _SESSION, Opened)
 
     def steps(self) -> list[Step]:
-        """Give all steps in the order of creation."""
+        """Return all steps in the order of creation."""
         found = [
             read_json(path, Step)
             for path in self.folder.glob(f"*/{_STEP}")
@@ -82,18 +83,18 @@ class Session:
         return sorted(found, key=lambda step: step.number)
 
     def step(self, number: int) -> Step:
-        """Give one step. Raises NoSuchSessionError."""
+        """Return one step. Raises NoSuchSessionError."""
         path = self.folder / str(number) / _STEP
         if not path.is_file():
             raise NoSuchSessionError(f"step {number} does not exist")
         return read_json(path, Step)
 
     def step_folder(self, number: int) -> Path:
-        """Give the folder of a step's files."""
+        """Return the folder of a step's files."""
         return self.folder / str(number)
 
     def model_file(self, number: int) -> Path:
-        """Give the model file of a step."""
+        """Return the path of a step's model file."""
         return self.folder / str(number) / _MODEL
 
     def model(self, number: int) -> Model:
@@ -101,7 +102,7 @@ class Session:
         return read_model(self.model_file(number))
 
     def ranking(self, number: int) -> Ranking | None:
-        """Read the ranking of a step; None before it exists."""
+        """Read the ranking of a step; return None if it does not exist yet."""
         path = self.folder / str(number) / _RANKING
         return read_json(path, dict[str, Any]) if path.is_file() else None
 
@@ -134,7 +135,7 @@ class Session:
         command: str,
         seconds: float,
     ) -> Step:
-        """Add a step; existing steps stay unchanged. Raises OSError."""
+        """Add a step; existing steps remain unchanged. Raises OSError."""
         number = len(self.steps()) + 1
         while True:
             try:
@@ -157,18 +158,18 @@ class Sessions:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
 
     def make(self) -> Path:
-        """Make the empty folder of a new session; :meth:`open` then makes it a session."""
+        """Make the empty folder of a new session; :meth:`open` makes it a session."""
         folder = self.folder / secrets.token_hex(_BYTES)
         folder.mkdir(mode=0o700)
         return folder
 
     def open(self, folder: Path, opened: Opened) -> Session:
-        """Make ``folder`` a session, which is listed from now on. Raises OSError."""
+        """Make ``folder`` a session, which :meth:`all` lists from then on. Raises OSError."""
         write_whole_text(folder / _SESSION, json.dumps(asdict(opened), ensure_ascii=False))
         return Session(folder)
 
     def __getitem__(self, name: str) -> Session:
-        """Give one session. Raises NoSuchSessionError."""
+        """Return one session. Raises NoSuchSessionError."""
         folder = self.folder / name
         if not _NAME.fullmatch(name) or not (folder / _SESSION).is_file():
             raise NoSuchSessionError(f"there is no session {name[:32]!r}")
@@ -199,11 +200,11 @@ class Sessions:
 
 
 def now() -> str:
-    """Give the time in UTC, ISO 8601."""
+    """Return the present time in UTC, ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def _make_writable(function: Any, path: str, _: Any) -> None:
-    """Make a file writable before it is deleted: truth files are read-only."""
+    """Make a file writable and repeat its deletion, because truth files are read-only."""
     Path(path).chmod(0o600)
     function(path)

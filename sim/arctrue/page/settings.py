@@ -11,11 +11,9 @@ MEGABYTE = 1_000_000
 
 @dataclass(frozen=True)
 class PageSettings:
-    """``folder``: sets. ``state``: sessions. ``port``: serial port of a device, "" for none.
-
-    ``device``: serial port of a device with a daemon, or HOST:PORT of the daemon; "" for none.
-    ``hosts``: names with port that requests may use; empty: any.
-    """
+    """``folder``: folder of the sets. ``state``: folder of the sessions. ``port``: serial port of a
+    device, "" for none. ``device``: serial port of a device with a daemon, or HOST:PORT of the
+    daemon; "" for none. ``hosts``: host names with port that requests may use; any if empty."""
 
     folder: Path
     state: Path

@@ -1,4 +1,4 @@
-"""The first page: choose a set, drop files, or generate a table with a hidden effect."""
+"""The first page: a user chooses a set, drops files, or generates a table with a hidden effect."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def start_pages(
     pages = Blueprint("start", __name__)
 
     def start(status: int = 200, **messages: Any) -> tuple[str, int]:
-        """Render the page; ``messages``: a sentence per part of it; also the open questions of an
-        import."""
+        """Render the page with a sentence for each part in ``messages``, and with the open
+        questions of an import."""
         sessions = [(session, session.opened) for session in analyses.sessions.all()[:20]]
         shown: dict[str, Any] = {
             "open": "",
@@ -179,7 +179,8 @@ def _answers(form: Any) -> dict[str, str]:
 
 
 def _kept(analyses: Analyses, name: str) -> tuple[Path, list[Path]]:
-    """Give the folder of this upload, and its files from an earlier try with open questions."""
+    """Return the folder of this upload, and the files that an earlier try with open questions
+    stored there."""
     if name.isalnum():
         place = analyses.sessions.folder / name
         files = place / _UPLOAD

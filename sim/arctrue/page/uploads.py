@@ -1,6 +1,6 @@
 """Receives files dropped into the page: a measurement set, or recordings of other programs.
 
-The readers of arctrue read the files from a separate folder. No code in them is executed.
+The readers of arctrue read the files from a separate folder. No code in the files is executed.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Sent(Protocol):
     filename: str | None
 
     def save(self, dst: str) -> None:
-        """Write it."""
+        """Write the file to ``dst``."""
         ...
 
 
@@ -53,12 +53,12 @@ class Received:
 
 class OpenQuestionsError(ValueError):
     """The files leave the questions ``asked`` open; the error contains the given ``answers`` and
-    previews."""
+    the previews."""
 
     def __init__(
         self, asked: Sequence[Ambiguous], answers: Mapping[str, str], previews: Sequence[Preview]
     ) -> None:
-        """Store what the form shows."""
+        """Store the values that the form shows."""
         super().__init__(", ".join(item.name for item in asked))
         self.asked, self.answers, self.previews = asked, answers, previews
 
@@ -82,7 +82,8 @@ def keep(sent: Sequence[Sent], folder: Path) -> list[Path]:
 
 
 def safe_name(name: str) -> str:
-    """Give the last part of a name without characters that have a meaning to systems."""
+    """Return the last part of a path without characters that have a meaning to operating
+    systems."""
     last = re.split(r"[/\\]", name)[-1]
     safe = _SAFE.sub("_", one_line(last)).lstrip(".").strip()[-_LONGEST:]
     return safe or "file"
@@ -91,8 +92,8 @@ def safe_name(name: str) -> str:
 def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Received:
     """Make the set ``out`` from stored files.
 
-    If a measurement.toml is among them, they are a set; otherwise ``arctrue import`` reads them.
-    ``answers`` holds the answers by the names of the questions (``--unit head1``). Raises
+    If the files contain a measurement.toml, they are a set; otherwise ``arctrue import`` reads
+    them. ``answers`` contains the answers by the names of the questions (``--unit head1``). Raises
     OpenQuestionsError with all questions that are open, MeasurementError, ValueError.
     """
     if any(path.name == FILE_NAME for path in paths):

@@ -1,4 +1,4 @@
-"""Combines a set with a fitted model, in the form that the page and the report use."""
+"""Combines a set with a fitted model for the page and the report."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ NAMES = {
     "electrical2": "electrical phase of head 2",
 }
 OWN_PHASE = "own_phase"
-"""Key of the phase of the order or frequency that an effect has."""
+"""Key of the condition that is the phase of an effect's own order or frequency."""
 ROUND = ("angle", "electrical1", "electrical2", OWN_PHASE)
-"""Periodic conditions, in radians."""
+"""Keys of the periodic conditions, which are in radians."""
 UNITS = {"speed": "deg/s", "time": "s", "temperature": "°C"}
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A quantity against which a residual can be drawn; ``values`` by channel, (rows,)."""
+    """A quantity against which a residual can be drawn; ``values`` contains an array (rows,) by
+    channel."""
 
     key: str
     name: str
@@ -44,7 +45,7 @@ class Condition:
 
     @property
     def goes_round(self) -> bool:
-        """True for an angle, whose values are radians."""
+        """Whether the condition is an angle, in radians."""
         return self.key in ROUND
 
 
@@ -65,13 +66,14 @@ class Analysis:
         return Residuals(self.solution)
 
     def rows(self, channel: str) -> CaptureRows | ReferenceRows:
-        """Return the conditions of the rows of a measured channel."""
+        """Return the rows of a measured channel with their conditions."""
         found = self.observations.capture if channel == "capture" else self.observations.reference
         assert found is not None
         return found
 
     def left(self, channel: str, *, whitened: bool = False) -> Float:
-        """Return every row's residual in arcseconds, or whitened to a standard deviation of 1."""
+        """Return the residual of every row in arcseconds, or whitened to a standard deviation of
+        1."""
         residuals = self.residuals
         found = {
             ("capture", False): lambda: residuals.capture_arcsec,
@@ -88,7 +90,7 @@ class Analysis:
         return rows.difference_arcsec if isinstance(rows, CaptureRows) else rows.error_arcsec
 
     def angle_rad(self, channel: str) -> Float:
-        """Return the table's angle of every row; for a reference row that of its target."""
+        """Return the table's angle in every row; in a reference row it is the target angle."""
         rows = self.rows(channel)
         return rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
 
@@ -145,9 +147,8 @@ def analyse(
 ) -> Analysis:
     """Fit the model to the set; begin a history if there is none.
 
-    ``observations``: the rows of the set, if the caller has built them.
-
-    Raises NotTestableError, ValueError for a model that the set cannot test.
+    ``observations``: the rows of the set, if the caller has computed them already. Raises
+    NotTestableError, ValueError for a model that the set cannot test.
     """
     if observations is None:
         observations = observations_of(
@@ -161,7 +162,7 @@ def analyse(
 
 
 def with_effect(before: Analysis, name: str, settings: dict[str, object]) -> Analysis:
-    """Add one effect to the model and fit it. Raises what ``add_effect`` raises."""
+    """Add one effect to the model and fit it. Raises the errors of ``add_effect``."""
     grown, solution = add_effect(
         before.model, name, settings, before.observations, before.effects, before.title
     )
@@ -169,7 +170,7 @@ def with_effect(before: Analysis, name: str, settings: dict[str, object]) -> Ana
 
 
 def without_effect(before: Analysis, name: str) -> Analysis:
-    """Drop one effect of the model and fit the others. Raises what ``drop_effect`` raises."""
+    """Drop one effect of the model and fit the others. Raises the errors of ``drop_effect``."""
     shrunk, solution = drop_effect(
         before.model, name, before.observations, before.effects, before.title
     )

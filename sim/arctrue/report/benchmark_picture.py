@@ -16,13 +16,13 @@ from arctrue.report.svg import AFTER, INK, LIMIT, house_style
 
 PICTURE = "benchmark.svg"
 CLASSES_LAST = ("one of them", "adequate", "cannot_tell", "unknown", "bad_data", "error")
-"""Last columns: answers without a name, after the unresolved classes."""
+"""Classes of the last columns: answers without a name, which follow the unresolved classes."""
 
 
 def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:
     """Draw the confusion matrix and, if probabilities are stated, the reliability curve.
 
-    ``found`` is what ``arctrue benchmark score --json`` writes.
+    ``found``: content of the file that ``arctrue benchmark score --json`` writes.
     """
     stated = found["probability"]
     with house_style():
@@ -39,9 +39,9 @@ def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:
 def confusion_matrix(
     confusion: Mapping[str, Mapping[str, int]],
 ) -> tuple[list[str], list[str], NDArray[np.int64]]:
-    """Count answers by hidden cause: array (hidden, said).
+    """Count the answers by hidden cause: array (hidden, answered).
 
-    A correct name has the same column number as its row.
+    The column number of a correct name is the number of its row.
     """
     hidden = list(confusion)
     said = {answer for answers in confusion.values() for answer in answers}

@@ -1,4 +1,5 @@
-"""Makes the page of the benchmark's sets: worlds of both generators, and their independence."""
+"""Makes the page about the benchmark's sets: worlds of both generators, and the independence of the
+generators."""
 
 from __future__ import annotations
 
@@ -115,8 +116,8 @@ INDEPENDENCE = {
         "searched; the bracket is turned about the axis and the ray is exact."
     ),
 }
-"""Explanation of what an agreement proves, for every cause of the catalogue and every product of
-parts."""
+"""Explanation of what an agreement of the generators proves, for every cause of the catalogue and
+every product of parts."""
 NOISE_TOLD = """The strangers have no formula in the workbench. Noise is for the most part of the
 form that a diagnosis fits, which is white noise and up to seven relaxations (Ornstein–Uhlenbeck) of
 given time constants, with a scale a run and 36 scales around the turn: *ornstein_uhlenbeck* and

@@ -19,7 +19,7 @@ HEADINGS = ("quantity", "source", "type", "distribution", "size ″", "divisor",
 
 
 def budget_rows(budget: Budget) -> list[list[str]]:
-    """Give one row of text per contribution, in the columns ``HEADINGS``."""
+    """Return one row of texts per contribution, in the columns ``HEADINGS``."""
     return [
         [
             one.quantity,
@@ -52,7 +52,7 @@ def outcome(budget: Budget) -> str:
 
 
 def _by_angle(u_arcsec: NDArray[np.float64]) -> Figure:
-    """Draw U over the reading, from the full covariance."""
+    """Draw U over the reading; U follows from the full covariance."""
     with house_style():
         figure = Figure(figsize=(8.0, 3.0), layout="constrained")
         axes = figure.subplots()
@@ -68,7 +68,7 @@ def _by_angle(u_arcsec: NDArray[np.float64]) -> Figure:
 def write_budget_report(
     budget: Budget, facts: Sequence[tuple[str, str]], folder: Path
 ) -> list[Path]:
-    """Write budget.md, .html and .pdf; ``facts``: set, model, program. Raises OSError."""
+    """Write budget.md, .html and .pdf; ``facts`` names set, model and program. Raises OSError."""
     blocks: list[Block] = [
         Text(
             "Measurand: the error of indication of head 1 after the correction, at any angle; "

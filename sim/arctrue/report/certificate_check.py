@@ -1,4 +1,4 @@
-"""Validates a certificate against the official schema that a user has."""
+"""Validates a certificate against the official schema, of which the user has a copy."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from arctrue.base.extras import optional
 
 
 def check_schema(content: bytes, schema_file: Path) -> None:
-    """Validate XML by ``dcc.xsd`` and the schemas next to it; nothing is fetched.
+    """Validate XML against ``dcc.xsd`` and the schemas next to it; nothing is fetched.
 
-    Raises ValueError with the first fault, or for a schema that lacks one that it imports;
+    Raises ValueError with the first fault, or if a schema imports a schema that is missing;
     MissingExtraError without the package xmlschema.
     """
     xmlschema = optional("xmlschema")

@@ -1,4 +1,4 @@
-"""The certificate as a page to print."""
+"""Writes the certificate as a page to print."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes a Digital Calibration Certificate: XML by PTB's schema DCC 3.3.0 with D-SI 2.2.1."""
+"""Writes a Digital Calibration Certificate as XML in PTB's schema DCC 3.3.0 with D-SI 2.2.1."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCHEMA_PLACE = f"{DCC} {DCC}/v{SCHEMA_VERSION}/dcc.xsd"
 XSI = "http://www.w3.org/2001/XMLSchema-instance"
 LANGUAGE = "en"
 DECIMALS = 4
-"""Decimals of an arcsecond; 0.1 mas is far below every contribution."""
+"""Number of decimals of a value in arcseconds; 0.1 mas is far below every contribution."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ def _results(parent: ET.Element, found: CertifiedError, facts: CertificateFacts)
 
 
 def described_method(found: CertifiedError) -> str:
-    """Combine model, conditions and contributions in one text."""
+    """Describe model, conditions and contributions in one text."""
     lines = [f"Model: {', '.join(found.effects)}."]
     if found.conditions:
         named = ", ".join(f"{name} {value:g}" for name, value in found.conditions.items())

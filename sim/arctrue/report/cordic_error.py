@@ -26,7 +26,7 @@ _BINS = 1024
 
 
 def swept_phases(bits: int = SWEEP_BITS) -> NDArray[np.int32]:
-    """Give all 2^``bits`` phases with that number of bits, in 2⁻²⁴ turn."""
+    """Return all 2^``bits`` phases of this number of bits, in 2⁻²⁴ turn."""
     return np.arange(0, 1 << PHASE_WIDTH, 1 << (PHASE_WIDTH - bits), dtype=np.int32)
 
 
@@ -36,9 +36,10 @@ def cosine_error(
     bits: int = COSINE_WIDTH,
     iterations: int = CORDIC_ITERATIONS,
 ) -> NDArray[np.float64]:
-    """Give the gateware's cosine minus numpy's, in the shape of ``phase`` (2⁻²⁴ turn).
+    """Return the gateware's cosine minus numpy's cosine, in the shape of ``phase`` (2⁻²⁴ turn).
 
-    ``cosine``: output of the gateware with ``bits`` − 2 fraction bits; default: the model's output.
+    ``cosine``: output of the gateware with ``bits`` − 2 fraction bits; by default it is the output
+    of the model.
     """
     if cosine is None:
         cosine = lane_cosine(phase, bits, iterations)
@@ -54,10 +55,10 @@ def draw_cordic_error(
     bits: int = COSINE_WIDTH,
     iterations: int = CORDIC_ITERATIONS,
 ) -> float:
-    """Write a PNG: error over the phase, all 2²⁰ phases, with the bounds of the appendix.
+    """Write a PNG of the error over all 2²⁰ phases, with the bounds of the paper's appendix.
 
-    ``simulated``: phases (2⁻²⁴ turn) and cosines from the VHDL, drawn as dots. Makes
-    the folder of ``path``. Returns the largest error of the model.
+    ``simulated``: phases (2⁻²⁴ turn) and cosines from the VHDL, drawn as dots. The folder of
+    ``path`` is made if it does not exist. Returns the largest error of the model.
     """
     phase = swept_phases()
     error = cosine_error(phase, bits=bits, iterations=iterations)

@@ -24,7 +24,7 @@ def page_templates() -> Environment:
 
 
 def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> None:
-    """Render the result and write it with its error figure; make the folder if needed.
+    """Render the result and write it with its error figure; make the folder if it does not exist.
 
     ``second_act``: the name of the second act's page, if there is one.
     """
@@ -42,7 +42,7 @@ def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> Non
         spectrum_figure=Markup(chart_svg(orders_before_after(result))),
     )
     write_whole_text(file, page)
-    # This is the picture of README; `make docs` copies it.
+    # README.md shows this picture; `make docs` copies it.
     save_chart(error_figure, file.parent / "error_before_after.svg")
 
 

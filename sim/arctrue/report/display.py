@@ -1,4 +1,4 @@
-"""Settings of the display of an analysis: the query part of an address."""
+"""Settings of the display of an analysis, which are the query part of an address."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FIGURES = (
     "ladder",
     "lanes",
 )
-"""The figures in the order of the page."""
+"""Names of the figures in the order of the page."""
 
 
 _HOTTEST_C = 200.0
@@ -38,7 +38,7 @@ _HOTTEST_C = 200.0
 
 @dataclass(frozen=True)
 class DisplaySettings:
-    """The reader's choices; "" selects the best known choice."""
+    """The reader's choices; the empty text means the default choice."""
 
     unit: Angle = ARCSEC
     whitened: bool = False
@@ -46,12 +46,13 @@ class DisplaySettings:
     along: Along = "order"
     finding: str = ""
     temperature_c: float | None = None
-    """Temperature for which the device would be corrected; None: that of the measurement."""
+    """Temperature for which the device would be corrected; None: the temperature of the
+    measurement."""
     reveal: bool = False
 
     @classmethod
     def of_query(cls, query: Mapping[str, str]) -> DisplaySettings:
-        """Parse an address; invalid parts are ignored."""
+        """Parse the query of an address; ignore invalid parts."""
         along = query.get("along", "order")
         return cls(
             unit=URAD if query.get("unit") == URAD else ARCSEC,
@@ -64,7 +65,7 @@ class DisplaySettings:
         )
 
     def query(self, **changes: Any) -> str:
-        """Compose the query for this display with changes; empty for the default display."""
+        """Return the query for this display with changes; it is empty for the default display."""
         other = replace(self, **changes)
         said = {
             "unit": other.unit if other.unit != ARCSEC else "",
@@ -90,8 +91,8 @@ def _temperature(text: str) -> float | None:
 def ranked_conditions(analysis: Analysis, ranking: Ranking | None) -> list[tuple[Condition, float]]:
     """Rank all conditions by the share of the residual that follows them, largest first.
 
-    With a ranking, this is the share beyond the largest share of draws of the fitted noise; before
-    the ranking, it is the share beyond independent noise.
+    With a ranking, the share is what exceeds the largest share that draws of the fitted noise
+    reach; without a ranking, it is what exceeds the share of independent noise.
     """
     shares: dict[str, float] = {}
     for key, condition in analysis.conditions.items():
@@ -113,9 +114,9 @@ def ranked_conditions(analysis: Analysis, ranking: Ranking | None) -> list[tuple
 def chart_of(
     name: str, analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> Chart | None:
-    """Make one of :data:`FIGURES` in the reader's unit; None if there is nothing to draw yet.
+    """Make the chart with one of the names :data:`FIGURES` in the reader's unit.
 
-    Raises KeyError for another name.
+    Returns None if there is nothing to draw yet. Raises KeyError for another name.
     """
     if name not in FIGURES:
         raise KeyError(name)

@@ -18,7 +18,7 @@ from arctrue.report.svg import to_svg
 
 _A4_INCHES = (8.27, 11.69)
 _MARGIN = 0.06
-"""Margin of a page as a share of its width."""
+"""Margin of a page, as a share of its width."""
 COLUMNS = 110
 """Characters per line of a page."""
 LINES = 72
@@ -35,7 +35,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Rows:
-    """A table; the first ``names`` columns hold text, the others numbers."""
+    """A table; the first ``names`` columns contain text, the others numbers."""
 
     title: str
     headings: Sequence[str]
@@ -95,7 +95,8 @@ def _cell(text: str) -> str:
 
 
 def _as_text(text: str) -> str:
-    """Escape text: Markdown passes HTML through and makes links and pictures from brackets."""
+    """Escape text, because Markdown passes HTML through and makes links and pictures from
+    brackets."""
     return one_line(text).replace("&", "&amp;").replace("<", "&lt;").replace("](", "]\\(")
 
 
@@ -145,7 +146,7 @@ def _write_pdf(document: Document, path: Path) -> None:
 
 
 def text_page(lines: Sequence[str]) -> Figure:
-    """Make an A4 page with these lines; they must fit."""
+    """Make an A4 page with these lines, which must fit on it."""
     page = Figure(figsize=_A4_INCHES)
     FigureCanvasPdf(page)
     page.text(
@@ -166,7 +167,8 @@ def _wrapped(text: str, indent: int) -> list[str]:
 
 
 def _table_lines(block: Rows) -> list[str]:
-    """Format columns as wide as their text; text columns share the width left by the numbers."""
+    """Format columns as wide as their text; the text columns share the width that the numbers
+    leave."""
     numbers = [
         max(_width(row[i]) for row in (block.headings, *block.rows))
         for i in range(block.names, len(block.headings))
@@ -196,7 +198,7 @@ def _table_lines(block: Rows) -> list[str]:
 
 
 def _width(text: str) -> int:
-    """Count printed characters: the combining bar of x̄ has no width."""
+    """Count the printed characters of a text: the combining bar of x̄ has no width."""
     return len(text) - text.count("\u0304")
 
 

@@ -1,10 +1,10 @@
-"""Amplitude of an effect in each bin of its condition: measured, and as the effect predicts.
+"""Amplitude of an effect in each bin of a condition: measured, and as the effect predicts it.
 
-Let c be the columns of the effect times their coefficients, and r the residual of the whole model.
-The data of the effect are c + r (component plus residual). Over a condition x and a phase φ, the
-product a(x)·w(φ) nearest to c gives the wave w(φ). The amplitude at x is the projection of the rows
-on w there: of c + r (measured) and of c (the effect). An effect that is a function of a phase alone
-is drawn over that phase.
+Let c be the sum of the effect's columns times their coefficients, and r the residual of the whole
+model. The data of the effect are c + r (component plus residual). Over a condition x and a phase φ,
+the wave w(φ) is that of the product a(x)·w(φ) nearest to c. The amplitude at x is the projection of
+the rows at x on w: of c + r for the measured amplitude, of c for the predicted one. An effect that
+is a function of a phase alone is drawn over that phase.
 """
 
 from __future__ import annotations
@@ -28,13 +28,14 @@ Integer = NDArray[np.int64]
 
 _STEPS = 16
 _ROUNDS = 20
-"""Number of alternating least-squares steps; the smaller singular value sets the convergence."""
+"""Number of alternating least-squares steps; the ratio of the two largest singular values sets the
+rate of convergence."""
 _PHASE_BINS = 72
 PHYSICAL = ("temperature", "speed", "direction", "time")
-"""Conditions that can cause an effect; they precede conditions that only correlate with it."""
+"""Conditions that can cause an effect; they precede conditions that are only correlated with it."""
 _NEARLY = 0.8
 _OF_A_PHASE = 0.5
-"""Share of an effect that a phase must explain for the effect to be drawn over that phase."""
+"""Least share of an effect that a phase must explain if the effect is drawn over that phase."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class AmplitudeCurve:
 
     channel: str
     condition: str
-    """Key of the condition."""
+    """Key of the condition over which the effect is drawn."""
     name: str
     unit: str
     amplitude: bool
@@ -66,7 +67,7 @@ class AmplitudeCurve:
 
     @classmethod
     def of_data(cls, data: Mapping[str, Any]) -> AmplitudeCurve:
-        """Read the curve from values of JSON."""
+        """Read the curve from JSON values."""
         arrays = ("x", "measured", "standard_error", "effect")
         values: dict[str, Any] = {
             key: np.array(value) if key in arrays else value for key, value in data.items()
@@ -81,15 +82,16 @@ class EffectAmplitude:
     effect: str
     shown: list[AmplitudeCurve]
     best: str
-    """Key of that condition; empty if nothing can be drawn."""
+    """Key of the condition that shows the effect best; empty if nothing can be drawn."""
 
     def over(self, condition: str) -> list[AmplitudeCurve]:
-        """Give the curves of both channels over one condition."""
+        """Return the curves of both channels over one condition."""
         return [item for item in self.shown if item.condition == condition]
 
 
 def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
-    """Analyse the last effect of ``solution``, a model of the set of ``analysis``."""
+    """Compute the amplitude of the last effect of ``solution``, a fit to the set of
+    ``analysis``."""
     term = solution.terms[-1]
     coefficients = solution.coefficients[solution.part(len(solution.terms) - 1)]
     residuals = Residuals(solution)
@@ -118,7 +120,7 @@ def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
 
 
 def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Condition]:
-    """Give the phase of the order or frequency that the effect's search has found."""
+    """Return the phase of the order or frequency that the search of the effect has found."""
     order, hertz = nonlinear.get("order", 0.0), nonlinear.get("frequency", 0.0)
     found = []
     if order > 0.0:
@@ -136,12 +138,16 @@ def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Cond
 
 
 def _best(shown: list[AmplitudeCurve]) -> str:
-    """Return a phase that explains most of the effect, otherwise the condition whose steps differ
-    most. Conditions that change together explain similar shares; in this case the first of
-    :data:`PHYSICAL` is chosen, and any condition before a run number."""
+    """Return the key of the condition that shows the effect best.
+
+    It is a phase that explains most of the effect, or else the condition over which the amplitude
+    varies most. Conditions that change together show similar variation; then the first of
+    :data:`PHYSICAL` is chosen.
+    """
     phases = [item for item in shown if not item.amplitude and item.share >= _OF_A_PHASE]
     if phases:
-        # Bins of the turn can alias many periods per turn: the effect's own phase comes first.
+        # Bins of the turn can alias an effect with many periods per turn, so the effect's own phase
+        # comes first.
         return max(phases, key=lambda item: (item.condition == OWN_PHASE, item.share)).condition
     held = {item.condition: item.variation for item in shown if item.amplitude}
     most = max(held.values(), default=0.0)
@@ -187,7 +193,8 @@ def _shown(
 
 
 def _steps(values: Float) -> Integer:
-    """Number the steps of all rows: one per value if there are few values."""
+    """Number the step of each row: one step per value if there are few values, else steps of equal
+    width."""
     names, group = np.unique(values, return_inverse=True)
     if names.size <= _STEPS:
         return group.astype(np.int64)
@@ -197,10 +204,12 @@ def _steps(values: Float) -> Integer:
 
 
 def _wave(sums: Float, rows: Float) -> Float:
-    """Give w of the product a(x)·w(φ) nearest to the cell means, weighted by rows; RMS 1.
+    """Return w of the product a(x)·w(φ) that is nearest to the cell means, weighted by their rows;
+    RMS 1.
 
-    ``sums``, ``rows``: per cell, shape (steps, bins). The leading singular vector is the start of
-    alternating least squares, because a step may cover a part of the turn only.
+    ``sums``, ``rows``: sum of the values and number of rows in each cell, shape (steps, bins).
+    Alternating least squares starts from the leading singular vector, which is not the solution
+    because a step may cover a part of the turn only.
     """
     _, _, right = np.linalg.svd(sums / np.sqrt(np.maximum(rows, 1)), full_matrices=False)
     wave = right[0]
@@ -214,7 +223,8 @@ def _wave(sums: Float, rows: Float) -> Float:
 def _along(
     own: Float, left: Float, values: Float, group: Integer, phase: Float | None
 ) -> tuple[float, float, Float, Float, Float, Float]:
-    """Give share, variation, then x, measured, standard error and effect of each step with rows."""
+    """Return share and variation, then place, measured amplitude, standard error and effect of each
+    step with rows."""
     bins = 1 if phase is None else _PHASE_BINS
     place = np.zeros(own.size, dtype=np.int64) if phase is None else turn_group(phase, bins)
     steps = int(group.max()) + 1
@@ -230,7 +240,7 @@ def _along(
     safe = np.maximum(square, 1e-300)
     predicted = np.bincount(group, pattern * own, steps) / safe
     seen = np.bincount(group, pattern * (own + left), steps) / safe
-    # Each row has the same weight in the place of the step and in its amplitude.
+    # Each row has the same weight in the place of its step and in the amplitude of its step.
     at = np.bincount(group, pattern**2 * values, steps) / safe
     error = float(left.std()) / np.sqrt(safe)
     whole = float(own @ own)

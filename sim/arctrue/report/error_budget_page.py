@@ -101,7 +101,7 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
 
 
 def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
-    """Compare the sum of the parts with the whole."""
+    """Compare the sum of the sources with the result of all sources together."""
     shares, errors = [], []
     for name in TITLES:
         one = found["methods"][name]
@@ -118,7 +118,8 @@ def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
 
 
 def _effective(found: Mapping[str, Any]) -> float:
-    """Return the effective degrees of freedom of the rows that have any, GUM (G.2b)."""
+    """Return the effective degrees of freedom from the rows with finite degrees of freedom, GUM
+    (G.2b)."""
     fourth = sum(
         one["u_arcsec"] ** 4 / one["degrees_of_freedom"]
         for one in found["rows"]
@@ -160,7 +161,8 @@ def _command_of_drawn(found: Mapping[str, Any]) -> list[str]:
 
 
 def _drawn(found: Mapping[str, Any]) -> list[str]:
-    """Compare the covariance with the drawn calibrations of ``arctrue monte-carlo``."""
+    """Compare the uncertainty of the covariance with the drawn calibrations of ``arctrue
+    monte-carlo``."""
     if "monte_carlo" not in found:
         return []
     plan, cases = found["monte_carlo"]["plan"], found["monte_carlo"]["cases"]
@@ -293,7 +295,7 @@ def _value(arcsec: float) -> str:
 
 
 def _with_u(one: Mapping[str, float]) -> str:
-    """Format a value with its standard error if draws differ in the printed digits."""
+    """Format a value with its standard error if this error shows in the printed digits."""
     spread = one["u_rms_arcsec"]
     return _value(one["rms_arcsec"]) + (f" ± {spread:.4f}" if spread >= 5e-5 else "")
 
@@ -303,7 +305,8 @@ def _freedom(value: float | None) -> str:
 
 
 def summary(found: Mapping[str, Any]) -> Sequence[tuple[str, float, float]]:
-    """Give title and RMS of every source: least squares, the paper's method."""
+    """Return for every source its title, the RMS by least squares, and the RMS by the paper's
+    method."""
     own, paper = (found["methods"][name]["sources"] for name in TITLES)
     return [
         (ours["title"], ours["rms_arcsec"], theirs["rms_arcsec"])

@@ -66,7 +66,7 @@ FAULT_TABLE = (
     "console's `come_back` returns a head ([firmware](firmware-load.md#three-and-four-heads)).",
     "",
 )
-"""Section on the faults of a head, measured by the benches of the gateware."""
+"""Section about the faults of a head, which the benches of the gateware measured."""
 DEVICE = (
     "## Calibrated by the device",
     "",
@@ -89,7 +89,7 @@ DEVICE = (
     "the output stays right (`sim/tests/instrument/test_failover.py`).",
     "",
 )
-"""Section on the calibration by the firmware, measured by its tests."""
+"""Section about the calibration by the firmware, which the firmware's tests measured."""
 OBSERVABLE = (
     "## What three and four heads determine",
     "",
@@ -115,7 +115,7 @@ OBSERVABLE = (
     "in full. Lower `gain_limit` below these gains where the axis moves, or use a fourth head.",
     "",
 )
-"""Section on the observable errors, with the tests that show them."""
+"""Section about the errors that can be observed, and the tests that show them."""
 
 
 def heads_page(found: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Renders the templates of all HTML pages: the live page, reports, the demo's pages."""
+"""Renders the templates of all HTML pages: the live page, reports and the demo's pages."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ and sentences contain no markup. Only a ``Markup`` value is inserted without esc
 
 
 def html_environment() -> Environment:
-    """Give the templates of this package."""
+    """Return the environment of this package's templates."""
     return Environment(loader=PackageLoader("arctrue.report"), **HTML_OPTIONS)

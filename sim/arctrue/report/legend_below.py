@@ -6,11 +6,11 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import ScaledTranslation
 
 BELOW_AXES_POINTS = 36.0
-"""Space for the numbers and the label of the horizontal axis."""
+"""Space in points for the numbers and the label of the horizontal axis."""
 
 
 def legend_below(axes: Axes, *, columns: int) -> None:
-    """Put the legend below the label of the horizontal axis, in this number of columns."""
+    """Place the legend below the label of the horizontal axis, in this number of columns."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     down = ScaledTranslation(0.0, -BELOW_AXES_POINTS / 72.0, figure.dpi_scale_trans)

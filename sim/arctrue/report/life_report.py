@@ -1,4 +1,4 @@
-"""Describes one machine's history in sentences, tables and an HTML page."""
+"""Describes the history of one machine in sentences, tables and an HTML page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PAGE = "life.html"
 
 
 def change_sentence(change: Change) -> str:
-    """Return one sentence: what changed, by how much and when."""
+    """Return one sentence that states what changed, by how much and when."""
     what = "changed in one step" if change.kind == "step" else "has drifted"
     size = with_uncertainty(change.size, change.u, change.series.unit)
     since = "on" if change.kind == "step" else "since"
@@ -33,7 +33,7 @@ def change_sentence(change: Change) -> str:
 
 
 def forecast_sentence(found: Forecast, horizon_days: float) -> str:
-    """Return one sentence: when the limit is passed."""
+    """Return one sentence that states when the limit is passed."""
     name, limit = found.series.name, with_uncertainty(found.limit, 0.0, found.series.unit)
     if found.passed:
         return f"ALARM: {name} has passed its limit of {limit}."
@@ -82,7 +82,7 @@ def life_sentences(history: LifeHistory) -> list[str]:
 
 
 def life_data(history: LifeHistory) -> dict[str, Any]:
-    """Return the content of ``--json``."""
+    """Return the content of the ``--json`` file."""
     return {
         "schema": 1,
         "program": f"arctrue {version('arctrue')}",
@@ -152,8 +152,11 @@ def _date_or_none(day: float) -> str | None:
 
 
 def write_life_page(history: LifeHistory, folder: Path, *, command: str) -> Path:
-    """Write life.html, which needs no other file. ``command``: the command line that repeats it.
-    Raises OSError."""
+    """Write life.html, which needs no other file. ``command``: the command line that repeats the
+    page.
+
+    Raises OSError.
+    """
     rows = [
         (
             one.name,

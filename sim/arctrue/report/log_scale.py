@@ -1,7 +1,7 @@
-"""Logarithmic axes whose labels are plain numbers.
+"""Makes logarithmic axes whose labels are plain numbers.
 
-Text in figures is not parsed as mathematics (see the package), so matplotlib's own labels, powers
-of ten in mathematical notation, would show their source text.
+Text in figures is not parsed as mathematics (see the package). matplotlib's own labels, powers of
+ten in mathematical notation, would therefore show their source text.
 """
 
 from __future__ import annotations

@@ -138,14 +138,14 @@ def _model(found: Mapping[str, Any]) -> list[str]:
 
 
 def _part(found: Mapping[str, Any], name: str, *, first: bool) -> float:
-    """Give the RMS error in the turns of learning, or in the last hundred turns."""
+    """Return the RMS error in the turns of learning (``first``), or in the last hundred turns."""
     left = np.asarray(found["strategies"][name]["left_arcsec"], dtype=np.float64)
     part = left[2 : found["learned_turns"]] if first else left[-100:]
     return float(np.sqrt(np.mean(part**2)))
 
 
 def _worst(found: Mapping[str, Any]) -> list[str]:
-    """List the orders that are active in the worst turn of the single calibrations only."""
+    """List the orders that are active in the worst turn of the single calibrations."""
     one = found["strategies"]["single"]
     orders = ", ".join(
         f"{order} ({amplitude:.0f}″)" for order, amplitude in one["largest_orders"].items()
@@ -204,7 +204,7 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
 
 RIGHT = 0.1
 """Largest relative difference at which the deviation of single turns counts as equal to the stated
-noise."""
+u."""
 
 
 def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
@@ -221,7 +221,8 @@ def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
 
 
 def _off(allan: Mapping[str, Any]) -> float:
-    """Give the largest relative difference of the deviation of single turns from the stated u."""
+    """Return the largest relative difference between the deviation of single turns and the stated
+    u."""
     ratios = [
         deviation[0] / allan["u_arcsec"][order]
         for order, deviation in allan["deviation_arcsec"].items()

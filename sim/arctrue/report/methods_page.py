@@ -16,7 +16,7 @@ from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
 
 PICTURE = "methods.svg"
 SMALLEST_ARCSEC = 1e-4
-"""Lower end of the picture's scale."""
+"""Lower end of the picture's scale, arcseconds."""
 NOT_BUILT = (
     ("Ring laser gyroscope [2]", "another reference instrument, not a calibration from readings"),
     ("EDA with fewer heads at chosen places [6]",
@@ -35,7 +35,7 @@ NOT_BUILT = (
      "the rows of four heads by least squares, whose output is head 1"),
     ("Polynomial fit [16]", "of linear encoders over temperature; a turn is periodic"),
 )  # fmt: skip
-"""Methods of the paper's introduction that have no row, and the reason."""
+"""Methods of the paper's introduction that have no row, each with the reason."""
 
 
 def methods_page(found: Mapping[str, Any]) -> str:
@@ -138,7 +138,7 @@ def methods_page(found: Mapping[str, Any]) -> str:
 
 
 def _verdict(found: Mapping[str, Any]) -> list[str]:
-    """State what a third and a fourth head and the mean contribute."""
+    """State the benefit of a third and a fourth head, and of the mean."""
     by_name = {one["name"]: one for one in found["methods"]}
     two, three, four = (by_name[f"{n}_heads_least_squares"] for n in ("two", "three", "four"))
     pair, third = found["places"][:2]

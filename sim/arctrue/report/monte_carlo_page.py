@@ -1,4 +1,4 @@
-"""Makes the page of the coverage study: in which cases the stated uncertainty holds."""
+"""Makes the page of the coverage study, which shows in which cases the stated uncertainty holds."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def _alpha(of: Mapping[str, Any]) -> str:
 
 
 def where_off(found: Mapping[str, Any]) -> list[str]:
-    """Give a line per case with a wrong stated uncertainty; one sentence if all are right."""
+    """Return a line per case with a wrong stated uncertainty, or one sentence if all are right."""
     lines = []
     for case, of in found.items():
         if "orders" not in of:

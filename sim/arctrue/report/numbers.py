@@ -7,14 +7,14 @@ from typing import Any
 
 
 def decimal(value: float | None, digits: int = 3) -> str:
-    """Format a number with a true minus sign; a dash for None."""
+    """Format a number with a true minus sign; return a dash for None."""
     if value is None or not math.isfinite(value):
         return "–"
     return f"{value:.{digits}f}".replace("-", "−")
 
 
 def plain(value: Any) -> Any:
-    """Convert numpy numbers to numbers, NaN and infinity to null."""
+    """Convert numpy numbers to Python numbers, and NaN and infinity to None."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

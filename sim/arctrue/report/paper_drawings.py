@@ -39,7 +39,7 @@ _SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _GATEWARE, _SOFTWARE, _OUTSIDE = "#e4eff7", "#fbeedd", "#f1f3f5"
 
 Box = tuple[float, float, float, float, str, str]
-"""Left, bottom, width and height in units of the drawing, text, colour."""
+"""Left, bottom, width and height in units of the drawing, then text and colour."""
 Arrow = tuple[tuple[float, float], tuple[float, float], str]
 
 
@@ -313,12 +313,12 @@ DRAWINGS: dict[str, tuple[str, tuple[float, float], Callable[[Axes], None]]] = {
 
 
 def drawing_name(number: str) -> str:
-    """Give the file name of a figure."""
+    """Return the file name of a figure."""
     return f"paper_fig_{number.lower()}.svg"
 
 
 def draw_figures(folder: Path) -> list[Path]:
-    """Write all drawings; make the folder if needed."""
+    """Write all drawings; make the folder if it does not exist."""
     paths = []
     for number, (title, size, draw) in DRAWINGS.items():
         path = folder / drawing_name(number)

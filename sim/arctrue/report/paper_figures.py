@@ -23,22 +23,24 @@ from arctrue.report.charts.matplotlib_chart import save_chart
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 DEVIATION_SCALE = 300
-"""Scale of the deviations, as in the paper, so that they are visible next to 150″."""
+"""Factor by which the deviations are drawn larger, as in the paper, so that they are visible next
+to 150″."""
 
 
 def figure_11_name(found: Mapping[str, Any]) -> str:
-    """Give the file name of Fig. 11; with coarser counts it contains the interpolation."""
+    """Return the file name of Fig. 11; with coarser counts it contains the interpolation factor."""
     interpolation = found["settings"]["revolution"]["interpolation"]
     return "paper_fig_11.png" if interpolation == 1024 else f"paper_fig_11_x{interpolation}.png"
 
 
 def plot_experiment(found: Mapping[str, Any], folder: Path) -> Path:
-    """Write Fig. 11; ``found``: ``ExperimentResult.as_json()``, from a run or a file."""
+    """Write Fig. 11; ``found`` is ``ExperimentResult.as_json()`` from a run or a file."""
     return save_chart(experiment_chart(found), folder / figure_11_name(found))
 
 
 def experiment_chart(found: Mapping[str, Any]) -> Chart:
-    """Draw (a) the error at every face, and corrected, enlarged; (b) its orders."""
+    """Draw (a) the error at every face before and after correction, the latter also enlarged; (b)
+    the orders."""
     published = found["published"]
     faces, cycles = published["faces"], found["settings"]["cycles"]
     whole = Panel(

@@ -1,4 +1,5 @@
-"""Makes the page of ``arctrue paper``: equations, tables and figures, published and repeated."""
+"""Makes the page of ``arctrue paper``: equations, tables and figures, as published and as
+repeated."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from arctrue.report.paper_drawings import DRAWINGS, drawing_name
 from arctrue.report.paper_figures import figure_11_name
 
 FULL, COARSE = 1024, 64
-"""Interpolation of the paper, and of the quick run."""
+"""Interpolation factor of the paper, and of the quick run."""
 _OUTCOME = (
     ("u₁ polygon", "polygon_arcsec"),
     ("u₂ autocollimator", "autocollimator_arcsec"),
@@ -128,7 +129,7 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
 
 
 def _finest(one: Mapping[str, Any]) -> list[str]:
-    """Add a sentence if no run has the paper's size."""
+    """Return a sentence if no run has the counts a turn of the paper; else nothing."""
     if _interpolation(one) == FULL:
         return []
     return ["This page's runs are coarser than the paper's 2²⁴ counts a turn.", ""]
@@ -140,7 +141,8 @@ def _lanes_option(one: Mapping[str, Any]) -> str:
 
 
 def _minutes(runs: list[Mapping[str, Any]]) -> str:
-    """Compute the time from the clocks of the runs: the wall time depends on other work."""
+    """Compute the time from the number of clocks of the runs, because the wall time depends on
+    other work."""
     seconds = sum(
         one["clocks"]
         / CLOCKS_A_SECOND.get(

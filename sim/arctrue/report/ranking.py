@@ -1,6 +1,6 @@
 """The slow part of an analysis: missing effects, misfit by condition, coefficients for a device.
 
-It runs in parallel to the page, or before a report; its result is JSON.
+It runs in parallel to the page, or before a report is written; its result is JSON.
 """
 
 from __future__ import annotations
@@ -22,11 +22,12 @@ from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.model.export import export_model
 
 Ranking = dict[str, Any]
-"""``diagnosis`` (schema 2), ``sentences``, ``finding``, ``findings``, ``regressors`` and
-``device``."""
+"""Result of a ranking, with the keys ``diagnosis`` (schema 2), ``sentences``, ``finding``,
+``findings``, ``regressors`` and ``device``."""
 
 SEED = 1
-"""Seed of the draws that determine what chance alone explains, as in ``arctrue compare``."""
+"""Seed of the draws that determine the share which chance alone explains, as in ``arctrue
+compare``."""
 
 
 def ranked(
@@ -36,7 +37,8 @@ def ranked(
     *,
     seed: int = SEED,
 ) -> Ranking:
-    """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the others."""
+    """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the other
+    parts."""
     result = diagnose(
         analysis.observations,
         list(analysis.solution.terms),
@@ -65,7 +67,8 @@ def ranked(
 
 
 def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
-    """Draw the named effect, else the first of the class, else the effect that was added last."""
+    """Draw the named effect, or else the first effect of the class, or else the effect that was
+    added last."""
     first = result.named or result.described
     if first is None and result.effect_class:
         first = next(
@@ -74,7 +77,8 @@ def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
     after = None if first is None else result.left.get(first.name)
     solution = analysis.solution if first is None else first.solution
     if after is not None:
-        # Fit it as the button Add does, so that the page's figures agree with the result.
+        # The effect is fitted as the button Add does it, so that the page's figures agree with the
+        # result.
         solution = after.solution
     if first is None and len(solution.terms) < 2:
         return None
@@ -95,10 +99,10 @@ def effect_amplitude_from(data: dict[str, Any]) -> EffectAmplitude:
 
 
 def device_data(analysis: Analysis, temperature_c: float | None = None) -> dict[str, Any]:
-    """Give lanes, remaining error, objections and the file, or the reason why there is none.
+    """Return lanes, remaining error, objections and the file, or the reason why there is no file.
 
-    Effects that depend on the temperature are evaluated at ``temperature_c``; default: the median
-    temperature of the set's rows.
+    Effects that depend on the temperature are evaluated at ``temperature_c``; by default it is the
+    median temperature of the set's rows.
     """
     if temperature_c is None and analysis.observations.has_temperature:
         temperature_c = round(analysis.observations.reference_temperature_c, 2)

@@ -17,7 +17,10 @@ from arctrue.studies.revolution import (
 
 
 def plot_revolution(result: RevolutionResult, file: Path) -> None:
-    """Draw the error before and after; below, the corrected error enlarged. Format by suffix."""
+    """Draw the error before and after correction; below, draw the corrected error enlarged.
+
+    The file ending determines the format.
+    """
     with house_style():
         figure = Figure(figsize=(9.6, 5.6), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])

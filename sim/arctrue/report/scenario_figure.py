@@ -16,7 +16,7 @@ from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn
 
 
 def plot_scenario(result: ScenarioResult, file: Path) -> None:
-    """Write the picture in the format of the suffix (.svg, .png, .pdf)."""
+    """Write the picture in the format of the file ending (.svg, .png, .pdf)."""
     with house_style():
         figure = Figure(figsize=(9.6, 8.0), layout="constrained")
         by_turn, warmth, shape = figure.subplots(3, 1, height_ratios=[3, 1.3, 2.4])
@@ -46,7 +46,7 @@ def _by_turn(axes: Axes, result: ScenarioResult) -> None:
     axes.set_ylabel("RMS error, arcsec")
     axes.set_title("Error against the true angle")
     bottom, top = axes.get_ylim()
-    # Leave space above for the events.
+    # Leave space for the names of the events above the curves.
     axes.set_ylim(bottom, top * (top / bottom) ** 1.1)
     for turn in result.turns:
         if said := _said(turn):

@@ -16,7 +16,7 @@ from arctrue.workbench.model.noise_floor import with_one_floor
 
 
 def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> None:
-    """Render the page and write it with its three curves; make the folder if needed.
+    """Render the page and write it with its three curves; make the folder if it does not exist.
 
     ``first_act``: the name of the first act's page, if there is one.
     """
@@ -50,5 +50,5 @@ def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> No
         )
     )
     write_whole_text(file, page)
-    # This is the picture of docs/hidden-effect.md.
+    # docs/hidden-effect.md shows this picture.
     save_chart(turn_figure, file.parent / "hidden_effect.svg")

@@ -1,6 +1,6 @@
-"""The texts of the sections of the page, in the page's order, for a template.
+"""Texts of the sections of the page, in the page's order, for a template.
 
-The sections: set, measurement and model, misfit, finding, missing effects, ladder, device.
+The sections are: set, measurement and model, misfit, finding, missing effects, ladder, device.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ Float = NDArray[np.float64]
 MOST_RUNS = 24
 MOST_MASKED = 5
 CARDS, LEAST_CARDS = 6, 2
-"""Largest and smallest number of candidates drawn as cards; the others are in a table."""
+"""Largest and smallest number of candidates drawn as cards; the other candidates are in a table."""
 LEAST_SHARE = 0.005
-"""Least probability of a candidate with a card."""
+"""Least probability of a candidate that is drawn as a card."""
 _SHOWN_SHARE = 0.005
-"""Least share that is printed next to the name of a condition, as 1 %."""
+"""Least share that is printed next to the name of a condition; it is printed as 1 %."""
 NAMED_P = 0.01
-"""Largest p value at which an effect is named, as in :mod:`arctrue.workbench.diagnose.diagnosis`.
-"""
+"""Largest p-value at which an effect is named, as in
+:mod:`arctrue.workbench.diagnose.diagnosis`."""
 
 
 def words(name: str) -> str:
-    """Give the name of an effect as words."""
+    """Return the name of an effect as words."""
     return name.replace("_", " ")
 
 
@@ -79,7 +79,7 @@ def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
 
 
 def _run_of(rows: CaptureRows | ReferenceRows, run: int) -> int | str:
-    """Format the number of a run, with the head if each head's rows are a run."""
+    """Format the number of a run; it includes the head if the rows of each head form a run."""
     if isinstance(rows, ReferenceRows) or rows.channel is None:
         return run
     return rows.run_words(run).removeprefix("run ")
@@ -119,7 +119,8 @@ def _signed(value: float, digits: int) -> str:
 
 
 def model_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, Any]]:
-    """List the effects of the model with their parameters; the last of a name can be dropped."""
+    """List the effects of the model with their parameters; an effect can be dropped unless it is
+    the only one."""
     found = []
     for entry in analysis.model.effects:
         parameters = [
@@ -148,7 +149,7 @@ def _unit(unit: str) -> str:
 
 
 def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, str]]:
-    """Give the residual of each channel."""
+    """Return the residual of each channel."""
     last = with_one_floor(analysis.model.history)[-1]
     return [
         {
@@ -166,7 +167,7 @@ def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[
 def where_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any]:
-    """Give the ranked conditions, the drawn one, and the findings in words."""
+    """Return the ranked conditions, the condition that is drawn, and the findings in words."""
     conditions = ranked_conditions(analysis, ranking)
     keys = [condition.key for condition, _ in conditions]
     return {
@@ -184,8 +185,7 @@ def where_section(
 
 
 def _lacking(ranking: Ranking | None) -> list[str]:
-    """Name the channels that the model does not fit, independent of the conditions that the
-    residual follows."""
+    """Name the channels that the model does not fit, whatever conditions the residual follows."""
     tests = {} if ranking is None else ranking["diagnosis"]["lack_of_fit"]
     return [
         channel
@@ -197,7 +197,7 @@ def _lacking(ranking: Ranking | None) -> list[str]:
 def finding_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any] | None:
-    """Give the drawn effect, and the conditions over which it can be drawn."""
+    """Return the effect that is drawn, and the conditions over which it can be drawn."""
     if ranking is None or ranking["finding"] is None or not ranking["finding"]["best"]:
         return None
     found = ranking["finding"]
@@ -214,7 +214,7 @@ def finding_section(
 def missing_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any] | None:
-    """Give verdict, cards, untested effects and reasons; None before the diagnosis."""
+    """Return verdict, cards, untested effects and reasons; None before the diagnosis."""
     if ranking is None:
         return None
     diagnosis = ranking["diagnosis"]
@@ -301,7 +301,8 @@ def _card(
 
 
 def evidence_in_words(p_value: float, delta_bic: float) -> str:
-    """State how rarely chance alone gives such a gain; p includes the look-elsewhere effect."""
+    """State how often chance alone gives such a gain; the p-value includes the look-elsewhere
+    effect."""
     if p_value < 1e-9:
         said = "Chance alone would do this in less than one of a thousand million such sets"
     elif p_value < 1e-6:
@@ -326,7 +327,8 @@ def _round(value: float) -> int:
 
 
 def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, Any]]:
-    """Give a row per step and channel as ``arctrue history`` prints it, with its date."""
+    """Return a row per step and channel like those of ``arctrue history``, with the date of the
+    step."""
     rows = []
     for number, step in enumerate(with_one_floor(analysis.model.history), start=1):
         for place, channel in enumerate(step.rms_arcsec):
@@ -346,7 +348,7 @@ def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[st
 
 
 def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[str, Any] | None:
-    """Give lanes, remaining error, and objections; None before they are known."""
+    """Return lanes, remaining error, and objections; None before they are known."""
     device = None if ranking is None else ranking["device"]
     if device is None or "refused" in device:
         return device
@@ -362,7 +364,7 @@ def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[st
 def report_sections(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any]:
-    """Make all sections."""
+    """Return all sections by their names."""
     return {
         "title": analysis.title,
         "set": set_section(analysis, ranking),
@@ -377,6 +379,6 @@ def report_sections(
 
 
 def addable(analysis: Analysis) -> Sequence[str]:
-    """List the effects that ``add`` accepts: absent ones, and those with a search."""
+    """List the effects that ``add`` accepts: absent effects, and effects with a search."""
     absent = absent_effects(analysis.effects, analysis.model.names(), analysis.observations)
     return [name for name, effect in analysis.effects.items() if name in absent or effect.search]

@@ -91,7 +91,7 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
 
 
 def plot_stop_and_go(found: Mapping[str, Any], folder: Path) -> Path:
-    """Draw the errors at the faces, as the instruments show them and as they are."""
+    """Draw the errors at the faces as the instruments show them, and the true errors."""
     path = folder / PICTURE
     faces = np.arange(len(found["raw"]["mean_arcsec"])) * 15.0
     with house_style():

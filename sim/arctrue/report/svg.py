@@ -43,7 +43,7 @@ _STYLE: dict[Any, Any] = {
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Give all figures made inside the block the same style."""
+    """Draw all figures that are made inside the block in the same style."""
     with mpl.rc_context(_STYLE):
         yield
 
@@ -56,6 +56,7 @@ def to_svg(figure: Figure) -> str:
     svg = text.getvalue()
     svg = svg[svg.index("<svg") :]
     head, rest = svg.split(">", 1)
-    # A size in points would fix the width on the page; with the viewBox alone the figure scales.
+    # A size in points would fix the width on the page; with the viewBox alone the figure scales
+    # with the page.
     kept = [part for part in head.split(" ") if not part.startswith(("width=", "height="))]
     return " ".join(kept) + ">" + rest

@@ -27,14 +27,15 @@ class Stations:
     face: NDArray[np.int64]
     """Number of the polygon's face that the autocollimator sees."""
     turned_rad: NDArray[np.float64] | float = 0.0
-    """Angle by which the instrument was turned on the table when it was mounted."""
+    """Angle of the instrument relative to the table, fixed when it was mounted."""
 
 
 class Cause:
-    """Base of every cause: each method returns one quantity; the default is no effect.
+    """Base of every cause: each method returns one quantity; a method that is not overridden has no
+    effect.
 
     The table adds the results of its causes, each in the frame that the method states. A cause
-    describes a displacement, never a reading: the reading follows from the geometry.
+    describes a displacement, never a reading: the table computes the reading by geometry.
     """
 
     def axis_shift_m(self, state: TableState) -> Points | complex:
@@ -43,7 +44,7 @@ class Cause:
         Parameters
         ----------
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -58,7 +59,7 @@ class Cause:
         Parameters
         ----------
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -75,7 +76,7 @@ class Cause:
         head : int
             Number of the head, from 0.
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -87,14 +88,14 @@ class Cause:
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """Give the error of the lines at a disc angle; its period is one turn.
+        """Give the error of the lines at a disc angle, a function with a period of one turn.
 
         Parameters
         ----------
         disc_angle_rad : ndarray
             Disc angle, not wrapped, radians, shape (n,).
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -106,7 +107,7 @@ class Cause:
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """Give the error that the signal of a head adds to the lines that it sees.
+        """Give the error that a head's signal adds to the angle that the lines under it state.
 
         Parameters
         ----------
@@ -115,7 +116,7 @@ class Cause:
         disc_reading_rad : ndarray
             Angle that the lines under the head state, radians, shape (n,).
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -167,7 +168,7 @@ class Cause:
         Returns
         -------
         ndarray or int
-            Counts, negative where they were lost, shape (n,).
+            Counts, negative for lost counts, shape (n,).
         """
         return 0
 
@@ -179,7 +180,7 @@ class Cause:
         stations : Stations
             The stations at which it is read.
         deviation_rad : ndarray
-            True reading of the instrument less the true angle, radians, shape (n,).
+            Reading of a perfect instrument less the true angle, radians, shape (n,).
 
         Returns
         -------
@@ -223,7 +224,7 @@ class Cause:
     def struck_rad(
         self, head: int, conditions: Conditions, random: np.random.Generator
     ) -> Angles | None:
-        """Draw the errors of single rows of a head.
+        """Draw the errors of single wrong rows of a head.
 
         Parameters
         ----------
@@ -237,7 +238,7 @@ class Cause:
         Returns
         -------
         ndarray or None
-            Errors, radians, shape (n,), 0 in all other rows; None: no row is struck.
+            Errors, radians, shape (n,), 0 in all other rows; None: no row is wrong.
         """
         return None
 
@@ -327,11 +328,11 @@ GEOMETRY = frozenset(
         "signal_error_rad",
     }
 )
-"""Methods that move points and lines, and draw no random numbers."""
+"""Methods that move points and lines; they draw no random numbers."""
 READING = GEOMETRY | {"disc_turn_rad", "sampling_delay_s", "gained_counts"}
 """Methods that :meth:`arctrue.table.rotary_table.RotaryTable.reading_rad` applies."""
 SIGNALS = READING - {"gained_counts"}
-"""Methods that act before the counter: the edges of a head."""
+"""Methods that act before the counter and so displace the edges of a head."""
 CAPTURE = READING | {
     "head_noise",
     "struck_rad",
@@ -340,7 +341,7 @@ CAPTURE = READING | {
     "kept_rows",
     "driven",
 }
-"""Methods that recorded runs of the heads apply."""
+"""Methods that a recorded run of the heads applies."""
 REFERENCE = SIGNALS | {"instrument_error_rad", "instrument_noise", "head_noise", "struck_rad"}
 """Methods that a recorded reference run applies."""
 RECORD = frozenset(name for name in vars(Cause) if not name.startswith("_"))
@@ -359,7 +360,7 @@ class UnhonouredCauseError(ValueError):
 
 
 def refuse_unhonoured(causes: Iterable[Cause], honoured: frozenset[str], consumer: str) -> None:
-    """Raise UnhonouredCauseError if ``consumer`` would silently ignore a part of a cause."""
+    """Raise UnhonouredCauseError if ``consumer`` would silently ignore a method of a cause."""
     for cause in causes:
         left = sorted(acts_on(cause) - honoured)
         if left:

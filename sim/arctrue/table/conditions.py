@@ -1,4 +1,4 @@
-"""Describes the conditions of a reading: the table's state and quantities that some causes need."""
+"""Conditions of a reading: the state of the table and quantities that some causes need."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from arctrue.table.state import TableState
 
 USUAL_TEMPERATURE_C = 20.0
-"""Temperature of adjustment, at which all thermal effects are zero."""
+"""Temperature at which the table was adjusted; all thermal effects are zero there."""
 
 
 @dataclass(frozen=True, slots=True)
 class Conditions(TableState):
-    """A table's state with the conditions of each instant; every array has the shape ``(n,)``."""
+    """The state of a table with the conditions of each instant; every array has the shape
+    ``(n,)``."""
 
     temperature_c: NDArray[np.float64]
     direction: NDArray[np.float64]
@@ -23,9 +24,9 @@ class Conditions(TableState):
     run: NDArray[np.int64]
     since_run_start_s: NDArray[np.float64]
     travelled_rad: NDArray[np.float64] | None = None
-    """Travel in both directions since the table was set up; None: unknown."""
+    """Travel in both directions since the table was set up; None if unknown."""
     since_reversal_rad: NDArray[np.float64] | None = None
-    """Travel since the last reversal; None: unknown."""
+    """Travel since the last reversal; None if unknown."""
 
     def turned(self, angle_rad: NDArray[np.float64]) -> Conditions:
         """Return the same conditions at other angles."""
@@ -33,10 +34,10 @@ class Conditions(TableState):
 
 
 def conditions_of(state: TableState) -> Conditions:
-    """The state as conditions.
+    """Return the state as conditions.
 
-    A bare state is at the usual temperature, long after the start, and reached in the direction
-    in which it moves (0 at rest).
+    A state without conditions gets the usual temperature, a time long after the start, and its
+    direction of motion as the direction of approach (0 at rest).
     """
     if isinstance(state, Conditions):
         return state
@@ -53,7 +54,7 @@ def conditions_of(state: TableState) -> Conditions:
 
 
 def heating_k(state: TableState) -> NDArray[np.float64]:
-    """Return the temperature minus the temperature of adjustment, K, shape ``(n,)``."""
+    """Return the temperature rise above the temperature at adjustment, K, shape ``(n,)``."""
     return conditions_of(state).temperature_c - USUAL_TEMPERATURE_C
 
 

@@ -1,4 +1,5 @@
-"""Vectorised root finding: when does each of many functions pass its target?"""
+"""Vectorised root finding: for each of many functions, the argument at which it meets its
+target."""
 
 from __future__ import annotations
 
@@ -21,10 +22,10 @@ def solve_brackets(
 ) -> NDArray[np.float64]:
     """Find where ``function`` meets ``target`` between ``lower`` and ``upper``, shape ``(n,)``.
 
-    Each bracket holds one root, at which ``function − target`` changes its sign. The method is the
-    Illinois variant of the false position (the value of the retained end is halved), with a
+    Each bracket contains one root, at which ``function − target`` changes its sign. The method is
+    false position in the Illinois variant (which halves the value at the end that it keeps), with a
     bisection every fourth step, until |function − target| <= ``tolerance``. Raises ArithmeticError
-    if a bracket holds no change of sign, or if ``iterations`` do not suffice.
+    if the sign does not change in a bracket, or if ``iterations`` do not suffice.
     """
     low, high = lower.astype(np.float64), upper.astype(np.float64)
     value_low, value_high = function(low) - target, function(high) - target
@@ -66,9 +67,9 @@ def solve_brackets(
 def level_crossings(
     function: Function, grid: NDArray[np.float64], offset: float, *, tolerance: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int8]]:
-    """Every passage of ``function`` through a level k + ``offset`` with whole k, in order.
+    """Find every crossing of ``function`` through a level k + ``offset`` with whole k, in order.
 
-    ``grid`` rises, and ``function`` must be monotonic between its neighbours. Returns the
+    ``grid`` rises, and ``function`` must be monotonic between neighbours of the grid. Returns the
     arguments, the levels k and the directions (+1 upwards, −1 downwards), each ``(n,)``.
     """
     values = function(grid)

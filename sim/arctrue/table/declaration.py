@@ -1,4 +1,4 @@
-"""Declaration of a cause of the simulated table: its values, and how it is drawn."""
+"""Declaration of a cause of the simulated table: its values and its random draws."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from arctrue.table.cause import Cause
 
 MICROMETRE_M = 1e-6
 STROKE_DEG = 1.0
-"""Default stroke of travel after a reversal in which a bearing's friction changes over."""
+"""Default travel after a reversal within which the friction of a bearing changes sides."""
 TURNS, NYQUIST_HZ, ROWS = 12, 125.0, 24_000
-"""Turns, half the row rate and rows of the full experiment: the range of a search."""
+"""Turns, half the row rate and rows of the full experiment; causes compute from them how many
+places a search tries."""
 
 Random = np.random.Generator
 Order = Annotated[int, Meta(ge=1)]
@@ -25,17 +26,18 @@ HeadNumber = Annotated[int, Meta(ge=1, le=4)]
 Half = Annotated[float, Meta(ge=-0.5, le=0.5)]
 
 Kind = Literal["catalogue", "parts", "stranger", "noise"]
-"""Kinds of a cause: effect of the catalogue, product of parts, error that is neither, or noise,
-which is no effect."""
+"""Kinds of a cause: an effect of the catalogue, a product of parts, an error that is neither of
+them, or noise, which is no effect."""
 
 
 class Given(Struct, frozen=True, forbid_unknown_fields=True):
-    """Values of a cause, by their keys in a ``[[cause]]`` of a scenario."""
+    """Values of a cause as a ``[[cause]]`` of a scenario gives them, by their keys."""
 
     name: str
 
     def physical(self, lines: int) -> Cause:
-        """Return the cause on a disc of ``lines``; ValueError for values that do not agree."""
+        """Return the cause on a disc with this number of lines; ValueError if the values contradict
+        each other."""
         raise NotImplementedError
 
 
@@ -45,33 +47,34 @@ class Occasion:
 
     starts_s: tuple[float, ...]
     durations_s: tuple[float, ...]
-    """One entry per run of the capture."""
+    """Duration of each run of the capture."""
     speeds_rad_s: tuple[float, ...]
 
     @property
     def turns(self) -> float:
-        """All runs together, in either direction."""
+        """Turns of all runs together, in either direction."""
         travel = zip(self.durations_s, self.speeds_rad_s, strict=True)
         return sum(seconds * abs(speed) for seconds, speed in travel) / (2 * np.pi)
 
     @property
     def end_s(self) -> float:
-        """End of the last run; 0 without one."""
+        """End of the last run; 0 if there is no run."""
         return self.starts_s[-1] + self.durations_s[-1] if self.starts_s else 0.0
 
 
 Draw = Callable[[float, Random, Occasion], list[Cause]]
-"""Draws a cause at random for a given size.
+"""Function that draws a cause at random for a given size.
 
 A draw describes the change of the table, the counters or the instrument; it does not depend on the
-workbench's description of the same effect. Draws are not made easier: a gear may look like a
-polygon error, an order may be one to which two heads are nearly blind.
+workbench's description of the same effect. Draws include hard cases: a gear may look like a polygon
+error, and two heads may be nearly blind to the drawn order.
 """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recipe:
-    """A range of sizes, as they have been seen on real tables, in which a cause is drawn."""
+    """A range of sizes that occur on real tables, and the function that draws a cause of such a
+    size."""
 
     name: str
     """Name of the effect in the catalogue."""
@@ -83,9 +86,11 @@ class Recipe:
     rank: int
     """Position in the pools from which the benchmark draws; a new recipe takes the next number."""
     coefficients: int = 0
-    """Degrees of freedom of the true form, for the ideal test; 0 for noise."""
+    """Degrees of freedom of the cause's true form, used by the test that knows this form; 0 for
+    noise."""
     places: float = 1
-    """Orders, frequencies, instants, places on the disc or time constants to search through."""
+    """Number of orders, frequencies, instants, places on the disc or time constants to search
+    through."""
     kind: Kind = "catalogue"
     parts: tuple[str, ...] = ()
     """Factors of a product of parts."""
@@ -113,14 +118,14 @@ class Declaration:
 
 
 def rising(key: str, instants_s: tuple[float, ...], least: int) -> None:
-    """Raise ValueError for fewer than ``least`` instants, or instants that do not rise."""
+    """Raise ValueError if there are fewer than ``least`` instants, or if they do not rise."""
     if len(instants_s) < least or list(instants_s) != sorted(set(instants_s)):
         expected = "rising instants" if least == 1 else "two or more rising instants"
         raise ValueError(f"{key}: expected {expected}, found {list(instants_s)}")
 
 
 def ellipse(forward_um: float, backward_um: float, direction_deg: float) -> tuple[complex, complex]:
-    """Return the forward and the backward circle of a motion, metres."""
+    """Return the complex factors of the forward and the backward circle of a motion, metres."""
     phase = math.radians(direction_deg)
     return (
         cmath.rect(forward_um * MICROMETRE_M, phase),

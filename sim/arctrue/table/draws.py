@@ -10,12 +10,12 @@ from arctrue.table.declaration import Occasion, Random
 
 
 def angle(random: Random) -> float:
-    """Draw an angle of the turn, radians."""
+    """Draw an angle from 0 to a full turn, radians."""
     return float(random.uniform(0.0, 2 * np.pi))
 
 
 def sign(random: Random) -> float:
-    """Draw −1 or 1."""
+    """Draw −1 or +1."""
     return float(random.choice([-1.0, 1.0]))
 
 
@@ -25,12 +25,12 @@ def log_uniform(low: float, high: float, random: Random) -> float:
 
 
 def vector(size: float, random: Random) -> complex:
-    """Draw a direction in the plane for a length."""
+    """Draw a vector of a given length, x + jy, in a random direction."""
     return cmath.rect(size, angle(random))
 
 
 def instants(mean_s: float, random: Random, occasion: Occasion) -> tuple[float, ...]:
-    """Draw irregular instants from before the first run to after the last."""
+    """Draw irregular instants that begin before the first run and end after the last."""
     number = 3 + int(1.5 * occasion.end_s / mean_s)
     waits_s = random.gamma(4.0, mean_s / 4.0, number)
     drawn = np.cumsum(waits_s) - 2.0 * mean_s

@@ -40,8 +40,8 @@ def count_edges(
 ) -> CountEdges:
     """Solve for the time and true angle of every count edge of a head during a motion.
 
-    The interpolator's own hysteresis prevents edges from passing their neighbours, so that noise
-    never adds a pair of edges.
+    The interpolator has a hysteresis, so that an edge does not pass its neighbours and noise never
+    adds a pair of edges.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def count_edges(
     head : int
         Number of the head, from 0.
     motion : Motion
-        The motion from its begin to its end.
+        The motion; all edges from its beginning to its end are found.
     random : numpy.random.Generator, optional
         Source of the noise of the readings, which displaces each edge; None: no noise.
 
@@ -62,8 +62,8 @@ def count_edges(
     Raises
     ------
     UnhonouredCauseError
-        If a cause acts on more than the lines and their signals. For example, a counter loses
-        counts after the edges, which the result would not show.
+        If a cause acts on more than the lines and their signals. An example is a counter that
+        loses counts: it counts the edges, so that its loss does not change them.
     """
 
     refuse_unhonoured(table.causes, SIGNALS, "a head's edges")
@@ -82,8 +82,9 @@ def count_edges(
 
 
 def _time_grid(motion: Motion) -> NDArray[np.float64]:
-    # 256 intervals a turn of travel, at least 64 between two bends of the profile: short
-    # against ripple of some tens a turn, so the reading is monotonic in each.
+    # The grid has 256 intervals a turn of travel and at least 64 between two bends of the profile.
+    # They are short against a ripple of some tens of periods a turn, so the reading is monotonic in
+    # each.
     bends = motion.turning_times_s()
     parts = []
     for begin, end in itertools.pairwise(bends.tolist()):
@@ -99,8 +100,8 @@ def _displaced(
     time_s: NDArray[np.float64],
     random: np.random.Generator,
 ) -> NDArray[np.float64]:
-    # Noise shifts the level that the reading crosses: to first order the edge comes
-    # noise / speed later. Noise is far below a count, and the speed hardly changes within a count.
+    # Noise shifts the level that the reading crosses; to first order this delays the edge by noise
+    # / speed. Noise is far below a count, and the speed hardly changes within a count.
     speed = np.abs(motion.state(time_s).speed_rad_s)
     slowest = np.maximum(speed, 1e-3 * speed.max())
     shifted = time_s + random.normal(0.0, table.noise_rad, time_s.shape) / slowest
@@ -112,7 +113,7 @@ def angle_of_reading(
 ) -> NDArray[np.float64]:
     """Find the true angle at which the slowly turning table shows each reading.
 
-    This needs causes that do not depend on time or speed.
+    The causes of the table must not depend on time or speed.
 
     Parameters
     ----------

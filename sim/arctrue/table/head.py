@@ -1,4 +1,4 @@
-"""A read head: a fixed point at the disc."""
+"""A read head: a fixed point from which the lines of the disc are read."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ class Head:
     point_m: complex
     """Point x + jy of the stator plane, metres."""
     index_offset_counts: int = 0
-    """Counts by which this head detects the index mark late, counter-clockwise."""
+    """Counts by which this head detects the index mark late when the table turns
+    counter-clockwise."""
 
     def __post_init__(self) -> None:
-        """Refuse a head on the axis."""
+        """Refuse a head that lies on the axis."""
         if self.point_m == 0:
             raise ValueError("a read head cannot stand on the axis of the table")
 
@@ -50,5 +51,5 @@ class Head:
 
     @property
     def angle_rad(self) -> float:
-        """Stator angle β of the head about the axis."""
+        """Stator angle β of the head."""
         return cmath.phase(self.point_m)

@@ -1,4 +1,5 @@
-"""The motion of the table: a speed profile with ramps, pauses and reversals, and a ripple."""
+"""The motion of the table: a speed profile with ramps, pauses and reversals, and a ripple of the
+angle."""
 
 from __future__ import annotations
 
@@ -18,13 +19,10 @@ class Motion:
     """A speed that is linear between knots, with a ripple of the angle.
 
     With the smooth angle s(t), the integral of the profile from ``start_rad``, the true angle is
-
-        θ(t) = s(t) + a·(sin(n·s(t) + p) − sin(n·start + p)),
-
-    so that the ripple does not change while the drive stands still. ``knot_times_s`` begins at 0
-    and rises; ``knot_speeds_rad_s`` has as many values (signed, counter-clockwise positive). A
-    motion begins as if the table had just turned back. Raises ValueError for a profile that cannot
-    be driven.
+    θ(t) = s(t) + a·(sin(n·s(t) + p) − sin(n·start + p)), so that the ripple does not change while
+    the drive stands still. ``knot_times_s`` begins at 0 and rises; ``knot_speeds_rad_s`` has the
+    same number of values (signed, counter-clockwise positive). A motion begins as if the table had
+    just turned back. Raises ValueError for a profile that cannot be driven.
     """
 
     knot_times_s: tuple[float, ...]
@@ -36,14 +34,14 @@ class Motion:
     ripple_rad: float = 0.0
     """Amplitude a of the ripple, radians."""
     ripple_order: int = 1
-    """Periods n of the ripple a turn."""
+    """Number n of ripple periods a turn."""
     ripple_phase_rad: float = 0.0
     """Phase p of the ripple, radians."""
     temperature: TemperatureCourse = field(default_factory=TemperatureCourse)
-    """Temperature over the time of the surroundings, from ``start_s`` on."""
+    """Temperature over the time of the surroundings; the motion begins at ``start_s``."""
     surroundings_s: tuple[float, ...] | None = None
-    """Time of the surroundings at each knot; it counts pauses in full, also if only a part is run.
-        None: that of the motion."""
+    """Time of the surroundings at each knot. It counts pauses in full, also where the motion runs
+    only a part of a pause. None: it is the time of the motion."""
     start_s: float = 0.0
     """Time of the measurement at which the motion begins."""
     run: int = 0
@@ -52,7 +50,7 @@ class Motion:
     """Travel of the table before the motion, in either direction."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be driven."""
+        """Refuse a profile that cannot be driven."""
         times = np.asarray(self.knot_times_s, dtype=np.float64)
         speeds = np.asarray(self.knot_speeds_rad_s, dtype=np.float64)
         if times.size < 2 or times.size != speeds.size:
@@ -96,13 +94,13 @@ class Motion:
         duration_s : float
             Time of the whole motion, seconds.
         ramp_s : float
-            Time of the run-up and of the run-down, which lie within the duration; 0: none, seconds.
+            Time of the run-up and of the run-down within the duration, seconds; 0: none.
         start_rad : float
             True angle at the beginning, radians.
         ripple_rad : float
             Amplitude of the ripple of the angle, radians.
         ripple_order : int
-            Periods of the ripple a turn.
+            Number of ripple periods a turn.
         ripple_phase_rad : float
             Phase of the ripple at angle 0, radians.
 
@@ -136,7 +134,7 @@ class Motion:
     def turning_times_s(self) -> NDArray[np.float64]:
         """Give the instants at which the profile bends or changes its sign.
 
-        Between two neighbours the true angle is monotonic.
+        Between two neighbouring instants the true angle is monotonic.
 
         Returns
         -------
@@ -162,7 +160,7 @@ class Motion:
         Returns
         -------
         ndarray
-            Seconds, shape (n,); longer than the motion's where a pause is shortened.
+            Time, seconds, shape (n,); longer than the time of the motion after a shortened pause.
         """
         if self.surroundings_s is None:
             return np.asarray(time_s, dtype=np.float64)
@@ -250,19 +248,21 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class _Travel:
-    """A profile in pieces of one direction: ``k`` instants and speeds, ``k − 1`` pieces."""
+    """A profile cut into pieces of one direction each: ``k`` instants and speeds, ``k − 1``
+    pieces."""
 
     times_s: NDArray[np.float64]
     speeds_rad_s: NDArray[np.float64]
     travelled_rad: NDArray[np.float64]
-    """Values at each instant."""
+    """Travel in both directions until each instant."""
     side: NDArray[np.float64]
-    """Sign of each piece, +1 or −1: a standing table keeps the direction of its last motion."""
+    """Direction of each piece, +1 or −1; a table at rest keeps the direction of its last motion."""
     turned_back_rad: NDArray[np.float64]
     """The travel at the last reversal before each piece."""
 
     def at(self, time_s: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Give the piece that contains each instant, and the travel until then; same shape."""
+        """Give the piece that contains each instant, and the travel until this instant; same
+        shape."""
         piece = np.clip(
             np.searchsorted(self.times_s, time_s, side="right") - 1, 0, self.side.size - 1
         )

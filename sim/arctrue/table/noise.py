@@ -1,4 +1,4 @@
-"""Gaussian noise over time: its description by a cause, its draws, and its covariance."""
+"""Gaussian noise over time: how a cause describes it, its draws, and its covariance."""
 
 from __future__ import annotations
 
@@ -16,11 +16,10 @@ Float = NDArray[np.float64]
 class Noise:
     """Zero-mean Gaussian noise of ``n`` rows in order of time.
 
-    Independent from row to row with the standard deviation ``white_rad`` ``(n,)``, plus ``k``
-    first-order Gauss–Markov processes: process j has the standard deviation ``sigma_rad[j]`` and
-    the correlation ``decay[j, i]`` between row i − 1 and row i, so that
-
-        cov(i, l) = white_i²·δ_il + Σ_j sigma_j²·Π_{i < m ≤ l} decay_jm.
+    The noise is the sum of a part that is independent from row to row, with the standard deviation
+    ``white_rad`` ``(n,)``, and of ``k`` first-order Gauss–Markov processes. Process j has the
+    standard deviation ``sigma_rad[j]`` and the correlation ``decay[j, i]`` between row i − 1 and
+    row i, so that cov(i, l) = white_i²·δ_il + Σ_j sigma_j²·Π_{i < m ≤ l} decay_jm.
 
     Each process is computed from row to row (no Fourier series), so that the end of a run is
     independent of its beginning.
@@ -28,31 +27,34 @@ class Noise:
 
     white_rad: Float
     sigma_rad: Float
-    """Shape ``(k,)``."""
+    """Standard deviation of each process, shape ``(k,)``."""
     decay: Float
-    """Shape ``(k, n)``, |decay| < 1; column 0 has no meaning: each process begins stationary."""
+    """Correlation of each row with the previous one, shape ``(k, n)``, |decay| < 1. Column 0 has no
+    meaning: each process begins stationary."""
 
     @classmethod
     def white(cls, sigma_rad: Float | float, rows: int) -> Noise:
-        """Independent noise of one standard deviation, or one for each row."""
+        """Return independent noise with one standard deviation, or with one for each row."""
         return cls(np.broadcast_to(np.asarray(sigma_rad, float), rows), np.zeros(0), _none(rows))
 
     @classmethod
     def relaxing(cls, sigma_rad: Float, constant_s: Float, time_s: Float) -> Noise:
-        """Ornstein–Uhlenbeck processes: standard deviations and time constants ``(k,)``."""
+        """Return Ornstein–Uhlenbeck processes with these standard deviations and time constants
+        ``(k,)``."""
         steps = np.concatenate([[0.0], np.maximum(np.diff(time_s), 0.0)])
         decay = np.exp(-steps / np.asarray(constant_s)[:, None])
         return cls(np.zeros(time_s.size), np.asarray(sigma_rad, float), decay)
 
     def draw(self, random: np.random.Generator) -> Float:
-        """One realisation, radians, shape ``(n,)``."""
+        """Draw one realisation, radians, shape ``(n,)``."""
         found = self.white_rad * random.standard_normal(self.white_rad.size)
         for sigma, decay in zip(self.sigma_rad, self.decay, strict=True):
             found = found + sigma * _gauss_markov(decay, random)
         return found
 
     def rows(self, kept: NDArray[np.bool_]) -> Noise:
-        """Give the noise of some rows: correlations multiply over the rows left out."""
+        """Give the noise of some of the rows: the correlations of the rows left out are
+        multiplied."""
         at = np.flatnonzero(kept)
         running = np.cumsum(np.log(np.maximum(np.abs(self.decay), 1e-300)), axis=1)
         signs = np.cumprod(np.where(self.decay < 0, -1.0, 1.0), axis=1)
@@ -61,7 +63,7 @@ class Noise:
         return Noise(self.white_rad[kept], self.sigma_rad, size * sign)
 
     def covariance(self) -> Float:
-        """The covariance as a full matrix ``(n, n)``, rad²: for small n."""
+        """Return the covariance as a full matrix ``(n, n)``, rad²: for small n."""
         found = np.diag(self.white_rad**2)
         for sigma, decay in zip(self.sigma_rad, self.decay, strict=True):
             link = np.eye(decay.size)
@@ -72,7 +74,8 @@ class Noise:
 
 
 def together(parts: Iterable[Noise], rows: int) -> Noise:
-    """The sum of independent noises of the same rows; processes with the same decay become one."""
+    """Return the sum of independent noises of the same rows; processes with the same decay become
+    one."""
     variance = np.zeros(rows)
     processes: dict[bytes, tuple[float, Float]] = {}
     for part in parts:
@@ -92,7 +95,8 @@ def _none(rows: int) -> Float:
 
 
 def _gauss_markov(decay: Float, random: np.random.Generator) -> Float:
-    """x_i = decay_i·x_{i−1} + sqrt(1 − decay_i²)·w_i, of variance 1 in every row."""
+    """Compute x_i = decay_i·x_{i−1} + sqrt(1 − decay_i²)·w_i, which has the variance 1 in every
+    row."""
     fresh = np.sqrt(1.0 - decay**2)
     fresh[0] = 1.0
     drive = fresh * random.standard_normal(decay.size)

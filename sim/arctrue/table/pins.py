@@ -1,4 +1,4 @@
-"""A, B and Z wires of the heads, and their changes in clocks of the electronics."""
+"""A, B and Z wires of the heads, and the clocks of the electronics at which they change."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from arctrue.table.edges import CountEdges
 PIN_A, PIN_B, PIN_Z = 1, 2, 4
 PINS_A_HEAD = 3
 
-# Counter-clockwise A leads B: (A, B) goes 00, 10, 11, 01 with the count (figure 4 of the paper).
+# When the table turns counter-clockwise, A leads B: (A, B) goes 00, 10, 11, 01 with rising count
+# (figure 4 of the paper).
 _QUADRATURE = np.array([0, PIN_A, PIN_A | PIN_B, PIN_B], dtype=np.uint8)
 
 
@@ -35,7 +36,7 @@ def pin_states(
     counts_per_rev : int
         Counts a turn.
     index_width_counts : int
-        Z is high from count 0 of every turn for so many counts.
+        Number of counts from count 0 of every turn for which Z is high.
 
     Returns
     -------
@@ -50,16 +51,16 @@ def pin_states(
 class PinEvents:
     """Changes of a bundle of pins; arrays ``(n,)``, clocks rising strictly.
 
-    Written as text it is a line ``0 levels`` and then a line ``clocks-since-last levels`` an
-    event, which tb/support/edge_player.vhd plays and tb/support/edge_recorder.vhd writes.
+    As text the events are a line ``0 levels`` and then a line ``clocks-since-last levels`` for each
+    event. tb/support/edge_player.vhd plays this text and tb/support/edge_recorder.vhd writes it.
     """
 
     first_levels: int
-    """Levels of all pins before the first event, a bit a pin."""
+    """Levels of all pins before the first event, one bit a pin."""
     clock: NDArray[np.int64]
     """Clock of each event."""
     levels: NDArray[np.uint8]
-    """Levels of all pins after each event, a bit a pin."""
+    """Levels of all pins after each event, one bit a pin."""
 
     def write(self, file: Path) -> None:
         """Write the events as text.
@@ -86,7 +87,7 @@ class PinEvents:
 
     @classmethod
     def read(cls, file: Path) -> PinEvents:
-        """Read what :meth:`write` or the recorder in VHDL wrote.
+        """Read events that :meth:`write` or the recorder in VHDL wrote.
 
         Parameters
         ----------
@@ -96,7 +97,7 @@ class PinEvents:
         Returns
         -------
         PinEvents
-            Its events.
+            The events of the file.
 
         Raises
         ------
@@ -118,7 +119,7 @@ def clocked_pins(
     clock_hz: float,
     index_width_counts: int = 1,
 ) -> PinEvents:
-    """Sample the wires of all heads by a clock, head 1 in the lowest bits.
+    """Sample the wires of all heads by a clock; the lowest bits are those of head 1.
 
     Parameters
     ----------
@@ -139,8 +140,8 @@ def clocked_pins(
     Raises
     ------
     TooFastError
-        If two edges of one head fall on one clock, which the electronics could not tell from an
-        illegal transition; it names head and time.
+        If two edges of one head fall on one clock, because the electronics would see an
+        illegal transition; the message names head and time.
     """
     first_levels = 0
     clocks, owners, levels = [], [], []
@@ -171,7 +172,7 @@ def clocked_pins(
         own = np.concatenate([[first_levels >> shift & 7], level[owner == number]])
         bundle |= own[np.cumsum(owner == number)].astype(np.int64) << shift
     last_on_clock = np.append(np.diff(clock) > 0, True) if clock.size else np.zeros(0, dtype=bool)
-    # Clock 0 is the state before the first event can be played.
+    # Clock 0 is the state before the first event, so events begin at clock 1.
     return PinEvents(first_levels, clock[last_on_clock], bundle[last_on_clock].astype(np.uint8))
 
 
@@ -192,9 +193,9 @@ def decode_quadrature(
     step : ndarray
         Step at each event, −1, 0 or +1, shape (n,).
     illegal : ndarray
-        Events at which A and B changed together, shape (k,).
+        Indices of the events at which A and B changed together, shape (k,).
     """
-    phase_of = np.array([0, 1, 3, 2])  # of A + 2·B along 00, 10, 11, 01
+    phase_of = np.array([0, 1, 3, 2])  # by A + 2·B; (A, B) goes 00, 10, 11, 01
     phase = phase_of[np.concatenate([[first_levels], levels]).astype(np.int64) & 3]
     step = (np.diff(phase) + 1) % 4 - 1
     return np.where(step == 2, 0, step), np.flatnonzero(step == 2)

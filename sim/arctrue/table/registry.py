@@ -1,7 +1,7 @@
 """Every cause of the simulated table, found by its file in :mod:`arctrue.table.causes`.
 
 Captures, edges, polygon runs, scenarios, hidden effects, ``simulate`` and the benchmark take their
-causes from this registry. A consumer refuses causes that it does not simulate, see
+causes from this registry. Each of them refuses causes that it does not simulate, see
 :func:`arctrue.table.cause.refuse_unhonoured`.
 """
 
@@ -17,13 +17,14 @@ from arctrue.table.declaration import Declaration, Recipe
 
 
 def declared() -> dict[str, Declaration]:
-    """Import every file of the folder and return its declaration by the file's name."""
+    """Import every file of the folder and return the declarations by the names of the files."""
     names = sorted(module.name for module in pkgutil.iter_modules(causes.__path__))
     return {name: import_module(f"{causes.__name__}.{name}").DECLARATION for name in names}
 
 
 def ranked(found: dict[str, Declaration]) -> dict[str, Recipe]:
-    """Return the recipes of all causes by rank; ValueError where two share a name or a rank."""
+    """Return the recipes of all causes in order of rank; ValueError if two share a name or a
+    rank."""
     recipes = [
         replace(recipe, cause=name) for name, cause in found.items() for recipe in cause.recipes
     ]
@@ -40,7 +41,7 @@ def ranked(found: dict[str, Declaration]) -> dict[str, Recipe]:
 CAUSES = declared()
 """Every cause by the name of its file."""
 REGISTRY = ranked(CAUSES)
-"""Every recipe by its name, by rank."""
+"""Every recipe by its name, in order of rank."""
 RECIPES = {name: item for name, item in REGISTRY.items() if item.kind in ("catalogue", "parts")}
 STRANGERS = {name: item for name, item in REGISTRY.items() if item.kind == "stranger"}
 NOISES = {name: item for name, item in REGISTRY.items() if item.kind == "noise"}

@@ -1,4 +1,4 @@
-"""The table: an axis, a disc on it, two to four heads that read it, and causes of errors."""
+"""The table: an axis, a disc on it, two to four heads that read the disc, and causes of errors."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ TURN_RAD = 2 * np.pi
 def two_heads(
     radius_m: float = DISC_RADIUS_M, separation_rad: float = HEAD_SEPARATION_RAD
 ) -> tuple[Head, Head]:
-    """Make head 1 at 0 and head 2 at −α: docs/architecture.md, "Head geometry".
+    """Make head 1 at the stator angle 0 and head 2 at −α: docs/architecture.md, "Head geometry".
 
     Parameters
     ----------
     radius_m : float
-        Distance of both from the axis, metres.
+        Distance of both heads from the axis, metres.
     separation_rad : float
         α, radians.
 
@@ -49,9 +49,10 @@ HEAD_PLACES_DEG: Mapping[int, tuple[float, ...]] = {
     3: (0.0, 33.0, 223.5),
     4: (0.0, 33.0, 162.5, 300.5),
 }
-"""Places after head 1 by the number of heads; head 2 is that of the paper. With three heads the
-third minimises the worst gain of orders 1 to 64 while their mean has less noise than one head;
-the four places are those of docs/methods.md."""
+"""Places of the heads after head 1, by the number of heads; head 2 is at its place in the paper.
+The third of three heads is at the place with the best worst-case gain of orders 1 to 64, among the
+places at which the mean of the heads has less noise than one head; the four places are those of
+docs/methods.md."""
 
 
 def heads_at(
@@ -89,23 +90,22 @@ def heads_at(
 
 
 HEADS = (*two_heads(), *heads_at(np.deg2rad(HEAD_PLACES_DEG[4]).tolist())[2:])
-"""The two heads of the paper, and heads 3 and 4 of a table of four."""
+"""The two heads of the paper, and heads 3 and 4 of a table with four heads."""
 
 
 @dataclass(frozen=True, slots=True)
 class RotaryTable:
-    """A disc on an axis, read by heads; exact plane geometry, no small-angle formula.
+    """A disc on an axis, read by heads; exact plane geometry without small-angle formulae.
 
-    Two heads are the usual case, four the most that the gateware takes.
+    Usually there are two heads; the gateware takes at most four. At the true angle θ the disc
+    centre is at C = axis + e^{jθ}·disc shift. The ray from C through a head at H meets the
+    graduation at the disc angle g = θ − arg(H − C); the lines there state the angle g + γ(g). Each
+    head counts from the index mark on the disc. With the heads of :func:`two_heads` this gives R₁ =
+    θ + ε(θ) and R₂ = θ + α + ε(θ + α).
 
-    At the true angle θ the disc centre is at C = axis + e^{jθ}·disc shift. The ray from C
-    through a head at H meets the graduation at the disc angle g = θ − arg(H − C); the lines
-    there say g + γ(g). Each head counts from the index mark on the disc. With the heads of
-    :func:`two_heads` this gives R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α).
-
-    The interpolator counts ``counts_per_rev`` a turn; a count changes where the reading passes
-    a whole number (``"floor"``) or a half (``"nearest"``). ``noise_rad`` is the standard
-    deviation of white noise on the reading of each head, taken by captures and edges.
+    The interpolator gives ``counts_per_rev`` counts a turn; a count changes where the reading
+    passes a whole number (``"floor"``) or a half (``"nearest"``). ``noise_rad`` is the standard
+    deviation of white noise on the reading of each head; captures and edges use it.
     """
 
     heads: tuple[Head, ...]
@@ -115,7 +115,7 @@ class RotaryTable:
     counts_per_rev: int = 1 << 24
     """Counts a turn, a multiple of 4."""
     rounding: Literal["floor", "nearest"] = "floor"
-    """Place where a count changes: at a whole number, or at a half."""
+    """Place where a count changes: at a whole number or at a half."""
     noise_rad: float = 0.0
     """Standard deviation of white noise on each reading, radians."""
     index_mark_rad: float = 0.0
@@ -124,7 +124,7 @@ class RotaryTable:
     """Width of Z in counts."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be built."""
+        """Refuse a table that cannot be built."""
         if self.counts_per_rev < 4 or self.counts_per_rev % 4:
             raise ValueError(
                 f"a graduation gives a multiple of 4 counts a turn, found {self.counts_per_rev}"
@@ -145,7 +145,7 @@ class RotaryTable:
 
     @property
     def count_rad(self) -> float:
-        """One count, radians."""
+        """Angle of one count, radians."""
         return TURN_RAD / self.counts_per_rev
 
     def disc_angle_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
@@ -156,7 +156,7 @@ class RotaryTable:
         head : int
             Number of the head, from 0.
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -171,7 +171,7 @@ class RotaryTable:
             disc += cause.disc_shift_m(state)
             point += cause.head_shift_m(head, state)
         ray = point - (axis + np.exp(1j * state.angle_rad) * disc)
-        # Taken about the head's own direction, the angle of the ray never wraps.
+        # The angle of the ray is measured from the head's own direction, so that it never wraps.
         nominal = self.heads[head].angle_rad
         off_nominal: NDArray[np.float64] = np.angle(ray * np.exp(-1j * nominal))
         return state.angle_rad - nominal - off_nominal
@@ -205,15 +205,15 @@ class RotaryTable:
     def reading_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
         """Give the reading of a head from the index mark: continuous and without noise.
 
-        A late reading shows an earlier place: back by delay × speed, which is exact at constant
-        speed and on a ramp off by acceleration × delay²/2.
+        A delayed reading shows the place at an earlier time: the angle minus delay × speed. This is
+        exact at constant speed; on a ramp it errs by acceleration × delay²/2.
 
         Parameters
         ----------
         head : int
             Number of the head, from 0.
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------
@@ -261,14 +261,14 @@ class RotaryTable:
     def counts(
         self, head: int, state: TableState, random: np.random.Generator | None = None
     ) -> NDArray[np.int64]:
-        """Give the counter of a head from its index.
+        """Give the counts of a head's counter, from the index.
 
         Parameters
         ----------
         head : int
             Number of the head, from 0.
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
         random : numpy.random.Generator, optional
             Source of the noise ``noise_rad``; None: no noise.
 
@@ -280,7 +280,7 @@ class RotaryTable:
         Raises
         ------
         UnhonouredCauseError
-            If a cause acts on more than the reading: a row that is missing, an instrument, noise of
+            If a cause acts on more than the reading: missing rows, an instrument, or noise of
             its own.
         """
         refuse_unhonoured(self.causes, READING, "a counter")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 class TableState:
     """The state of the table at ``n`` instants; every array has the shape ``(n,)``.
 
-    Physical effects read it: what depends on temperature or load later adds a field here.
+    Causes read it. A quantity on which later causes depend, such as a load, becomes a new field.
     """
 
     time_s: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""Conditions of a table that stands at one station after another, for a reference instrument."""
+"""Conditions of a table that stops at one station after another, for a reference instrument."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
 
 OVERRUN_RAD = float(np.deg2rad(5.0))
-"""Distance by which the table overshoots a station at which it reverses."""
+"""Angle by which the table overshoots a station at which it reverses."""
 NO_RUN = -1
-"""The stations belong to no run of the capture."""
+"""Number of the run of a station: stations belong to no run of the capture."""
 
 
 def stations(
@@ -19,7 +19,8 @@ def stations(
     direction: NDArray[np.int64] | NDArray[np.float64],
     speed_rad_s: NDArray[np.float64] | float = 0.0,
 ) -> Conditions:
-    """Give the conditions at stations, arrays ``(n,)``, each reached from its ``direction``.
+    """Give the conditions at stations, arrays ``(n,)``; the table reaches each from its
+    ``direction``.
 
     The table is at the usual temperature, long after the start. At the first station after a
     reversal it overshoots by five degrees and approaches anew, as the procedure requires.
@@ -41,9 +42,10 @@ def stations(
 def _travel(
     target_rad: NDArray[np.float64], direction: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Travel until each station in either direction, and since the direction changed."""
+    """Return the travel in both directions until each station, and the travel since the direction
+    changed."""
     steps = np.abs(np.diff(target_rad, prepend=target_rad[:1]))
-    # The last face and the first face of the next pass are one step apart.
+    # The last face of a pass and the first face of the next pass are one step apart.
     turns = np.minimum(steps, np.abs(2 * np.pi - steps))
     changed = np.diff(direction, prepend=0.0) != 0
     travel = np.cumsum(np.where(changed, 0.0, turns))

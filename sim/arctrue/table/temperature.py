@@ -1,4 +1,4 @@
-"""The temperature of the table over time, and its display by a slow sensor."""
+"""The temperature of the table over time, and the temperature that a slow sensor shows."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TemperatureCourse:
-    """Temperatures at rising instants; linear in between, constant outside.
+    """Temperatures at rising instants: linear between the instants, constant outside.
 
-    Raises ValueError where the instants do not rise or the two differ in number.
+    Raises ValueError if the instants do not rise, or if instants and temperatures differ in number.
     """
 
     times_s: tuple[float, ...] = (0.0,)
     temperatures_c: tuple[float, ...] = (USUAL_TEMPERATURE_C,)
 
     def __post_init__(self) -> None:
-        """Refuse what is no course."""
+        """Refuse instants that do not rise and lists of different length."""
         if not self.times_s or len(self.times_s) != len(self.temperatures_c):
             raise ValueError(
                 f"a temperature course needs one temperature an instant, found "
@@ -33,17 +33,20 @@ class TemperatureCourse:
             raise ValueError(f"the instants of a temperature course must rise: {self.times_s}")
 
     def at(self, time_s: Float) -> Float:
-        """The temperature at each instant, °C, same shape."""
+        """Return the temperature at each instant, °C, same shape."""
         return np.asarray(np.interp(time_s, self.times_s, self.temperatures_c))
 
     def lagging(self, time_s: Float, constant_s: float) -> Float:
-        """Give the temperature shown by a first-order sensor of this time constant, °C, same shape.
+        """Give the temperature that a first-order sensor with this time constant shows, °C, same
+        shape.
 
-        Solves T_s′ = (T − T_s)/τ exactly on each straight piece, from T_s = T before the first.
+        It solves T_s′ = (T − T_s)/τ exactly on each straight piece; before the first instant T_s =
+        T.
         """
         times = np.asarray(self.times_s)
         courses = np.asarray(self.temperatures_c)
-        # On a piece T = a + b·s the particular solution is a + b·(s − τ); the remainder decays.
+        # On a piece T = a + b·s the particular solution is a + b·(s − τ); the difference from it
+        # decays.
         slopes = np.append(np.diff(courses) / np.diff(times), 0.0)
         shown = np.empty_like(courses)
         shown[0] = courses[0]

@@ -19,7 +19,7 @@ class TurnedHead(Cause):
     at: Head
 
     def turn_rad(self, state: TableState) -> Angles | float:
-        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        """Return the angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         raise NotImplementedError
 
     def head_shift_m(self, head: int, state: TableState) -> Points | complex:

@@ -3,5 +3,5 @@
 Data pass through the packages in this order: ``observations`` adds the conditions to each row,
 ``effects`` calculates the columns of the design matrix, ``noise`` whitens both, ``inference`` fits
 and tests, ``compare`` and ``diagnose`` interpret the tests, ``model`` stores the result. The
-simulated table is not imported; studies use both.
+workbench does not import the simulated table; the studies import both.
 """

@@ -1,4 +1,4 @@
-"""Sets from pandas, xarray, astropy, HDF5 and dictionaries are the same."""
+"""Tests that pandas, xarray, astropy, HDF5 and dictionaries give the same measurement set."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from arctrue.measurement.digest import set_digest
 COUNTS = 1 << 24
 TABLE = {"counts_per_rev": COUNTS, "head_separation_deg": 33.0}
 ROUNDING_ARCSEC = 1e-6
-"""Rounding of the files: errors have six decimals, targets nine."""
+"""Largest rounding error of the files: errors are written with six decimals, targets with nine."""
 
 
 def error_arcsec(angle_deg: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
@@ -26,7 +26,8 @@ def error_arcsec(angle_deg: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 
 def heads(rows: int = 720) -> dict[str, np.ndarray[Any, Any]]:
-    """Return two turns up and two down, in degrees within one turn as an encoder displays them."""
+    """Return two turns forward and two turns backward, in degrees within one turn, as an encoder
+    displays them."""
     up = np.linspace(0.0, 720.0, rows, endpoint=False)
     angle = np.concatenate([up, up[::-1]])
     time_s = np.arange(angle.size) * 0.01
@@ -51,7 +52,7 @@ def stations() -> dict[str, np.ndarray[Any, Any]]:
 
 
 def same(one: MeasurementSet, other: MeasurementSet) -> None:
-    """Assert equal columns, within the decimals of a written set."""
+    """Assert that two sets have the same columns, within the decimals of a written set."""
     assert one.table == other.table
     for channel in ("capture", "reference"):
         mine, theirs = getattr(one, channel), getattr(other, channel)
@@ -142,7 +143,7 @@ def test_the_columns_are_those_of_the_equations() -> None:
     angle = np.concatenate([up, up[::-1]])
     expected = np.round((angle + error_arcsec(angle) / 3600.0) / 360.0 * COUNTS)
     assert data.capture is not None
-    # The first reading is 30″; no earlier reading shows the number of the turn.
+    # The first reading, 30″, belongs to turn 0, because no earlier reading shows another turn.
     np.testing.assert_array_equal(data.capture.head1_counts[:720], expected[:720])
     down = data.capture.head1_counts[720:] - expected[720:]
     assert np.unique(down).size == 1
@@ -158,7 +159,7 @@ def test_a_set_that_is_written_is_read_again(tmp_path: Path) -> None:
     at.write_set(tmp_path / "set", data)
     again = at.read_set(tmp_path / "set")
     same(again, data)
-    # The hash is the one that the command line writes into a history.
+    # The command line writes the same hash into a history.
     assert data.sha256 == again.sha256 == set_digest(tmp_path / "set")
     at.write_set(tmp_path / "copy", again)
     assert set_digest(tmp_path / "copy") == again.sha256
@@ -284,7 +285,7 @@ def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
 
 
 def test_a_history_has_date_version_and_hash(tmp_path: Path) -> None:
-    """The three values are those that the command line writes for the same folder."""
+    """The command line writes the same three values for the same folder."""
     at.write_set(tmp_path / "set", from_arrays())
     model = at.add("hysteresis", tmp_path / "set")
     assert {step.measurement_sha256 for step in model.history} == {set_digest(tmp_path / "set")}
@@ -293,6 +294,6 @@ def test_a_history_has_date_version_and_hash(tmp_path: Path) -> None:
     assert all(step.date.startswith("20") for step in model.history)
     smaller = at.drop("hysteresis", from_arrays(), model)
     assert smaller.effects == ["graduation_harmonics"]
-    # The same rows from memory give the same hash.
+    # The same rows give the same hash when they come from memory.
     assert smaller.history[-1].measurement_sha256 == set_digest(tmp_path / "set")
     assert [step.action for step in smaller.history] == ["fit", "add", "drop"]

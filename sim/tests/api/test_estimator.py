@@ -1,5 +1,5 @@
-"""Tests of a fit as an estimator: with scikit-learn's own clone and grid search, and the same
-conventions without scikit-learn."""
+"""Tests of a fit as an estimator. Scikit-learn's own clone and grid search accept it, and it keeps
+their conventions without scikit-learn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""import and export from Python write the same as the commands."""
+"""Tests that import and export from Python write the same files as the commands."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ def test_an_imported_file_is_that_of_the_command(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         found.reference.error_arcsec, expected.reference.error_arcsec, atol=1e-6
     )
-    # The sign is opposite to that of the file, as in ISO 230-2.
+    # The file states the true angle minus the reading; a set has the opposite sign, as in ISO
+    # 230-2.
     angle = np.deg2rad(found.reference.target_deg)
     np.testing.assert_allclose(found.reference.error_arcsec, -2.0 * np.cos(angle), atol=1e-5)
     assert found.reference.faces == 24
@@ -58,7 +59,7 @@ def test_an_exported_file_is_that_of_the_command(tmp_path: Path) -> None:
 
 
 def test_a_correction_that_makes_it_worse_is_refused(tmp_path: Path) -> None:
-    """The model belongs to one table, the rows have the opposite error."""
+    """The model is fitted to one table; the rows come from a table with the opposite error."""
     angle = np.tile(np.arange(24) * 15.0, 4)
     error = 3.0 * np.cos(np.deg2rad(angle)) + 0.1 * np.sin(np.arange(96.0) ** 2)
     keys = {"counts_per_rev": 1 << 20, "faces": 24}

@@ -21,7 +21,8 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Disc:
-    """A disc with ε(θ) = Σ amplitude·cos(nθ + phase): {order: (amplitude ″, phase rad)}."""
+    """A disc with the error ε(θ) = Σ amplitude·cos(nθ + phase); ``orders`` holds {n: (amplitude ″,
+    phase rad)}."""
 
     orders: Mapping[int, tuple[float, float]] = field(default_factory=lambda: {1: (150.0, 0.4)})
     alpha_deg: float = ALPHA_DEG
@@ -46,7 +47,7 @@ class Disc:
     def heads(
         self, theta: Float, noise_arcsec: float = 0.0, random: np.random.Generator | None = None
     ) -> NDArray[np.int64]:
-        """Return the counts of both heads at the true angles, (2, n)."""
+        """Return the counts of both heads at the true angles, with the shape (2, n)."""
         alpha = np.radians(self.alpha_deg)
         readings = np.stack(
             [theta + self.error_rad(theta), theta + alpha + self.error_rad(theta + alpha)]
@@ -65,8 +66,8 @@ def turn_angles(
     ripple_rad: float = 0.0,
     ripple_order: int = 7,
 ) -> Float:
-    """Return true angles sampled in equal time: ``samples`` a turn, with a ripple of the
-    position."""
+    """Return true angles at equal steps of time, ``samples`` per turn; the position has a
+    ripple."""
     even = 2.0 * np.pi * np.arange(samples * turns) / samples
     return start + direction * (even + ripple_rad * np.sin(ripple_order * even))
 
@@ -74,7 +75,7 @@ def turn_angles(
 def capture_of(
     runs: list[NDArray[np.int64]], period_s: float | list[float] = 1e-3, **more: object
 ) -> Capture:
-    """Return a capture of runs of counts (2, n)."""
+    """Return a capture whose runs have these counts, each of the shape (2, n)."""
     periods = period_s if isinstance(period_s, list) else [period_s] * len(runs)
     return Capture(
         run=np.repeat(np.arange(len(runs)), [run.shape[1] for run in runs]),
@@ -91,7 +92,8 @@ def capture_of(
 
 
 def polygon_of(disc: Disc, noise_arcsec: float, random: np.random.Generator) -> Reference:
-    """Return 24 faces, up and down, 5 cycles; the reading of head 1 is driven to the target."""
+    """Return a run of 24 faces, forward and backward, in 5 cycles; the drive moves head 1 to each
+    target reading."""
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate((up, up[::-1])), 5)
     counts = np.rint(target / 360.0 * disc.counts_per_rev).astype(np.int64)

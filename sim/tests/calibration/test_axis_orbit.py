@@ -1,4 +1,5 @@
-"""Tests of the axis' orbit from a capture of four heads, against the motion of the table."""
+"""Tests that the orbit of the axis, computed from a capture of four heads, equals the motion of the
+simulated table."""
 
 from __future__ import annotations
 
@@ -25,8 +26,8 @@ TURNS = 3
 
 
 def test_the_orbit_is_the_motion_of_the_axis() -> None:
-    """x and y of every sample agree to the noise of the readings times √(two rows of the
-    inverse)."""
+    """The orbit's x and y agree with the true motion within their uncertainty: the noise of the
+    readings times the norm of a row of the inverse matrix."""
     bench = replace(Bench(), axis=AXIS)
     captured = bench.captured(turns=TURNS)
     estimate = bench.estimate(turns=TURNS)
@@ -39,7 +40,7 @@ def test_the_orbit_is_the_motion_of_the_axis() -> None:
     state = motion.state(seconds)
     shift = np.sum([cause.axis_shift_m(state) for cause in AXIS], axis=0)
     expected = (shift - shift.mean()) / DISC_RADIUS_M * ARCSEC_PER_RAD
-    # In the stator frame head 1 stands at the stator angle 0 and sees y, head 2 stands at -p.
+    # Head 1 stands at the stator angle 0 and observes y; head 2 stands at the stator angle -p.
     for found, true, u in zip(
         (orbit.x_arcsec, orbit.y_arcsec),
         (expected.real, expected.imag),
@@ -55,15 +56,16 @@ def test_the_orbit_is_the_motion_of_the_axis() -> None:
 
 
 def test_figures_of_a_known_motion() -> None:
-    """A lobe of 1 repeats, a lobe of 0.3 does not. The eccentricity of 5 does not count as error
-    motion."""
+    """The motion of amplitude 1 repeats in each turn, that of amplitude 0.3 does not. The
+    eccentricity of 5 does not count as error motion."""
     angle = np.linspace(0.0, 20.0 * np.pi, 120_000, endpoint=False)
     motion = 5.0 * np.cos(angle + 0.4) + np.cos(3.0 * angle) + 0.3 * np.cos(4.37 * angle)
     found = error_motion(angle, motion)
-    # Bins of two degrees reduce the lobe that repeats by 1 - cos(3 * 1°); the mean of ten turns
-    # contains 0.3/10 of the other lobe.
+    # Averaging over bins of two degrees reduces the repeating motion by 1 - cos(3 * 1°); the mean
+    # of ten turns contains 0.3/10 of the other motion.
     assert found.synchronous == pytest.approx(2.0, abs=0.09)
-    # One angle has ten phases, and the slope of the lobe within a bin: 3 * 2°.
+    # In ten turns, ten phases of the other motion fall on the same angle. Within a bin the
+    # repeating motion changes by 3 * 2° of its phase.
     assert found.asynchronous == pytest.approx(0.6, abs=0.11)
     assert found.total == pytest.approx(2.6, abs=0.05)
 
@@ -75,7 +77,7 @@ def test_two_heads_have_no_orbit() -> None:
 
 
 def test_compare_draws_the_orbit(tmp_path: Path) -> None:
-    """The command gives figures of both directions and a picture for a set of four heads."""
+    """For a set of four heads the command prints figures of both directions and draws a picture."""
     captured = replace(Bench(), axis=AXIS).captured(turns=TURNS)
     heads = dict(zip(("head3_counts", "head4_counts"), captured.further_counts, strict=True))
     seconds = np.arange(captured.samples) * (12.0 / 12_000)
@@ -94,13 +96,14 @@ def test_compare_draws_the_orbit(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "ISO 230-7" in done.output
     found = json.loads(file.read_text(encoding="utf-8"))["axis_orbit"]
-    # Order 2 along a line at 0.6 rad, 0.5 µm: 1.91″ times its cosine and sine, peak to peak.
+    # The axis moves by 0.5 µm at order 2 along a line at 0.6 rad. In x and y this is 1.91″ peak to
+    # peak, times the cosine and the sine of this angle.
     size = 2.0 * 0.5e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
     for direction, share in (("x", np.cos(0.6)), ("y", np.sin(0.6))):
-        # The mean of three turns contains a third of the ball motion, about 0.95″; a bin has 66
-        # samples with 0.1″ of noise.
+        # The mean of three turns contains a third of the ball motion, about 0.95″. Each bin holds
+        # 66 samples with 0.1″ of noise.
         assert found[direction]["synchronous_arcsec"] == pytest.approx(size * share, abs=0.9)
-        # The circle of the ball motion has a diameter of 1.91″; three of its phases show more than
-        # half of that.
+        # The ball motion describes a circle with a diameter of 1.91″; its phases in three turns
+        # cover more than half of this diameter.
         assert 0.9 < found[direction]["asynchronous_arcsec"] < 1.91 + 8.0 * 0.1
     assert (out / "axis_orbit.png").stat().st_size > 10_000

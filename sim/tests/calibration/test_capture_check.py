@@ -1,4 +1,5 @@
-"""Every unusable capture is refused, with the reason and the sample."""
+"""Tests that every unusable capture is refused, and that the message states the reason and the
+sample."""
 
 from __future__ import annotations
 
@@ -104,7 +105,7 @@ def test_heads_that_count_against_each_other() -> None:
 def test_runs_at_the_lowest_speed_are_chosen() -> None:
     slow = Disc().heads(turn_angles(3_000))
     back = Disc().heads(turn_angles(3_000, direction=-1))
-    # The same steps come in a third of the time: three times the speed.
+    # The same steps in a third of the time have three times the speed.
     capture = capture_of([slow, slow, back], [1e-3, 1e-3 / 3, 1e-3])
     assert [turn.run for turn in whole_turns(capture, COUNTS)] == [0, 2]
     assert [turn.run for turn in whole_turns(capture, COUNTS, [1])] == [1]

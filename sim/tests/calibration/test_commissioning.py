@@ -1,4 +1,5 @@
-"""Tests that the readings of all heads show how the heads are connected: sense, places, cables."""
+"""Tests that commissioning finds from the readings how the heads are connected: sense, places,
+cables."""
 
 from __future__ import annotations
 
@@ -20,20 +21,22 @@ def judged(
     indexed: tuple[bool, ...] = (True, True, True, True),
     turns: float = 1.1,
 ) -> Connection:
-    """Read 40 times at uneven angles; eccentricity of 150″ is in every reading."""
+    """Judge the connection from 40 readings at uneven angles; every reading contains 150″ of
+    eccentricity."""
     random = np.random.default_rng(1)
     theta = np.sort(random.uniform(0.0, turns, 40))
     theta[[0, -1]] = 0.0, turns
     nominal = theta[:, None] + np.array(places) / 360.0
     nominal = nominal + 150.0 / 1_296_000.0 * np.cos(2.0 * np.pi * nominal + 1.0)
     counted = np.rint(nominal * np.array(sense) * np.array(moving) * TURN).astype(np.int64)
-    # The positions have started anywhere and wrap at 32 bits.
+    # The positions have started at any value, and they wrap at 32 bits.
     positions = (counted + 2**31 - 5000 + 2**31) % 2**32 - 2**31
     return judge_connection(positions, counted % TURN, np.array(indexed), TURN, plan)
 
 
 def test_heads_as_planned() -> None:
-    """The places are found without the eccentricity, to 0.001° with 40 readings of 1.2″ counts."""
+    """The places are found within 0.001° from 40 readings with counts of 1.2″; the eccentricity
+    does not affect them."""
     found = judged()
     assert found.faults == ()
     assert found.at_head == (1, 2, 3, 4)
@@ -59,8 +62,8 @@ def test_a_reversed_head_is_named_and_its_place_found(reversed_head: int) -> Non
     ],
 )
 def test_exchanged_cables_are_named(cables: tuple[int, ...], said: str) -> None:
-    """A cable that is connected to another head shows the place of that head, measured from the
-    head of cable 1."""
+    """If a cable is connected to another head, its reading shows the place of that head, measured
+    from the head of cable 1."""
     found = judged(tuple(PLACES[head] for head in cables))
     (fault,) = found.faults
     assert said in fault
@@ -87,8 +90,8 @@ def test_places_that_no_cable_explains_are_told() -> None:
 
 
 def test_evenly_spaced_heads_are_taken_as_they_are() -> None:
-    """Three heads at 120° look the same after a rotation of the cables, so that the result names no
-    exchange."""
+    """Three heads at 120° give the same readings after a rotation of the cables, so that the result
+    names no exchange."""
     plan = (0.0, 120.0, 240.0)
     readings = np.add.outer(np.linspace(0.0, 1.1, 40), np.array(plan) / 360.0) * TURN
     counted = np.rint(readings).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Tests of predicted uncertainties against the scatter of many simulated captures."""
+"""Tests that predicted uncertainties equal the scatter of many simulated captures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ TRIALS = 500
 
 
 def scatter(method, noise_of, thetas, trials: int = TRIALS):
-    """Return observed and predicted standard deviations of both components of every order."""
+    """Return the observed and the predicted standard deviation of each order, over both
+    components."""
     random = np.random.default_rng(11)
     values, variances = [], []
     clean = [DISC.heads(theta) for theta in thetas]
@@ -40,8 +41,8 @@ def white(random, shape):
 
 @pytest.mark.parametrize("method", [fourier, least_squares])
 def test_white_noise_within_ten_percent(method) -> None:
-    """500 captures determine a standard deviation of two components to 2.2 %; the bound of 10 % is
-    4.5 times that."""
+    """500 captures determine the standard deviation of two components to 2.2 %; the bound of 10 %
+    is 4.5 times as large."""
     thetas = [turn_angles(600, 2), turn_angles(500, 1, direction=-1)]
     observed, predicted = scatter(method, white, thetas)
     assert predicted / observed == pytest.approx(1.0, abs=0.10)
@@ -53,7 +54,7 @@ def test_white_noise_of_one_turn_within_ten_percent() -> None:
 
 
 def test_noise_that_is_not_white() -> None:
-    """The spectrum of the noise falls over the orders: neighbouring samples are dependent."""
+    """The power of the noise falls towards high orders: neighbouring samples are correlated."""
 
     def red(random, shape):
         noise = random.normal(0.0, 0.15, shape)
@@ -63,9 +64,11 @@ def test_noise_that_is_not_white() -> None:
 
     thetas = [turn_angles(600, 6)]
     observed, predicted = scatter(least_squares, red, thetas, 150)
-    # The spectrum is averaged over 19 orders, in which it falls to a fifth of its power.
+    # The prediction averages the spectrum over 19 orders, and the power falls to a fifth within
+    # them.
     assert predicted / observed == pytest.approx(1.0, abs=0.25)
-    # White noise of the same variance, 0.15²/(1 − 0.9²) a head, would give far less at order 1.
+    # White noise of the same variance, 0.15²/(1 − 0.9²) per head, would give a much smaller
+    # uncertainty at order 1.
     gain = 1.0 / abs(np.exp(1j * ALPHA) - 1.0)
     as_if_white = 2.0 * gain * 0.15 / np.sqrt((1.0 - 0.9**2) * 3600)
     assert predicted[0] > 2.0 * as_if_white
@@ -81,5 +84,5 @@ def test_phase_uncertainty() -> None:
         )
         phases.append(found.phase_rad[4])
         predicted.append(found.u_phase_rad[4])
-    # A standard deviation of 200 values is known to 5 %.
+    # 200 values determine a standard deviation to 5 %.
     assert np.mean(predicted) == pytest.approx(np.std(phases, ddof=1), rel=0.2)

@@ -27,7 +27,7 @@ DISC = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0), 8: (0.3, 1.1), 11: 
 
 
 def left_over(disc: Disc, found: Estimate, values=None) -> np.ndarray:
-    """Return R − θ in ″ minus the estimate at the reading, without its mean."""
+    """Return the error in ″ that remains after the correction at each reading, without its mean."""
     reading = np.arange(4096) * (2.0 * np.pi / 4096)
     true_error = (reading - disc.true_angle(reading)) / ARCSEC
     values = found.values if values is None else values
@@ -50,7 +50,7 @@ def turns_of(disc: Disc, *thetas, noise: float = 0.0, seed: int = 1):
 def test_least_squares_is_exact_but_for_rounding(direction: int, start: float) -> None:
     turns = turns_of(DISC, turn_angles(start=start, direction=direction))
     found, warnings = least_squares(turns, COUNTS, ALPHA, ORDERS)
-    # Rounding to counts: 0.022″ √2, over √6000, times 19 at order 11.
+    # The rounding to counts adds 0.022″·√2/√6000, which order 11 magnifies 19 times.
     assert np.abs(left_over(DISC, found)).max() < 0.03
     assert not warnings
 
@@ -73,8 +73,7 @@ def test_fourier_equals_the_formula_of_the_paper() -> None:
         coefficient = np.mean(delta * np.exp(-1j * order * theta))
         expected = coefficient / (np.exp(1j * order * ALPHA) - 1.0)
         assert 2.0 * abs(expected) == pytest.approx(found.amplitude_arcsec[index], abs=1e-3)
-        # The two methods differ in the place of θ = 0: one uses the mean of R₁, the other the mean
-        # of θ.
+        # The two methods place θ = 0 differently: one uses the mean of R₁, the other the mean of θ.
         if found.amplitude_arcsec[index] > 0.2:
             assert np.angle(expected) == pytest.approx(found.phase_rad[index], abs=1e-4)
 
@@ -87,24 +86,23 @@ def test_fourier_takes_both_directions_and_many_turns() -> None:
 
 
 def test_error_taken_at_the_reading_leaves_second_order() -> None:
-    """Slip 5 of docs/errata.md: as a function of θ, 150″ of eccentricity leave (150″)²/2 = 0.0545″
-    of order 2; as g(R) they do not."""
+    """See docs/errata.md, "(8)": an error taken as a function of θ leaves (150″)²/2 = 0.0545″ of
+    order 2 for an eccentricity of 150″; an error taken as g(R) leaves none."""
     disc = Disc()
     found, _ = fourier(turns_of(disc, turn_angles()), COUNTS, ALPHA, ORDERS)
     plain = left_over(disc, found)
     second = 2.0 * abs(np.mean(plain * np.exp(-2j * np.arange(4096) * 2.0 * np.pi / 4096)))
     assert second == pytest.approx(150.0**2 / 2.0 * ARCSEC, abs=0.003)
     as_reading = as_function_of_reading(found.orders, found.values)
-    # Order 11 from rounding to counts remains: 0.005″.
+    # Order 11 keeps 0.005″ from the rounding to counts.
     assert np.abs(left_over(disc, found, as_reading)).max() < 0.02
 
 
 def test_speed_ripple_spoils_the_transform_and_not_the_fit() -> None:
-    """Slip 7: 0.002 rad at order 7 and 0.1″ noise.
-
-    To first order the ripple moves half of ρ·D₁ into orders 6 and 8 of δ₂₁: 0.043″ and 0.057″ of ε;
-    a start angle from one sample (not used here) would add 0.1″ more.
-    """
+    """See docs/errata.md, "a DFT needs equal steps of angle". The speed has a ripple of 0.002 rad
+    at order 7, and the readings have 0.1″ of noise. To first order the ripple moves half of ρ·D₁
+    into orders 6 and 8 of δ₂₁, that is 0.043″ and 0.057″ of ε. A start angle from a single sample,
+    which is not used here, would add 0.1″."""
     disc = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0)})
     orders = np.arange(1, 9)
     turns = turns_of(disc, turn_angles(ripple_rad=0.002), noise=0.1, seed=3)
@@ -121,18 +119,21 @@ def test_speed_ripple_spoils_the_transform_and_not_the_fit() -> None:
 def test_head_separation_is_measured(method) -> None:
     disc = Disc(alpha_deg=33.0 + 40.0 / 3600.0)
     found, warnings = method(turns_of(disc, turn_angles(), noise=0.1), COUNTS, ALPHA, ORDERS)
-    # The mean over uniform reading would be (150″)²/2·sin 33° = 0.03″ off.
+    # A mean over uniform readings, instead of uniform angles, would be wrong by (150″)²/2·sin 33° =
+    # 0.03″.
     off_arcsec = (found.measured_separation_rad - np.radians(disc.alpha_deg)) / ARCSEC
     assert abs(off_arcsec) < 0.01
     assert found.head_separation_rad == found.measured_separation_rad
-    # A rectangle of ± 1 count for each of the two heads, and the noise of the mean.
+    # Each of the two heads contributes a rectangular distribution of ± 1 count; the noise of the
+    # mean is small.
     by_index = np.sqrt(2.0 / 3.0) * 0.0772
     assert by_index < found.u_measured_separation_rad / ARCSEC < 1.1 * by_index
     assert not warnings
 
 
 def test_nominal_separation_leaves_what_theory_says() -> None:
-    """An α wrong by Δ leaves |n·Δ/2·(cot(nα/2) + j)| of order n: 1.76 Δ at n = 1."""
+    """An α that is wrong by Δ leaves the share |n·Δ/2·(cot(nα/2) + j)| of order n: 1.76 Δ at n =
+    1."""
     disc = Disc({1: (150.0, 0.4)}, alpha_deg=33.0 + 50.0 / 3600.0)
     turns = turns_of(disc, turn_angles())
     wrong, _ = least_squares(turns, COUNTS, ALPHA, np.arange(1, 6), "nominal")
@@ -142,8 +143,8 @@ def test_nominal_separation_leaves_what_theory_says() -> None:
     )
     assert first == pytest.approx(1.76 * 50.0 * ARCSEC * 150.0, rel=0.03)
     assert np.abs(left_over(disc, right)).max() < 0.005
-    # The stated uncertainty covers this error: α contributes u(α) = 50″/√3 times 0.5·cot(α/2) =
-    # 1.69 along the amplitude.
+    # The stated uncertainty covers this error: u(α) = 50″/√3 contributes 0.5·cot(α/2) = 1.69 times
+    # its size along the amplitude.
     expected = 0.5 / np.tan(ALPHA / 2.0) * 50.0 / np.sqrt(3.0) * ARCSEC * 150.0
     assert wrong.u_amplitude_arcsec[0] == pytest.approx(expected, rel=0.03)
     assert right.u_amplitude_arcsec[0] < 0.01
@@ -158,7 +159,7 @@ def test_index_that_cannot_be_believed_falls_back_to_nominal(method) -> None:
 
     first, second = turn_angles(), turn_angles(start=3.0)
     heads = [DISC.heads(first), DISC.heads(second)]
-    heads[1][1] += 40  # counts: head 2 found its index elsewhere in the second run
+    heads[1][1] += 40  # counts: head 2 detected its index at another place in the second run
     turns = whole_turns(capture_of(heads), COUNTS, None, 12)
     found, warnings = method(turns, COUNTS, ALPHA, ORDERS)
     assert found.head_separation_rad == pytest.approx(ALPHA)
@@ -166,7 +167,7 @@ def test_index_that_cannot_be_believed_falls_back_to_nominal(method) -> None:
 
 
 def test_orders_that_cannot_be_seen() -> None:
-    """At 33° order 120 is the same under both heads; 11 and 109 have 19 times the noise."""
+    """Both heads read order 120 alike at 33°, and orders 11 and 109 have 19 times the noise."""
     orders = np.arange(1, 125)
     for method in (fourier, least_squares):
         found, _ = method(turns_of(DISC, turn_angles(4000)), COUNTS, ALPHA, orders)
@@ -185,9 +186,9 @@ def test_runs_that_disagree_have_the_uncertainty_of_that() -> None:
     found, _ = least_squares(turns, COUNTS, ALPHA, ORDERS)
     assert found.disagreement[0] > 100.0
     assert (found.disagreement[1:] == 1.0).all()
-    # One of four values is 1″ off. Their mean has u = 0.25″ along the amplitude; χ² has 6 degrees
-    # of freedom, 3 of them for the phases, which do not scatter, so that the estimated u is 1/√2 of
-    # 0.25″.
+    # One of the four values differs by 1″, so that their mean has u = 0.25″ along the amplitude. χ²
+    # has 6 degrees of freedom. Three of them belong to the phases, which do not scatter; hence the
+    # estimated u is 0.25″/√2.
     assert found.u_amplitude_arcsec[0] == pytest.approx(0.25 / np.sqrt(2.0), rel=0.1)
 
 

@@ -1,4 +1,4 @@
-"""Tests of the source of α, its uncertainty, and its effect on every order."""
+"""Tests which source determines α, how uncertain α is, and how this affects every order."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from arctrue.measurement import Capture, MeasurementSet
 from .synthetic import ARCSEC, COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
 
 MOVED_COUNTS = 492
-"""10 µm at a radius of 53.975 mm in counts: 38.2″ at 2²⁴ counts per turn."""
+"""Shift of the index by 10 µm at a radius of 53.975 mm, in counts: 38.2″ at 2²⁴ counts per turn."""
 DISC = Disc({1: (95.0, -1.9), 2: (0.8, 2.0), 8: (0.3, 1.0), 11: (0.6, 0.7)})
 STRONG = Disc({1: (95.0, -1.9), 11: (12.0, 0.7)})
-"""A disc with order 11 of 12″: the weak orders determine α best."""
+"""A disc with 12″ of order 11, at which the harmonics determine α best."""
 
 
 def measured(disc: Disc, *, stated_arcsec: float | None = None, moved: int = 0) -> MeasurementSet:
@@ -40,9 +40,10 @@ def complex_orders(values: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("method", ["least_squares", "fourier"])
 @pytest.mark.parametrize("stated_arcsec", [None, 19.0])
 def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> None:
-    """38″ of detection move every order by |E_n(α + 38″) − E_n(α)|, which u of the order covers.
+    """An index that is detected 38″ away changes every order by |E_n(α + 38″) − E_n(α)|; the
+    uncertainty of the order covers the change.
 
-    Independent: E_n = D_n/(e^{jnα} − 1) is computed at both α.
+    The expected change is computed independently, from E_n = D_n/(e^{jnα} − 1) at both α.
     """
     settings = CalibrationSettings(method=method, most_order=12)
     plain = calibrate(measured(DISC, stated_arcsec=stated_arcsec), settings).estimate
@@ -59,7 +60,7 @@ def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> Non
     strong = np.array([0, 1, 7])
     assert apart[strong] == pytest.approx(expected[strong], rel=0.05)
     assert apart[0] > 0.02
-    # A component of an order has 1/√2 of its standard uncertainty.
+    # The standard uncertainty of a component is 1/√2 of that of its order.
     u_alpha = stated_arcsec or 50.0 / np.sqrt(3.0)
     assert plain.u_head_separation_rad / ARCSEC == pytest.approx(u_alpha, rel=1e-4)
     by_alpha = expected * u_alpha / (off / ARCSEC) / np.sqrt(2.0)
@@ -68,8 +69,8 @@ def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> Non
 
 
 def test_two_heads_repeat_as_two_rectangles() -> None:
-    """If both heads detect the index at the same place, ± 1 count for each head remains: √2/√3
-    counts."""
+    """If both heads detect the index at the same place, an uncertainty of ± 1 count per head
+    remains: √2/√3 counts."""
     estimate = calibrate(measured(DISC, stated_arcsec=0.0)).estimate
     two = np.sqrt(2.0 / 3.0) * 2.0 * np.pi / COUNTS
     assert estimate.u_head_separation_rad == pytest.approx(two, rel=1e-9)
@@ -77,8 +78,7 @@ def test_two_heads_repeat_as_two_rectangles() -> None:
 
 
 def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
-    """12″ of order 11 give u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″, less than the index's
-    29″."""
+    """12″ of order 11 give u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″; the index gives 29″."""
     shifted = measured(STRONG, moved=MOVED_COUNTS)
     found = calibrate(shifted)
     assert found.estimate.separation_choice == "harmonics"
@@ -86,13 +86,13 @@ def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
     of_order_11 = 0.15 * abs(np.exp(11j * np.radians(33.0)) - 1.0) / (11 * 12.0) / ARCSEC
     assert 0.9 * of_order_11 < source.u_rad / ARCSEC < 1.05 * of_order_11
     assert found.estimate.head_separation_rad == source.value_rad
-    # The reference's noise of 0.05″ over 240 rows leaves a tenth of its u.
+    # The reference has noise of 0.05″ in 240 rows, which adds only a tenth of this u.
     assert abs(source.value_rad - np.radians(33.0)) < 0.3 * source.u_rad
     assert found.comparison is not None
     by_index = calibrate(shifted, CalibrationSettings(separation="measured"))
     assert by_index.estimate.separation_choice == "measured"
     assert by_index.comparison is not None
-    # At order 11 the 38″ of the index make 210·38″ = 3.9 % of 12″.
+    # An index shifted by 38″ changes order 11 by 210·38″, which is 3.9 % of 12″.
     rms = [np.sqrt(np.mean(c.comparison.after_arcsec**2)) for c in (found, by_index)]
     assert rms[0] < 0.07
     assert rms[1] == pytest.approx(np.hypot(0.039 * 12.0 / np.sqrt(2.0), 0.055), rel=0.1)
@@ -102,12 +102,13 @@ def test_the_index_is_used_where_the_harmonics_tell_less() -> None:
     found = calibrate(measured(DISC))
     assert found.estimate.separation_choice == "measured"
     assert 28.87 < found.separations["harmonics"].u_rad / ARCSEC < 200.0
-    # If the detection is less well known than the mounting, the nominal value is better.
+    # If the detection is less certain than the mounting, the nominal value is better.
     assert calibrate(measured(DISC, stated_arcsec=60.0)).estimate.separation_choice == "nominal"
 
 
 def test_a_first_order_of_the_reference_alone_does_not_pass_for_alpha() -> None:
-    """Only the reference has 0.3″: order 1 gives 370″ of α, which its u covers."""
+    """The reference alone has a further 0.3″ of order 1, which would shift α by 370″; the
+    uncertainty of α covers this shift."""
     made = measured(DISC)
     assert made.reference is not None
     only = 0.3 * np.cos(np.radians(made.reference.target_deg) + 1.0)
@@ -155,7 +156,8 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
     assert any("rises from 67" in text for text in swapped.objections)
     minus = calibrate(replace(made, table=replace(made.table, head_separation_deg=-33.0)))
     assert len(minus.objections) == 2
-    # The reference belongs to another table, which the firmware's arithmetic cannot detect.
+    # The reference belongs to another table. The firmware cannot detect this, because it has no
+    # reference.
     assert made.reference is not None
     turned = replace(made.reference, error_arcsec=-made.reference.error_arcsec)
     other = calibrate(replace(made, reference=turned))
@@ -164,13 +166,14 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
 
 
 def test_the_gate_is_that_of_the_firmware() -> None:
-    """Coefficients of the wrong sign leave 4 A² instead of A²."""
+    """Coefficients with the wrong sign leave 4 A² instead of A²."""
     found = calibrate(measured(DISC))
     held = found.coefficients
     wrong = replace(held, amplitudes=-held.amplitudes)
     assert acceptance.of_estimate(found.estimate, held) == []
     said = acceptance.of_estimate(found.estimate, wrong)
-    # √((95² + 0.8² + 0.3² + 0.6²)/2) = 67.18″, and twice that.
+    # The RMS error is √((95² + 0.8² + 0.3² + 0.6²)/2) = 67.18″; with the wrong coefficients it
+    # doubles.
     with_them, without = (float(word[:-1]) for word in said[0].split() if word.endswith("″"))
     assert without == pytest.approx(67.18, abs=0.02)
     assert with_them == pytest.approx(2 * 67.18, abs=0.04)

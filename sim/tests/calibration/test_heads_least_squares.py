@@ -1,4 +1,5 @@
-"""Tests of the calibration of two to four heads against readings from a formula written here."""
+"""Tests of the calibration of two to four heads; the readings come from a formula in this
+module."""
 
 from __future__ import annotations
 
@@ -27,9 +28,10 @@ PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 DISC = {1: (150.0, 0.4), 2: (4.0, 1.0), 3: (1.5, -2.0), 5: (0.4, 0.2), 7: (0.3, 2.2)}
 ORDERS = np.arange(1, 9)
 PULL = 5.0
-"""Limit in standard uncertainties; a test compares some 40 values, one fails by chance in 2e-5."""
+"""Largest accepted deviation in standard uncertainties. A test compares about 40 values; one of
+them exceeds the limit by chance with a probability of 2e-5."""
 Motion = Mapping[tuple[int, int], complex]
-"""Circles of the axis in arcseconds by order and sense."""
+"""Circles of the axis in arcseconds, each by its order and sense."""
 
 
 def readings(
@@ -42,7 +44,8 @@ def readings(
     moved_arcsec: Float | complex = 0.0,
     disc: Mapping[int, tuple[float, float]] = DISC,
 ) -> Float:
-    """Return θ + p + ε(θ + p) + Im(c·e^{jp}) less the late index of each head, rad, (heads, n)."""
+    """Return θ + p + ε(θ + p) + Im(c·e^{jp}) of each head, reduced by its late index; rad, shape
+    (heads, n)."""
     c = np.zeros(angle.size, dtype=complex) + moved_arcsec
     for (order, sense), value in (motion or {}).items():
         c += value * np.exp(1j * sense * order * angle)
@@ -65,7 +68,8 @@ def captured(shown: Float, noise_arcsec: float, seed: int, turns: int = 1) -> Wh
 
 
 def true_reading_values(disc: Mapping[int, tuple[float, float]] = DISC) -> Float:
-    """Return the harmonics of ε as a function of the reading, from even readings and iteration."""
+    """Return the harmonics of ε as a function of the reading, found by iteration at evenly spaced
+    readings."""
     reading = np.arange(1024) * (2.0 * np.pi / 1024)
     error = np.zeros_like(reading)
     for _ in range(30):
@@ -101,7 +105,7 @@ def test_disc_places_and_offsets_come_out_within_their_uncertainty(heads: int) -
     assert np.max(np.abs(disc_pulls(found))) < PULL
     np.testing.assert_allclose(
         (found.offsets_rad - places) / ARCSEC, -late, atol=PULL * 0.1 * np.sqrt(2.0 / 6000) + 0.08
-    )  # 0.08″: counts of 0.077″
+    )  # 0.08″ are counts of 0.077″
     pulls = (found.places_rad - places)[1:] / ARCSEC / found.u_places_arcsec[1:]
     assert np.max(np.abs(pulls)) < PULL
 
@@ -112,8 +116,8 @@ def test_two_heads_find_what_the_calibration_of_two_heads_finds() -> None:
     found = fit(part, 2, u_place_arcsec=0.0)
     same = 1e-3 * two.u_component_arcsec.min()
     np.testing.assert_allclose(found.values, two.values, atol=same)
-    # One method knows α, the other has ± 29″: the test compares the part of the noise where α has
-    # little effect.
+    # One method assumes that α is known, the other has ± 29″. The test compares the orders at which
+    # α adds little uncertainty.
     quiet = np.flatnonzero(ORDERS > 3)
     u = np.sqrt(np.diag(found.disc_covariance)[quiet])
     np.testing.assert_allclose(u, two.u_component_arcsec[quiet], rtol=0.25)
@@ -144,12 +148,12 @@ def test_a_forward_circle_of_order_1_is_an_eccentric_disc_and_a_backward_one_is_
         left = [float(np.linalg.norm(disc_pulls(one)[1:8])) for one in (plain, allowed)]
         wrong = np.hypot(*np.split(plain.values - true_reading_values(), 2))[0]
         if reported:
-            # The fit without the axis' circle contains a part of the circle as an error; the fit
-            # with the circle does not.
+            # The fit without the axis' circle takes a part of the circle as an error of the disc;
+            # the fit with the circle does not.
             assert 0.1 * size < wrong < size
             assert np.hypot(*np.split(allowed.values - true_reading_values(), 2))[0] < 0.01 * size
         else:
-            # Both fits assign the whole circle to the disc: Im(F·e^{jx}), amplitude F.
+            # Both fits assign the whole circle, Im(F·e^{jx}) with the amplitude F, to the disc.
             assert wrong == pytest.approx(size, rel=0.01)
         assert np.isfinite(left).all()
 
@@ -164,13 +168,14 @@ def test_motion_at_every_order_and_balls_leave_the_parity_alone() -> None:
     part = captured(shown, 0.1, 6)
     found = fit(part, 4, "every")
     pulls = np.abs(disc_pulls(found)).reshape(2, -1)
-    assert np.max(pulls[:, 1:]) < PULL  # order 1 has the forward circle
-    assert found.noise_arcsec == pytest.approx(0.1025, rel=0.05)  # 0.1″ and counts of 0.077″
+    assert np.max(pulls[:, 1:]) < PULL  # order 1 contains the forward circle
+    # 0.1″ of noise, and counts of 0.077″
+    assert found.noise_arcsec == pytest.approx(0.1025, rel=0.05)
     wrong = [
         np.max(np.abs(one.values - true_reading_values()).reshape(2, -1)[:, 1:])
         for one in (found, fit(part, 4))
     ]
-    # The fit assigns motion without a column to the disc.
+    # The fit without columns for the motion assigns the motion to the disc.
     assert wrong[1] > 10.0 * wrong[0]
 
 
@@ -206,8 +211,9 @@ def test_uncertainties_are_those_of_repeats() -> None:
     found = np.array([one.state.values[columns] for one in draws])
     stated = np.array([np.diag(one.covariance)[columns] for one in draws]).mean(axis=0)
     share = found.var(axis=0, ddof=1) / stated
-    # A variance of 60 draws scatters by √(2/59) = 0.18; all 22 columns within four of these, and
-    # their mean within 0.18·4/√22, the colour near each order being known to 5 % by 96 lines.
+    # A variance from 60 draws has the relative scatter √(2/59) = 0.18. All 22 columns must lie
+    # within four times this, and their mean within 4·0.18/√22 plus 0.1, because 96 lines determine
+    # the noise near each order only to 5 %.
     assert np.all((share > 1.0 - 4 * 0.18) & (share < 1.0 + 4 * 0.18))
     assert share.mean() == pytest.approx(1.0, abs=4 * 0.18 / np.sqrt(columns.size) + 0.1)
 
@@ -220,7 +226,7 @@ def test_the_gain_of_an_order_is_its_uncertainty_over_that_of_a_line(motion: Mot
     line = found.noise_arcsec * np.sqrt(2.0 / 6000)
     gain = order_gain(np.radians(PLACES_DEG), found.orders, motion)
     seen = np.isfinite(gain)
-    # The noise comes from 96 lines: 5 % in u, four of these.
+    # 96 lines determine the noise: u is known to 5 %, and the bound is four times this.
     np.testing.assert_allclose((u / line)[seen], gain[seen], rtol=0.2)
 
 
@@ -231,7 +237,7 @@ def test_gains_of_four_heads_with_motion_unknown_at_every_order() -> None:
     spare = order_gain(np.radians([0.0, 64.3, 177.0, 257.9]), orders, "every")
     assert round(spare[:63].max(), 1) == 2.7
     assert orders[spare.argmax()] == 67
-    # Order 1: the backward circle differs from the disc, the forward one equals the disc.
+    # At order 1 only the backward circle differs from the disc; the forward circle equals the disc.
     assert order_gain(np.radians(PLACES_DEG), [1], "every")[0] < 1.0
     assert np.isinf(order_gain(np.radians(PLACES_DEG[:3]), [2], (2,))[0])
 
@@ -275,7 +281,7 @@ def test_a_search_in_a_part_of_the_samples_changes_nothing(
     monkeypatch.setattr(module, "SEARCH_SAMPLES", 1500)
     searched = fit(part, 4, motion)
     u = np.sqrt(np.diag(whole.disc_covariance))
-    # Weights and order 1 are those of a quarter of the samples.
+    # A quarter of the samples determines the weights and order 1, which are therefore not compared.
     away = np.abs(searched.values - whole.values) / u
     assert np.max(np.delete(away, [0, ORDERS.size])) < 0.5
     assert np.max(np.abs(disc_pulls(searched)).reshape(2, -1)[:, 1:]) < PULL

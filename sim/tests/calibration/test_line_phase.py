@@ -1,5 +1,5 @@
-"""Tests that the phase of a slipping line of a real order is followed from the heads over many
-turns."""
+"""Tests that the heads' readings show the phase of a line over many turns, although the line's
+order is not an integer and changes at random."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ TURNS = 1_000
 
 
 class Slipping:
-    """A disc with whole orders and a line whose order errs at random by ``slip`` (RMS).
+    """A disc with integer orders and a line whose order changes at random by ``slip`` (RMS).
 
-    The slip is correlated over ``memory`` turns; 0: the slips of the turns are independent.
+    The slips are correlated over ``memory`` turns; with 0 the slips of different turns are
+    independent.
     """
 
     def __init__(
@@ -30,12 +31,12 @@ class Slipping:
         drawn = self.random.standard_normal(TURNS + 8)
         for turn in range(1, drawn.size):
             drawn[turn] = keep * drawn[turn - 1] + np.sqrt(1.0 - keep**2) * drawn[turn]
-        # Phase at the start of each turn: a turn's slip is spread evenly over the turn.
+        # Phase at the start of each turn; the slip of a turn is spread evenly over the turn.
         steps = order * (1.0 + slip * drawn)
         self.phase = 0.17 + np.concatenate([[0.0], np.cumsum(steps)])
 
     def line(self, place: np.ndarray) -> np.ndarray:
-        """Return the line at places in turns, arcseconds."""
+        """Return the line in arcseconds at these places, which are in turns."""
         phase = np.interp(place, np.arange(self.phase.size), self.phase)
         return np.asarray(self.amplitude * np.cos(2.0 * np.pi * phase))
 
@@ -45,7 +46,7 @@ class Slipping:
         return np.asarray(whole + 1.2 * np.cos(7.0 * theta + 2.9) + self.line(place))
 
     def turn(self, first: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the reading of head 1 in turns and the heads' difference, arcseconds."""
+        """Return the reading of head 1 in turns, and the difference of the heads in arcseconds."""
         place = first + np.arange(SAMPLES) / SAMPLES
         ahead = place + ALPHA / (2.0 * np.pi)
         noise = self.random.normal(0.0, NOISE_ARCSEC, SAMPLES)
@@ -62,7 +63,8 @@ class Slipping:
 def test_a_slipping_line_is_followed_to_a_quarter(
     order: float, amplitude: float, memory: float, follows: bool
 ) -> None:
-    """A lane with the phase of the turn before leaves at most a quarter (RMS) in 1,000 turns.
+    """A lane that uses the phase from the preceding turn leaves at most a quarter of the line (RMS)
+    in 1,000 turns.
 
     A phase that is found once and then kept leaves a much larger error.
     """
@@ -70,7 +72,7 @@ def test_a_slipping_line_is_followed_to_a_quarter(
     finder = LineFinder(order, amplitude)
     left, seen, phase = 0.0, 0, None
     for number in range(TURNS):
-        # The capture starts elsewhere in each turn.
+        # Each capture starts 0.37 of a turn after the zero.
         reading, difference = disc.turn(number + 0.37)
         if phase is not None:
             place = number + 1.0 + np.linspace(0.0, 1.0, 64)

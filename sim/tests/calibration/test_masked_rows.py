@@ -1,4 +1,5 @@
-"""Masked rows of a set are not used, and the stated properties of the index are."""
+"""Tests that masked rows of a set are not used, and that the stated properties of the index are
+used."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ def test_masked_rows_are_not_used() -> None:
     found = calibrate(spoiled(masked=True))
     assert found.turns[0].masked == SPIKES.size
     assert found.turns[0].samples == 6000 - SPIKES.size
-    # As a function of the reading, order 2 differs by up to (95″)²/2 = 0.022″.
+    # The error as a function of the reading differs at order 2 by up to (95″)²/2 = 0.022″.
     assert found.estimate.amplitude_arcsec[:2] == pytest.approx([95.0, 0.8], abs=0.025)
     assert found.comparison is not None
     assert np.abs(found.comparison.after_arcsec).max() < 0.3
@@ -62,8 +63,8 @@ def test_a_jump_beside_a_masked_row_is_still_seen() -> None:
 
 
 def test_a_stated_repeatability_of_the_index_counts() -> None:
-    """A standard deviation of one head gives 3·√2 counts for two, without a difference of
-    detection."""
+    """A standard deviation of 3 counts for one head gives 3·√2 counts for two heads that detect the
+    index at the same place."""
     made = spoiled(masked=True)
     table = replace(made.table, index_detection_arcsec=0.0, index_repeatability_counts=3.0)
     estimate = calibrate(replace(made, table=table)).estimate

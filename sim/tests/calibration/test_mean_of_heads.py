@@ -1,4 +1,5 @@
-"""Tests of weights, parity and banks of the weighted mean, against geometry and closed forms."""
+"""Tests of weights, parity and banks of the weighted mean of heads, against geometry and closed
+forms."""
 
 from __future__ import annotations
 
@@ -39,18 +40,20 @@ from arctrue.table.causes.radial_motion import RadialMotion
 
 STATED_PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 SPARE_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads of which any one may fail."""
+"""Places of four heads, of which any single one may fail."""
 COUNTS = 1 << 24
 QUANTISED_ARCSEC = 0.005
-"""Largest error in ″ of quantised banks.
+"""Largest error of quantised banks in arcseconds.
 
-Weights are rounded to 2⁻¹⁷ of readings that differ by 285″ (0.002″), offsets to 1/32 count a head
-(0.0024″), the carrier to a count before lanes of 5″ at order 2 (10⁻⁶″), 8 lanes to 2⁻¹² count.
+The error has four sources. Weights are rounded to 2⁻¹⁷ of readings that differ by 285″ (0.002″),
+and offsets to 1/32 count per head (0.0024″). The carrier is rounded to a count, where lanes have 5″
+at order 2 (10⁻⁶″), and 8 lanes are rounded to 2⁻¹² count.
 """
 
 
 def test_three_heads_have_the_weights_of_the_closed_form() -> None:
-    # Barycentric coordinates of the centre in the triangle: w₁ ∝ sin(p₃ − p₂) and so on.
+    # The weights are the barycentric coordinates of the centre in the triangle: w₁ ∝ sin(p₃ − p₂),
+    # and so on.
     places = np.radians([0.0, 64.3, 177.0])
     shares = np.sin([places[2] - places[1], places[0] - places[2], places[1] - places[0]])
     np.testing.assert_allclose(
@@ -113,7 +116,7 @@ def test_words_have_the_sum_one_and_let_little_through(places_deg: tuple[float, 
     words = weight_words(weights, places)
     assert words.sum() == 1 << 16
     assert np.max(np.abs(words / 65536 - weights)) < 2.5 / 65536
-    # 2 µm are 7.6″: the part that the rounding of the weights lets through.
+    # The rounded weights let a part of the axis' motion through, which is 2 µm or 7.6″ here.
     leak = abs(np.sum(words / 65536 * np.exp(1j * places)))
     assert leak * 7.64 < 2e-4
 
@@ -129,14 +132,14 @@ def mean_of(bank: Coefficients) -> MeanSet:
 
 
 def sets_of(disc: HeadsOnDisc, lanes: int = 32) -> list[Coefficients]:
-    """Return the set of all heads and those that leave one out."""
+    """Return the set of all heads and the sets that leave one head out."""
     every, _ = mean_banks(disc, COUNTS, lanes=lanes)
     assert every.extension is not None
     return [every, *every.extension.without]
 
 
 def moved(angle: np.ndarray) -> np.ndarray:
-    """Return counts within half a turn."""
+    """Return the counts wrapped to within half a turn of zero."""
     return np.asarray((angle + COUNTS / 2) % COUNTS - COUNTS / 2)
 
 
@@ -161,7 +164,7 @@ DISC = (
 
 
 def _known_disc(places_deg: tuple[float, ...], radii_m: tuple[float, ...]) -> HeadsOnDisc:
-    """Return the true disc of the table, by fitting readings of head 1 at known angles."""
+    """Return the true disc of the table: fit the readings of head 1 at known angles."""
     orders = np.arange(1, 13)
     table = _table(DISC, places_deg, radii_m)
     angle = np.arange(4096) * np.float64(2.0 * np.pi / 4096)
@@ -199,7 +202,7 @@ def test_every_bank_gives_the_true_angle_wherever_the_axis_is(
     exact = [table.reading_rad(head, state) / table.count_rad for head in range(len(places_deg))]
     counts = np.rint(exact).astype(np.int64)
     for bank in banks:
-        # The rounding of each reading to a count is subtracted: it does not belong to the bank.
+        # The rounding of the readings to counts is subtracted, because the bank does not cause it.
         rounded = counts - exact
         own = weights_of(bank) @ rounded
         shown = mean_angle_counts(bank, counts) - own
@@ -217,7 +220,8 @@ def test_banks_share_one_zero() -> None:
         moved(mean_angle_counts(bank, counts) - angle / table.count_rad).mean()
         for bank in sets_of(disc)
     ]
-    # Two roundings of an offset, 1/32 count each, times weights of at most 0.6.
+    # Two offsets are compared; each is rounded to 1/32 count and multiplied by a weight of at most
+    # 0.6.
     assert np.ptp(shown) < 2.0 * 4.0 / 32.0
 
 
@@ -246,8 +250,8 @@ def test_a_moved_carrier_shows_only_through_the_slope_of_the_lanes(shift: Cause)
         counts = np.rint(exact).astype(np.int64)
         shown.append(mean_angle_counts(bank, counts) - weights_of(bank) @ (counts - exact))
     change = moved(shown[1] - shown[0]) * 0.0772
-    # The bound is e_moved·Σ n·E_n, that is 7.6″ = 3.7e-5 rad times the mean's lanes (15″), and the
-    # second order of an eccentricity that changes, 150″·7.6″.
+    # The bound is e_moved·Σ n·E_n, that is 7.6″ = 3.7e-5 rad times the lanes of the mean (15″). The
+    # second-order effect of the changed eccentricity adds 150″·7.6″.
     slope = 3.7e-5 * sum(
         n * a * 0.0772 for n, a in zip(bank.orders, bank.amplitudes_counts, strict=True)
     )

@@ -28,7 +28,7 @@ FOUR = np.radians(PLACES[4])
 
 
 def lines(places_rad: NDArray[np.float64], order: int) -> Complex:
-    """Columns of θ, g, x, y; one row a head."""
+    """Return the columns of θ, g, x and y; each head has one row."""
     return np.stack(
         (
             np.ones(places_rad.size, dtype=np.complex128),
@@ -42,7 +42,8 @@ def lines(places_rad: NDArray[np.float64], order: int) -> Complex:
 
 @pytest.mark.parametrize("order", [1, 2, 3, 5, 12, 40, 64, 128])
 def test_three_heads_see_no_order_of_the_disc_where_the_axis_moves(order: int) -> None:
-    """Table and axis make every reading of three heads that the disc can make, at any order."""
+    """At any order, the motions of table and axis can together produce the same readings of three
+    heads as the disc."""
     columns = lines(THREE, order)
     others = columns[:, [0, 2, 3]]
     assert np.linalg.matrix_rank(columns) == 3
@@ -58,10 +59,11 @@ def test_four_heads_see_every_order_but_the_first(order: int) -> None:
 
 
 def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
-    """A disc of order 5 with an axis at rest, and a true disc whose axis and drive move.
+    """A disc of order 5 with an axis at rest is compared with a perfect disc whose axis and drive
+    move.
 
-    All differences between three heads are equal to 1e-12″ at every sample; a fourth head separates
-    the two cases by 0.4″.
+    All differences between three heads are equal within 1e-12″ at every sample; a fourth head
+    separates the two cases by 0.4″.
     """
     theta = 2.0 * np.pi * np.arange(720) / 720
     wave = 0.2 * np.exp(1j * (5 * theta + 0.7))
@@ -84,11 +86,12 @@ def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
 
 @pytest.mark.parametrize(("order", "share"), [(2, 0.02), (3, 10.4), (5, 0.05), (6, 5.2)])
 def test_what_three_heads_take_for_the_disc_stays_in_their_mean(order: int, share: float) -> None:
-    """An axis that moves by 0.2″ along x looks like a disc, and the lanes put it into the mean.
+    """An axis that moves by 0.2″ along x looks like an error of the disc, and the lanes put it into
+    the mean.
 
-    The share follows from both contrasts and the mean's weights alone; the device's calibration in
-    numpy makes the same error. Heads near 120° hardly see the orders 3, 6, …, which the mean has in
-    full.
+    The share follows from the two contrasts and the weights of the mean alone; the device's
+    calibration in numpy makes the same error. Heads about 120° apart hardly observe the orders 3,
+    6, …, which the mean contains in full.
     """
     places = np.radians(PLACES[3])
     contrasts = np.array([[-1.0, 1.0, 0.0], [-1.0, -1.0, 2.0]]) / np.sqrt([[2.0], [6.0]])
@@ -97,7 +100,7 @@ def test_what_three_heads_take_for_the_disc_stays_in_their_mean(order: int, shar
     left = abs(order_factor(mean_weights(places), places, [order])[0] * taken)
     assert left == pytest.approx(share, rel=0.2)
 
-    # Along x the reading is −sin(p)·…: in World a circle c adds Im(c·e^{jp}).
+    # Motion along x changes the reading by −sin(p)·…; in World a circle c adds Im(c·e^{jp}).
     size = 0.2
     straight = ((order, 0.5j * size, 0.5j * size),)
     still = World(heads=3, off_arcsec=(0.0,) * 4, late_arcsec=(0.0,) * 4)

@@ -1,4 +1,4 @@
-"""Tests of which orders are applied, and of the table's words about the others."""
+"""Tests which orders are applied, and what the table says about the others."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def estimate_of(disc: Disc, most: int, noise: float = 0.1, seed: int = 5, sample
 
 def test_significant_orders_are_applied() -> None:
     disc = Disc({1: (95.0, 0.4), 3: (0.5, 1.0), 8: (0.2, 2.0), 11: (1.5, 0.0)})
-    # As a function of the reading there is an order 2 of (95″)²/2 = 0.022″ too.
+    # As a function of the reading, the error also has (95″)²/2 = 0.022″ of order 2.
     verdicts = select_orders(estimate_of(disc, 32), 32)
     assert [v.order for v in verdicts if v.applied] == [1, 2, 3, 8, 11]
     assert all(v.reason.startswith("not significant") for v in verdicts if not v.applied)
@@ -35,8 +35,8 @@ def test_noise_alone_applies_nothing() -> None:
         for seed in range(40)
         for v in select_orders(estimate_of(Disc({}), 32, seed=seed, samples=1000), 32)
     )
-    # The probability is 5 % per set: 2 are expected in 40 sets, more than 6 occur once in 200 such
-    # tests.
+    # A set contains a false order with a probability of 5 %. In 40 sets 2 are expected; more than 6
+    # occur in one of 200 such tests.
     assert applied <= 6
 
 
@@ -71,11 +71,12 @@ def test_coefficients_hold_the_applied_orders() -> None:
 
 
 def test_significance_factor_by_simulation() -> None:
-    """Amplitudes of noise are divided by an uncertainty from 96 exponentially distributed lines."""
+    """Noise amplitudes are divided by their uncertainty, which comes from 96 exponentially
+    distributed spectral lines."""
     random = np.random.default_rng(3)
     amplitude = np.hypot(*random.normal(size=(2, 400_000)))
     u = np.sqrt(random.gamma(96, 1.0 / 96, 400_000))
-    # 5 % over 5 orders: 1 % each, known to 0.016 % here.
+    # A total of 5 % over 5 orders is 1 % for each order; the draws determine it to 0.016 %.
     share = np.mean(amplitude > significance_factor(5) * u)
     assert share == pytest.approx(0.01, abs=0.0006)
 

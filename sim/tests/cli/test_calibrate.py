@@ -64,7 +64,7 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
     assert data["before_arcsec"]["max"] == pytest.approx(95.0, abs=2.0)
     assert data["after_arcsec"]["rms"] == pytest.approx(0.15, abs=0.03)
     assert data["head_separation_deg"] == pytest.approx(33.0, abs=1e-5)
-    # The places where the heads detect the mark are only known as well as the mounting, ±50″.
+    # The places at which the heads detect the mark are known only as well as the mounting, to ±50″.
     assert data["u_head_separation_arcsec"] == pytest.approx(50.0 / 3**0.5, rel=1e-3)
     alpha = data["alpha"]
     assert (alpha["from"], alpha["u_arcsec"]) == (
@@ -77,7 +77,8 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
     assert "standard_uncertainty_arcsec" in alpha["sources"]["harmonics"]["note"]
     assert (data["method"], data["refused"], data["warnings"]) == ("least_squares", [], [])
     assert [(r["run"], r["turns"], r["direction"]) for r in data["runs"]] == [(0, 2, 1), (1, 2, -1)]
-    # Noise of two heads, 0.1″ each, and their rounding to counts.
+    # The residual contains the noise of two heads, 0.1″ each, and the rounding of both readings to
+    # counts.
     assert data["residual_rms_arcsec"] == pytest.approx(0.145, abs=0.003)
     assert set(data["orders"][0]) == {
         "order", "amplitude_arcsec", "phase_deg", "u_amplitude_arcsec", "u_phase_deg", "noise_gain",
@@ -150,12 +151,13 @@ def test_refused_capture(folder: Path, tmp_path: Path, change, words: str) -> No
     assert "refused" in answer.stderr
     assert words in answer.stderr
     assert answer.stdout == ""
-    # The last good coefficients stay.
+    # The last valid coefficients stay in the file.
     assert (out / "coefficients.toml").read_bytes() == before
 
 
 def test_coefficients_that_would_double_the_error(folder: Path, tmp_path: Path) -> None:
-    """The heads' columns are exchanged in the header: 67″ RMS would become 130″."""
+    """The header exchanges the columns of the heads: the correction would raise the error from 67″
+    to 130″ RMS."""
     out, figures = tmp_path / "out", tmp_path / "figures.json"
     assert run(folder, "--out", out).exit_code == 0
     before = (out / "coefficients.toml").read_bytes()
@@ -201,8 +203,8 @@ def test_bad_usage(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
-    """The set has no second head. Only the orders of the disc that 24 faces can separate have
-    sizes."""
+    """The set has no second head. Only orders of the disc that 24 faces can separate get an
+    amplitude."""
     whole = read_measurement_set(folder)
     alone = tmp_path / "alone"
     write_measurement_set(alone, replace(whole, capture=None))

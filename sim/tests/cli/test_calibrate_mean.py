@@ -1,5 +1,5 @@
-"""Test of ``arctrue calibrate --angle mean``: a set of four heads gives words for the true
-angle."""
+"""Test that ``arctrue calibrate --angle mean`` computes words for the true angle from a set of four
+heads."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ def test_the_words_that_are_written_give_the_true_angle(tmp_path: Path, made: Si
     found = json.loads((tmp_path / "mean.json").read_text("utf-8"))
     assert found["noise_arcsec"] == pytest.approx(np.hypot(0.1, 0.0223), rel=0.05)
     coefficients = read_coefficient_file(tmp_path / "out" / "coefficients.toml", EVERYTHING)
-    # Another turn with the axis elsewhere, without noise and rounding of the readings.
+    # The words are applied to another turn with the axis at another place; the readings have no
+    # noise and no rounding.
     angle = np.linspace(40.0, 46.0, 4001)
     state = TableState.at_rest(angle)
     table = made.table
@@ -51,7 +52,8 @@ def test_the_words_that_are_written_give_the_true_angle(tmp_path: Path, made: Si
     weights = np.array(found["weights"])
     shown = mean_angle_counts(coefficients, counts) - weights @ (counts - exact)
     left = (shown - angle / table.count_rad + (1 << 23)) % (1 << 24) * 0.07724762
-    # 11 orders of u ≤ 0.0023″ and radii found to 4e-5 of 100″ at order 1; two heads keep 0.7″.
+    # 11 orders have u ≤ 0.0023″, and the radii are found to 4e-5 of the 100″ at order 1; two heads
+    # would keep 0.7″.
     assert np.std(left) < 0.04
     alone = (exact[0] - angle / table.count_rad) * 0.07724762
     assert np.std(alone) > 10.0

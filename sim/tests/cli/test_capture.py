@@ -1,4 +1,4 @@
-"""Test that capture over a line that changes characters writes exactly the captured values."""
+"""Test that a capture writes exactly the captured values, although the line changes characters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from arctrue.measurement import read_measurement_set
 
 
 class NoisyLine(Device):
-    """Change a digit of row 17 of every dump, and lose row 300 and the two after it, once each."""
+    """A line that changes a digit of row 17 of every dump once, and loses row 300 and the two rows
+    after it once."""
 
     head_spoiled = False
 

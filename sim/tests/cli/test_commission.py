@@ -1,5 +1,5 @@
-"""Tests of commission against the firmware's console, with four heads that are connected in any
-order and sense."""
+"""Tests of commission against the firmware's console; the four heads are connected in any order and
+sense."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ RATIOS = (1.0, 1.001, 0.999, 1.0005)
 
 @dataclass(frozen=True)
 class TurningWorld(World):
-    """A table that turns forward or backward, whose heads are late by SKEW_NS."""
+    """A table that turns forward or backward; its heads are late by SKEW_NS."""
 
     direction: int = 1
 
@@ -53,8 +53,7 @@ WORLD = TurningWorld(
 
 
 class TableDevice(Device):
-    """A device on a table that turns further between two answers, and backward after the first
-    dump."""
+    """A device on a table that turns between any two answers, and backward after the first dump."""
 
     cables = (0, 1, 2, 3)
     sense = (1, 1, 1, 1)
@@ -85,7 +84,7 @@ class TableDevice(Device):
             self.tell(said + made.step())
 
     def move(self) -> None:
-        """Turn on by 13° and let all heads of the core read it."""
+        """Turn the table by 13° and let all heads of the core read it."""
         self.angle_turns += 13.0 / 360.0
         for cable, (head, sense) in enumerate(zip(self.cables, self.sense, strict=True), start=1):
             nominal = self.angle_turns + PLACES[4][head] / 360.0
@@ -141,8 +140,11 @@ def test_heads_as_planned_and_a_missing_index(monkeypatch: pytest.MonkeyPatch) -
 
 def test_places_radii_and_skew_are_measured_and_written(monkeypatch: pytest.MonkeyPatch) -> None:
     """After two turns in opposite directions, each result lies within 4 of its own standard
-    uncertainties. 150 and 400 ns are 0.05″ and 0.13″ at 90°/s. The delays align all heads with the
-    latest head, in clocks of 10 ns."""
+    uncertainties.
+
+    The skews of 150 and 400 ns are 0.05″ and 0.13″ at 90°/s. The delays, in clocks of 10 ns, align
+    all heads with the latest head.
+    """
     with connected(monkeypatch) as device:
         done = commission(device, "--write")
         parameters = device.made.parameters()

@@ -1,4 +1,4 @@
-"""Tests of figures in the output: digits by the standard uncertainty, and probabilities."""
+"""Tests how figures are printed: digits by the standard uncertainty, and probabilities."""
 
 from math import inf, nan
 

@@ -35,13 +35,13 @@ ANGLES = COUNTS * (2 * np.pi / (1 << 24))
 
 
 class Device(threading.Thread):
-    """The firmware over a model of the core that delivers a turn as soon as the firmware allows
+    """The firmware on a model of the core; the model delivers a turn as soon as the firmware allows
     it."""
 
     @contextmanager
     def running(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-        """Answer until the test ends."""
-        # The compilation, if needed, comes before any wait for an answer.
+        """Let the device answer until the block ends."""
+        # The firmware is compiled here, if needed, before any test waits for an answer.
         firmware()
         monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
         self.start()
@@ -72,7 +72,7 @@ class Device(threading.Thread):
         while not self.ended:
             try:
                 said = made.send(self.received(os.read(self.end, 256)))
-            except OSError:  # nothing was sent, or nobody has the port open
+            except OSError:  # no data was sent, or no program has the port open
                 said = ""
                 time.sleep(0.002)
             if made.phase == "capture" and not made.core.get("status"):
@@ -87,7 +87,7 @@ class Device(threading.Thread):
         """Attach further parts of the board before the start."""
 
     def received(self, data: bytes) -> bytes:
-        """Return what the line delivers of ``data``."""
+        """Return the part of ``data`` that the line delivers."""
         return data
 
     def tell(self, said: str) -> None:
@@ -164,7 +164,7 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
 
 
 def test_an_order_that_grows_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Order 3 grows by 1″ in every turn; lines of 8 single turns keep the test short."""
+    """Order 3 grows by 1″ in every turn; blocks of a single turn keep the test short."""
     device.growing_counts = 1.0 / 0.0772
     quick = functools.partial(trend.TrendWatch, block_turns=1)
     monkeypatch.setattr(trend, "TrendWatch", quick)
@@ -199,7 +199,7 @@ def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_
     assert "holds no set yet" in early.stderr
     assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
     device.moved_counts = 5  # no two turns are the same
-    # The device turns as before.
+    # The table still turns in the same way.
     same = CliRunner().invoke(main, ["capture", *words, "--next", "speed"])
     assert same.exit_code == 1
     assert "1. turn the table up at" in same.stderr
@@ -248,7 +248,7 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_a_spoiled_line_is_one_turn_less(spoiled: bytes) -> None:
-    """A character changed on the way may leave a line that is JSON but no telemetry."""
+    """A character changed on the way may leave a line that is valid JSON but no telemetry."""
     near, far = pty.openpty()
     tty.setraw(far)
     device = console.Console(os.ttyname(far), timeout_s=0.2)

@@ -1,4 +1,4 @@
-"""No option accepts nan, inf, or negative numbers where they have no meaning."""
+"""Tests that no option accepts nan, inf, or a negative number that has no meaning."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ SIGNED = {
     ("certificate", "temperature"),
     ("load", "turn"),
 }
-"""Options that may be negative: angles, °C, clocks, sizes of causes, numbers of runs and turns."""
+"""Options that may be negative: angles, temperatures in °C, clocks, sizes of causes, numbers of
+runs and turns."""
 
 
 def _numeric() -> Iterator[tuple[click.Context, str, click.Parameter]]:

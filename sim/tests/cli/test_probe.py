@@ -1,4 +1,4 @@
-"""Tests of probe against the firmware's console, over registers that change like the core's."""
+"""Tests of probe against the firmware's console; the registers change like those of the core."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.device import console, probe
 TURN = 1 << 24
 CLOCK_HZ = 100_000_000
 FIRST_EDGE = (1 << 16) - 2
-"""First count of the edges, which wraps during the test."""
+"""Count of the first edge; the count wraps during the test."""
 
 
 def position_of(edge: int) -> int:
@@ -27,7 +27,7 @@ def position_of(edge: int) -> int:
 
 
 class ProbedDevice(Device):
-    """A device with an edge after each printed latch, and twice with three edges at once."""
+    """A device that has a new edge after each printed latch, and twice three edges at once."""
 
     def attach(self, made: Firmware) -> None:
         self.core = made.core
@@ -78,7 +78,8 @@ LOST = range(60, 64)
 
 
 class QueueDevice(Device):
-    """A device with a queue of events: bursts of 50 come as soon as the queue is empty.
+    """A device with a queue of events: the next burst of 50 events comes as soon as the queue is
+    empty.
 
     The events from the 11th to the 14th of the second burst are lost.
     """
@@ -97,7 +98,7 @@ class QueueDevice(Device):
 
 
 def queued(number: int) -> tuple[int, int, int, int, int]:
-    """Return an event of the queue; its number wraps after the 20th."""
+    """Return an event of the queue; the event number wraps after the 20th."""
     position = position_of(number)
     clocks = 1000 * number + (1 << 40)
     return (65_516 + number) % (1 << 16), 1 + number % 3, clocks, position, position % TURN
@@ -124,11 +125,11 @@ def test_every_event_of_a_burst_is_written(monkeypatch: pytest.MonkeyPatch, tmp_
 
 
 class StillDevice(Device):
-    """A device whose probe is not touched."""
+    """A device whose probe touches nothing."""
 
 
 class DyingDevice(ProbedDevice):
-    """A device that is silent from its third latch on."""
+    """A device that stops answering from its third latch on."""
 
     def tell(self, said: str) -> None:
         super().tell(said)

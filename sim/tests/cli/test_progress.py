@@ -1,4 +1,4 @@
-"""A long command reports its progress and the remaining time."""
+"""Tests that a long command reports its progress and the remaining time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of save against the firmware's own console, at the other end of a pseudo-terminal."""
+"""Tests of save against the firmware's own console at the other end of a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SECTORS = 4
 
 
 class DeviceWithFlash(Device):
-    """A device on which every reading of the clock takes a millisecond, so that an erase ends
+    """A device with a flash; every reading of its clock adds a millisecond, so that an erase ends
     soon."""
 
     chip: Chip

@@ -1,4 +1,4 @@
-"""Every command's tables fit into 80 columns: no cell is cut, no number is broken."""
+"""Tests that every command's tables fit into 80 columns: no cell is cut, no number is broken."""
 
 from __future__ import annotations
 
@@ -30,13 +30,14 @@ HUGE = -1234567.891
 
 
 def assert_whole(text: str) -> None:
-    """Assert that lines of tables are short enough, and that nothing in them is cut or broken."""
+    """Assert that the lines of tables are short enough, and that no cell is cut and no number is
+    broken."""
     lines = [line for line in text.splitlines() if OF_A_TABLE.match(line)]
     assert lines, text
     assert max(map(cell_len, lines)) <= WIDTH, max(lines, key=cell_len)
     for line in lines:
         assert "…" not in line, line
-        # A hyphen that is a minus sign; in a date or a range a digit precedes it.
+        # A hyphen here stands for a minus sign; in a date or a range a digit precedes the hyphen.
         assert not re.search(r"(?<![\w.])-\d", line), line
 
 
@@ -46,7 +47,7 @@ def test_tables_are_made_in_one_place() -> None:
             place = f"{path.name}, line {getattr(node, 'lineno', 0)}"
             if isinstance(node, ast.ImportFrom) and node.module == "rich.table":
                 names = {item.name for item in node.names}
-                # The test only passes the ladder on, so that the name of its type suffices.
+                # _ladder.py only passes a table on; it imports the type for its annotation.
                 assert path.name == "_tables.py" or (path.name, names) == ("_ladder.py", {"Table"})
             if isinstance(node, ast.FormattedValue) and node.format_spec is not None:
                 spec = ast.unparse(node.format_spec).strip("f'\"")
@@ -98,7 +99,7 @@ WORDS = {
         *("--sign", "reading-true"),
     ],
 }
-"""Commands that draw tables, ordered so that each has its inputs."""
+"""Commands that draw tables, in an order in which each finds its inputs."""
 
 
 def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,7 +135,8 @@ def curve() -> SimpleNamespace:
 
 
 def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Real results need the compiled gateware; these figures are larger than any result so far."""
+    """Real results need the compiled gateware; the figures of this test are larger than any result
+    so far."""
     from arctrue.cli import demo, hidden, paper, revolution, run
 
     scale = SimpleNamespace(

@@ -1,4 +1,4 @@
-"""Give the announcements of the daemons their own folder."""
+"""Fixture that gives the daemons a folder of their own for their announcements."""
 
 from __future__ import annotations
 

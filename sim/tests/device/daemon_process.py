@@ -1,4 +1,4 @@
-"""Run ``arctrue device run`` as its own process, and a device that replays telemetry."""
+"""Run ``arctrue device run`` as a separate process, and a device that replays telemetry."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ from arctrue.device.announcement import Announcement, announced
 
 PROGRAM = "from arctrue.cli import main; main()"
 PATIENCE_S = 60.0
-"""Longest wait, above any duration on a busy machine; nothing here is timed."""
+"""Longest wait in seconds, above any duration on a busy machine; no test measures a duration with
+it."""
 
 
 class Replay:
-    """The device's end of a pseudo-terminal; the test writes what the device sends."""
+    """The device at its end of a pseudo-terminal; the test writes what the device sends."""
 
     def __init__(self) -> None:
         self.end, far = pty.openpty()
@@ -41,7 +42,7 @@ class Replay:
         while not self._pulled:
             try:
                 self.received.put(os.read(self.end, 4096))
-            except OSError:  # nothing was sent, or nobody has the port open
+            except OSError:  # no data was sent, or no program has the port open
                 time.sleep(0.005)
 
     def send(self, data: bytes) -> None:
@@ -57,7 +58,7 @@ class Replay:
         self.send(line_of(number, **fields))
 
     def pull(self) -> None:
-        """Let the port vanish: its reader gets an error."""
+        """Remove the port: its reader gets an error."""
         self._pulled = True
         self._reader.join()
         os.close(self.end)
@@ -70,7 +71,7 @@ def line_of(number: int, **fields: Any) -> bytes:
 
 
 class Running:
-    """A running daemon; its messages are in ``said``."""
+    """A running daemon, whose messages are in ``said``."""
 
     def __init__(self, process: subprocess.Popen[str], store: Path) -> None:
         self.process, self.store = process, store
@@ -99,7 +100,7 @@ def until(is_true: Callable[[], object], message: Callable[[], str] = lambda: ""
 
 @contextmanager
 def daemon(port: str, store: Path, *options: str, before: str = "") -> Iterator[Running]:
-    """Run a daemon at a free port; ``before`` is a program that runs first in its process."""
+    """Run a daemon at a free port; its process first executes the program ``before``."""
     command = [sys.executable, "-c", before + PROGRAM, "device", "run", port]
     process = subprocess.Popen(
         [*command, "--store", str(store), "--tcp-port", "0", *options],

@@ -1,4 +1,4 @@
-"""Run ``arctrue device epics`` as its own process, at ports that nothing else uses."""
+"""Run ``arctrue device epics`` as a separate process, at ports that nothing else uses."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PREFIX = "TEST:"
 
 
 def free_ports() -> dict[str, str]:
-    """Return variables of EPICS: free ports, and clients that search only on this machine."""
+    """Return EPICS variables that set free ports and let clients search only on this machine."""
     names = ("CA_SERVER_PORT", "CAS_SERVER_PORT", "CA_REPEATER_PORT")
     names += ("PVAS_SERVER_PORT", "PVA_BROADCAST_PORT", "PVAS_BROADCAST_PORT")
     with socket.socket() as one, socket.socket() as two, socket.socket() as three:
@@ -32,7 +32,7 @@ def free_ports() -> dict[str, str]:
 
 @contextmanager
 def pvs(port: str, *options: str) -> Iterator[Running]:
-    """Serve the PVs of the device at ``port`` with the EPICS variables of the environment."""
+    """Serve the PVs of the device at ``port``, with the EPICS variables of the environment."""
     command = [sys.executable, "-c", PROGRAM, "device", "epics", port, "--prefix", PREFIX]
     process = subprocess.Popen(
         [*command, *options],

@@ -1,4 +1,5 @@
-"""Test of the ophyd-async device and its plan, over PVAccess, daemon and the firmware's console."""
+"""Tests of the ophyd-async device and its plan, over PVAccess, the daemon and the firmware's
+console."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ from arctrue.device.bluesky_table import (
 
 @pytest.fixture(scope="module")
 def ports() -> Iterator[None]:
-    """Set one group of ports: ophyd-async makes its client of PVAccess once in a process."""
+    """Set one group of ports for all tests: ophyd-async makes its PVAccess client once per
+    process."""
     with pytest.MonkeyPatch.context() as patch:
         for name, value in free_ports().items():
             patch.setenv(name, value)
@@ -50,7 +52,7 @@ def ports() -> Iterator[None]:
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
     made = Device()
-    os.close(made.far)  # the daemon is a separate program
+    os.close(made.far)  # the daemon is a separate program, which opens the port itself
     with made.running(monkeypatch):
         yield made
 
@@ -70,7 +72,8 @@ def table_of(port: str) -> CorrectedTable:
 def test_a_plan_calibrates_loads_and_verifies(
     ports: None, engine: RunEngine, device: Device, tmp_path: Path
 ) -> None:
-    """The disc's equation judges the written file; its noise and quantisation are below 0.1″."""
+    """The written file is compared with the disc's equation, within 0.1″; noise and quantisation of
+    the file are smaller."""
     documents: list[tuple[str, dict[str, Any]]] = []
     left: list[float] = []
     file = tmp_path / "coefficients.toml"
@@ -84,7 +87,8 @@ def test_a_plan_calibrates_loads_and_verifies(
     ):
         table = table_of(device.port)
         engine(plan(), lambda name, document: documents.append((name, document)))
-        # A second capture, although the PV still has the value of the first one.
+        # The second trigger must start a capture, although the PV still has the value of the first
+        # trigger.
         engine(bps.trigger(table, wait=True))
     assert 0.0 <= left[0] <= 0.1
     events = [document["data"] for name, document in documents if name == "event"]
@@ -96,13 +100,14 @@ def test_a_plan_calibrates_loads_and_verifies(
     assert len(list((tmp_path / "store" / "captures").iterdir())) == 3
     assert documents[-1][1]["exit_status"] == "success"
 
-    # The words of the file by their format, against the disc's equation at the true angles.
+    # Decode the words of the file by their format, and compare them with the disc's equation at the
+    # true angles.
     found = read_coefficient_file(file)
     reading = np.linspace(0.0, 2.0 * np.pi, 3600, endpoint=False)
     phase = reading[:, None] * found.orders + 2.0 * np.pi * found.phase_offsets / 2**24
     counts = np.cos(phase) @ (found.amplitudes / 2**11)
     made_arcsec = counts * 1_296_000.0 / found.counts_per_rev
-    # Two heads at 33° hardly see order 11 (363°): its 0.4″ are not significant in 600 samples.
+    # Two heads at 33° hardly observe order 11 (363°): its 0.4″ are not significant in 600 samples.
     seen = Disc({order: wave for order, wave in DISC.orders.items() if order != 11})
     expected_arcsec = seen.error_rad(DISC.true_angle(reading)) / ARCSEC
     assert np.std(made_arcsec - expected_arcsec) < 0.1
@@ -112,7 +117,7 @@ def test_a_plan_calibrates_loads_and_verifies(
 def test_the_plan_runs_on_the_compiled_instrument(
     ports: None, engine: RunEngine, tmp_path: Path
 ) -> None:
-    """Gateware, firmware and geometry test the plan. A count is 79″, so that its rounding is 23″
+    """The plan runs on gateware, firmware and geometry. A count is 79″, so that its rounding is 23″
     RMS."""
     scene = Scene(steady(300.0))
     turning = Turning(scene.instrument, POLL_CLOCKS)
@@ -120,7 +125,7 @@ def test_the_plan_runs_on_the_compiled_instrument(
     file, left = tmp_path / "coefficients.toml", list[float]()
 
     def plan() -> Any:
-        # The rounding of both heads is 33″; the fit removes almost none of this.
+        # The rounding of both heads together is 33″ RMS; the fit removes almost none of it.
         settings = CalibrationSettings(most_order=8, lanes=LANES)
         left.append((yield from calibrate_load_verify(table, file, 1.3 * 33.0, settings)))
 
@@ -141,8 +146,9 @@ def test_the_plan_runs_on_the_compiled_instrument(
     reading = angle + 2.0 * np.pi * error_counts / SCENE_COUNTS
     phase = reading[:, None] * found.orders + 2.0 * np.pi * found.phase_offsets / 2**24
     made_counts = np.cos(phase) @ (found.amplitudes / 2**11)
-    # 600 samples with 0.41 counts of rounding, eight coefficients, of which two are magnified by
-    # 1/(2 sin 16.5°) = 1.8: 0.41 · √(8/600) · 1.8 = 0.09 counts. Three times that.
+    # 600 samples have a rounding of 0.41 counts. The fit has eight coefficients, two of which are
+    # magnified by 1/(2 sin 16.5°) = 1.8: 0.41 · √(8/600) · 1.8 = 0.09 counts. The bound is three
+    # times this.
     assert np.std(made_counts - error_counts) < 0.27
 
 

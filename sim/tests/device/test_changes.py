@@ -1,4 +1,4 @@
-"""Tests of the change since the calibration, against NumPy's complex numbers and drawn noise."""
+"""Tests of the change since the calibration, against complex numbers of NumPy and drawn noise."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def turn_of(
 
 
 def noisy(rng: np.random.Generator, vectors: np.ndarray) -> np.ndarray:
-    """Add noise with the standard deviation U to cosine and sine."""
+    """Return the vectors with noise of the standard deviation U in cosine and sine."""
     shape = vectors.shape
     return np.asarray(vectors + rng.normal(0.0, U, shape) + 1j * rng.normal(0.0, U, shape))
 
@@ -41,7 +41,8 @@ def test_a_change_of_phase_alone_is_a_change() -> None:
 
 
 def test_an_unchanged_table_rarely_shows_a_change() -> None:
-    """1 in FALSE_CHANGES_A_TURN turns: of 4,000 at most the 99.9 % point of Poisson(4), 11."""
+    """False changes have the rate FALSE_CHANGES_A_TURN: 4 are expected in 4,000 turns. The test
+    accepts up to 11, the 99.9 % point of Poisson(4)."""
     rng = np.random.default_rng(1)
     true = rng.normal(0.0, 20.0, ORDERS) + 1j * rng.normal(0.0, 20.0, ORDERS)
     turns, found = 4_000, 0
@@ -55,7 +56,7 @@ def test_an_unchanged_table_rarely_shows_a_change() -> None:
 def test_the_changed_order_and_the_moved_head_are_named() -> None:
     true = np.full(ORDERS, 5.0 + 0.0j)
     moved = true.copy()
-    moved[3] += 0.6j  # 8 u of the difference
+    moved[3] += 0.6j  # 8 standard uncertainties of the difference
     found = changes_since(turn_of(true), turn_of(moved, separation_arcsec=-0.6))
     assert [change.quantity for change in found if change.significant] == [
         "head separation",

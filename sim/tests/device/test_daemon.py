@@ -1,4 +1,5 @@
-"""Tests of a device's commands through its daemon, against the firmware at a pseudo-terminal."""
+"""Tests of the commands for a device through its daemon; the firmware answers at a
+pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -47,7 +48,7 @@ from arctrue.measurement import read_measurement_set
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
     made = Device()
-    os.close(made.far)  # the daemon is a separate program
+    os.close(made.far)  # the daemon is a separate program, which opens the port itself
     with made.running(monkeypatch):
         yield made
 
@@ -140,8 +141,8 @@ def test_one_operator_at_a_time_and_a_token(
 
 
 def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
-    """The console gets the refusal between two lines, although the refusal came in the middle of a
-    line."""
+    """The operator's console gets the refusal between two lines of the device, although the refusal
+    was due in the middle of a line."""
     half = line_of(2)
     with daemon(replay.port, tmp_path):
         found = announcement(replay.port)
@@ -153,7 +154,7 @@ def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path
             replay.send(half[:20])
             assert lines.read(20) == half[:20]
             operator.sendall(b"save\r")
-            # A line that is passed on shows that the refusal before it has been processed.
+            # If this line reaches the device, the daemon has already refused the one before it.
             operator.sendall(b"status\r")
             asked = b""
             while b"status\r" not in asked:
@@ -177,8 +178,8 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
 
 
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The firmware has a new edge after each reading of the latch, and twice three edges at the
-    same time."""
+    """A new edge comes after each reading of the latch; twice, three edges come at the same
+    time."""
     device = ProbedDevice()
     os.close(device.far)
     with (
@@ -195,7 +196,7 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
                 found.extend([event] if event["event"] == "probe" else [])
 
         more(6)
-        # An operator uses the console meanwhile; the daemon counts edges in that time.
+        # An operator uses the console here; the daemon still counts the edges of that time.
         assert arctrue("capture", device.port, tmp_path / "set").exit_code == 0
         more(12)
         state = ask(announcement(device.port), "status")
@@ -221,8 +222,8 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
 def test_every_event_of_the_queue_is_recorded(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Two hundred events in bursts, of which the gateware lost four, and the numbers that show
-    it."""
+    """Two hundred events come in bursts. The gateware lost four of them, and the event numbers show
+    the loss."""
     device = QueueDevice()
     os.close(device.far)
     with (
@@ -233,7 +234,7 @@ def test_every_event_of_the_queue_is_recorded(
         until(lambda: device.bursts == 4 and not device.core.events)
         until(lambda: ask(found, "status")["probe_edges"] == 200 - len(LOST))
         assert ask(found, "status")["probe_missed"] == len(LOST)
-        # A program that only reads may take events, and the daemon records them too.
+        # Even a console that may only read can take events; the daemon records those events too.
         console = console_through(found)
         assert console.command("probe events") == []
         console.close()
@@ -249,7 +250,7 @@ def test_every_event_of_the_queue_is_recorded(
 
 
 class AlarmedDevice(Device):
-    """A device whose telemetry reports too large noise after some turns."""
+    """A device whose telemetry reports after some turns that the noise is too large."""
 
     alarmed = False
 
@@ -270,7 +271,7 @@ def test_a_new_alarm_takes_one_capture(monkeypatch: pytest.MonkeyPatch, tmp_path
         until(lambda: not ask(announcement(device.port), "status")["alarms"])
         device.alarmed = True
         until(lambda: sum("new alarm: noise" in line for line in running.said) == 2)
-        # The next capture for an alarm comes after a pause.
+        # An alarm starts the next capture only after a pause, so that there is still only one.
         (path,) = (tmp_path / "captures").iterdir()
         assert path.name.endswith("-alarm")
 

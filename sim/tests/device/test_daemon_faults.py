@@ -1,4 +1,4 @@
-"""Tests of each fault that a daemon must survive, at a pseudo-terminal."""
+"""Tests at a pseudo-terminal that a daemon survives each fault that can occur."""
 
 from __future__ import annotations
 
@@ -60,7 +60,8 @@ def test_half_lines_and_garbage_cost_their_own_turn_alone(replay: Replay, tmp_pa
 
 
 def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
-    """The name of the port is a link, as udev makes it; it returns with another device."""
+    """The name of the port is a link, as udev makes it; after the fault it leads to another
+    device."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running:
@@ -72,7 +73,7 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
         running.heard("lost: ")
         second = Replay()
         link.symlink_to(second.port)
-        # The board was switched off and has forgotten that telemetry was on.
+        # The board was switched off, so that its telemetry is off again.
         asked = b""
         while b"telemetry on\r" not in asked:
             asked += second.received.get(timeout=PATIENCE_S)
@@ -104,7 +105,7 @@ def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path
         assert kept(tmp_path, count) == list(range(count))
         turns = [watch.turn(PATIENCE_S) for _ in range(count)]
         assert [turn.fields["turn"] for turn in turns if turn] == list(range(count))
-    # A terminal holds 4 KB, so that a slow reader stops the writer.
+    # A terminal buffers only 4 KB, so that a slow reader blocks the writer.
     assert behind_s < 2.0
 
 
@@ -129,7 +130,7 @@ daemon.RETRY_RECORD_S = 0.2
 
 
 def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path: Path) -> None:
-    """No file of the daemon grows beyond 300 kB, until the limit is removed."""
+    """At first no file of the daemon can grow beyond 300 kB; then the test removes this limit."""
     import resource
 
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]
@@ -149,7 +150,7 @@ def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path:
         state = ask(announcement(replay.port), "status")
         assert state["recording"] is False
         assert state["unrecorded_turns"] >= 1
-        # The limit is removed, so that the daemon can write again.
+        # The test removes the limit, so that the daemon can write again.
         limit = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
         resource.prlimit(running.process.pid, resource.RLIMIT_FSIZE, limit)
         time.sleep(0.3)
@@ -171,7 +172,7 @@ def test_a_clock_that_is_set_back_is_stated_and_the_order_is_kept(tmp_path: Path
     with sqlite3.connect(file) as database:
         events = database.execute("SELECT after_turn, kind, text FROM event").fetchall()
     assert events == [(1, "clock", "the system's clock was set back by 601 s")]
-    # The daemon restarts with a clock before the latest turn.
+    # The daemon restarts while the clock shows a time before the latest turn.
     late = Recorder(file, clock=lambda: 1.0)
     late.add(TelemetryLine({"turn": 4, "result": "kept", "reason": "none"}))
     late.close()
@@ -198,7 +199,7 @@ def test_a_client_that_never_reads_is_dropped(replay: Replay, tmp_path: Path) ->
                 assert turn is not None
                 seen.append(turn.fields["turn"])
             assert number < 2000
-        # The other client got every turn meanwhile.
+        # The other client received every turn in the meantime.
         assert seen == list(range(number))
         deaf.close()
 
@@ -207,7 +208,7 @@ def test_a_client_that_never_reads_is_dropped(replay: Replay, tmp_path: Path) ->
 def test_a_killed_daemon_loses_the_last_turn_at_most(
     replay: Replay, tmp_path: Path, after_s: float
 ) -> None:
-    """Every turn that a watcher got before the kill is in the record, which is whole."""
+    """The record is intact and contains every turn that a watcher received before the kill."""
     stopped = threading.Event()
 
     def send() -> None:
@@ -236,7 +237,8 @@ def test_a_killed_daemon_loses_the_last_turn_at_most(
         assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         without = "SELECT count(*) FROM turn WHERE id NOT IN (SELECT turn FROM harmonic)"
         assert database.execute(without).fetchone() == (0,)
-    # A new daemon takes the port and continues; no program uses the killed daemon's file.
+    # No program answers at the address that the killed daemon announced; a new daemon opens the
+    # port and continues.
     assert arctrue("device", "status", replay.port).exit_code == 2
     with daemon(replay.port, tmp_path):
         replay.turn(5000)
@@ -255,7 +257,8 @@ def test_the_record_keeps_to_its_limits(tmp_path: Path) -> None:
     left = numbers(file)
     assert left == list(range(left[0], 2000))
     assert 0 < left[0] < 1900
-    assert file.stat().st_size < 1.5e6  # the limit, and the bytes that one check interval adds
+    # the limit, plus the bytes that are written between two checks
+    assert file.stat().st_size < 1.5e6
     now[0] += 2 * 86_400.0
     recorder.add(TelemetryLine({"turn": 2000, "result": "kept", "reason": "none"}))
     recorder.apply_retention()

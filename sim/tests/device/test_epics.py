@@ -1,4 +1,5 @@
-"""Tests of the PVs of a device, read by caproto: Channel Access in pure Python."""
+"""Tests of a device's PVs, read with caproto, an implementation of Channel Access in pure
+Python."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ import caproto  # noqa: E402
 
 @pytest.fixture
 def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Set ports of EPICS, and give the client sockets, that nothing else on this machine uses."""
+    """Set EPICS ports that nothing else on this machine uses; the client gets sockets of its
+    own."""
     found = free_ports()
     for name, value in found.items():
         monkeypatch.setenv(name, value)
@@ -45,14 +47,15 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
 def udp_socket() -> socket.socket:
     """Return a UDP socket at a port of its own.
 
-    caproto's own allows reuse (SO_REUSEADDR): Linux may then choose the port of another such
-    socket, for example the server's, and the answer goes to that one.
+    caproto's own socket allows reuse (SO_REUSEADDR). Linux may then choose a port that another such
+    socket uses, for example the server's; the answer would go to that socket.
     """
     return socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
 
 def read(name: str, kind: str = "time") -> Any:
-    """Return a PV with timestamp and severity (time), or with unit and limits (control)."""
+    """Return a PV, either with timestamp and severity (``time``) or with unit and limits
+    (``control``)."""
     return client.read(f"{PREFIX}{name}", data_type=kind, timeout=20.0, repeater=False)
 
 
@@ -73,11 +76,11 @@ def test_a_turn_becomes_pvs_with_unit_limits_severity_and_time(
         assert found.metadata.severity == 0
         event = watch.event(PATIENCE_S)
         assert event is not None
-        # The event is sent when the record has stored the turn.
+        # The daemon sends the event after the record has stored the turn.
         assert 0.0 <= event["recorded_s"] - found.metadata.timestamp < 1.0
         shows("Amplitudes", lambda found: found.data.tolist() == [150.0, 6.25])
         shows("Uncertainties", lambda found: found.data.tolist() == [0.01, 0.02])
-        # The device did not send it.
+        # The device did not send a table temperature.
         shows("TableTemperature", lambda found: found.metadata.severity == 3)
         limits = read("DieTemperature", "control").metadata
         assert limits.units == b"degC"
@@ -98,7 +101,7 @@ def test_nobody_writes_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
     def write(name: str, value: float, *, notify: bool = True) -> str:
-        """Return the status of EPICS' answer, once the request has been processed."""
+        """Return the status of EPICS' answer once the request has been processed."""
         asked = {"notify": notify, "timeout": 20.0, "repeater": False}
         found = client.write(f"{PREFIX}{name}", value, **asked)
         return str(found.status.name) if notify else ""
@@ -154,7 +157,7 @@ class ProbedReplay(Replay):
 def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """A motor record that was homed at the index states its angle there."""
+    """A motor record that was homed at the index writes its angle there into the PV Zero."""
     device = ProbedReplay()
     with (
         daemon(device.port, tmp_path, "--probe-every", "0.01"),
@@ -180,7 +183,7 @@ def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
 
 
 def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) -> None:
-    """Of 70 events in two bursts the last 64 are shown, and all are recorded."""
+    """Of 70 events in two bursts the PV shows the last 64, and the record has all."""
     device = ProbedReplay(has_queue=True)
     assert device.events is not None
     with daemon(device.port, tmp_path, "--probe-every", "0.01"), pvs(device.port):
@@ -206,8 +209,8 @@ def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) 
 
 
 def asks_for_a_capture(replay: Replay) -> None:
-    """Wait until the daemon's console asks for the answer that synchronises it; this device does
-    not answer."""
+    """Wait until the daemon's console asks for the answer that synchronises it. This device never
+    answers."""
     asked = b""
     while b"marker" not in asked:
         asked += replay.received.get(timeout=PATIENCE_S)
@@ -216,7 +219,7 @@ def asks_for_a_capture(replay: Replay) -> None:
 def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """p4p, the client of PVAccess, reads every PV and may write only Capture."""
+    """The PVAccess client p4p reads every PV and may write only Capture."""
     p4p = pytest.importorskip("p4p.client.thread")
 
     def refused(client: Any, name: str, value: float) -> None:
@@ -237,7 +240,7 @@ def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
 def test_after_a_reconnection_values_are_valid_before_connected(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """A table at rest sends no turn: the latest one is valid again, with its time."""
+    """A table at rest sends no turn: the latest turn becomes valid again, with its own time."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running, pvs(str(link)):
@@ -262,7 +265,8 @@ def test_after_a_reconnection_values_are_valid_before_connected(
 def test_alarms_of_the_machine_s_history_are_in_the_pv(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """``life`` sends its alarms; they come after the device's own, also in a new daemon."""
+    """``life`` sends its alarms. The PV lists them after the device's own alarms, also from a new
+    daemon."""
 
     def text_of(found: Any) -> bytes:
         return bytes(found.data).rstrip(b"\0")
@@ -307,7 +311,7 @@ def test_every_socket_is_of_this_machine_alone(
                 if not str(link.readlink()).startswith("socket:"):
                     continue
                 found = socket_of(running.process.pid, int(link.name))
-            except OSError:  # The server has closed it since, for example after an answer.
+            except OSError:  # The server has closed the socket since, for example after an answer.
                 continue
             with found:
                 if found.family not in (socket.AF_INET, socket.AF_INET6):
@@ -316,7 +320,7 @@ def test_every_socket_is_of_this_machine_alone(
                 address, port = found.getsockname()[:2]
                 assert address == "127.0.0.1" or device.rstrip(b"\0") == b"lo", (address, port)
                 served.append(str(port))
-    # Searches of Channel Access and of PVAccess, and a server of each.
+    # These ports serve Channel Access and the searches of PVAccess.
     assert {ports["EPICS_CA_SERVER_PORT"], ports["EPICS_PVA_BROADCAST_PORT"]} <= set(served)
 
 

@@ -1,4 +1,4 @@
-"""Tests of the files of a day against the record, with h5py and plain SQL."""
+"""Tests that the files of a day contain the record, read with h5py and plain SQL."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ DAYS = [date(2026, 3, 1), date(2026, 3, 2)]
 
 
 def record_of(file: Path, turns: int = 40) -> None:
-    """Write a turn each five minutes over midnight; order 3 begins with turn 20."""
+    """Write a record with a turn every five minutes across midnight; order 3 begins with turn
+    20."""
     now = [START_S]
     recorder = Recorder(file, clock=lambda: now[0], monotonic=lambda: now[0])
     for number in range(turns):
@@ -83,7 +84,7 @@ def test_a_day_holds_what_the_record_has(tmp_path: Path) -> None:
 
 
 def test_a_reader_of_nexus_finds_the_default_plot(tmp_path: Path) -> None:
-    """By the rules of NXdata, default, signal and axes name fields with equal lengths."""
+    """NXdata requires that the attributes default, signal and axes name fields of equal lengths."""
     record = tmp_path / "telemetry.sqlite"
     record_of(record)
     write_missing_days(record, tmp_path)
@@ -110,7 +111,7 @@ def test_a_damaged_file_is_made_anew_and_a_fuller_one_stays(tmp_path: Path) -> N
     assert write_missing_days(record, tmp_path) == []
     first = day_file(tmp_path, DAYS[0])
     whole = turns_of_file(first)
-    first.write_bytes(first.read_bytes()[:2000])  # as a writer leaves it that was killed
+    first.write_bytes(first.read_bytes()[:2000])  # a writer that was killed leaves such a file
     assert write_missing_days(record, tmp_path) == [first]
     assert turns_of_file(first) == whole
     with sqlite3.connect(record) as database:
@@ -123,7 +124,7 @@ def test_a_damaged_file_is_made_anew_and_a_fuller_one_stays(tmp_path: Path) -> N
 
 
 def columns_of(path: Path) -> dict[str, list[Any]]:
-    """Return every dataset of a file whose length is the number of its turns or events."""
+    """Return every dataset of a file that has one value per turn or per event."""
     found: dict[str, list[Any]] = {}
 
     def take(name: str, item: Any) -> None:
@@ -153,14 +154,14 @@ def test_a_day_that_retention_thins_out_keeps_its_turns_and_gets_new_ones(tmp_pa
             recorder.event("mark", str(number))
 
     add(range(100), 2)
-    recorder.deletable = 0  # no file has them yet
+    recorder.deletable = 0  # no day file has these turns yet
     now[0] += 5 * 3600.0
     recorder.apply_retention()
     assert len(read_turns(record)) == 100
     assert write_missing_days(record, tmp_path) == [day_file(tmp_path, day)]
     recorder.deletable = last_turn(record)
     recorder.apply_retention()
-    assert len(read_turns(record)) == 1  # the latest stays
+    assert len(read_turns(record)) == 1  # the latest turn stays
     add(range(100, 150), 7)
     write_missing_days(record, tmp_path)
     add(range(150, 160), 1)
@@ -198,7 +199,8 @@ def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
 
 
 def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Path) -> None:
-    """A record of 1 MB holds a part of these turns; files and record together hold all."""
+    """A record limited to 1 MB can hold only a part of these turns; files and record together hold
+    all."""
     store, files, count = tmp_path / "store", tmp_path / "files", 600
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]
     options = ("--files", str(files), "--files-every", "0.01", "--keep-megabytes", "1")
@@ -210,7 +212,7 @@ def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Pat
             return sum(map(turns_of_file, files.glob("*.nxs")))
 
         until(lambda: in_files() == count, lambda: str(in_files()))
-        # The limits are checked at every hundredth turn.
+        # The daemon checks the limits at every hundredth turn.
         for number in range(count, count + 100):
             replay.turn(number, harmonics=wide)
         until(lambda: in_files() == count + 100, lambda: str(in_files()))

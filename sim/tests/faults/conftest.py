@@ -1,4 +1,4 @@
-"""Fixtures with which every fault begins."""
+"""Fixtures that every test of a fault starts from."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MakeScene = Callable[..., Scene]
 
 @pytest.fixture
 def make_scene() -> Iterator[MakeScene]:
-    """Make scenes of a test; the arguments are those of Scene."""
+    """Return a function that makes scenes; it takes the arguments of Scene."""
     made: list[Scene] = []
 
     def make(*arguments: Any, **named: Any) -> Scene:
@@ -27,7 +27,7 @@ def make_scene() -> Iterator[MakeScene]:
 
 @pytest.fixture
 def scene(make_scene: MakeScene) -> Scene:
-    """Return a new scene, calibrated, 0.3 of a turn after the index, and recording."""
+    """Return a new scene that is calibrated, stands 0.3 of a turn after the index, and records."""
     calibrated = make_scene()
     calibrated.calibrate()
     calibrated.to_part(0.3)

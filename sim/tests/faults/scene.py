@@ -43,21 +43,22 @@ from arctrue.table import Motion
 
 BINS = 256
 MEAN_ERROR = float(np.mean(true_error_counts(np.linspace(0.0, TURN_RAD, 4096, endpoint=False))))
-"""Mean error of the geometry. No correction removes this mean, but the difference of the zeros
-does."""
+"""Mean error of the geometry in counts. No correction removes it; the comparison removes it by
+subtracting the zeros."""
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Every edge of a recording in bins of the true angle; counts, against the true angle.
+    """Errors of all edges of a recording against the true angle, in counts, by bins of the true
+    angle.
 
-    Counts that head 1 lost or gained on its wires (the slip) stay in the output as in its own
+    Counts that head 1 lost or gained on its wires (the slip) stay in the output as in head 1's own
     reading, because no correction can detect them. The slip is measured separately and subtracted
     from both errors.
     """
 
     corrected: NDArray[np.float64]
-    """Largest |error − slip| of the output's edges in each bin, NaN in an empty one."""
+    """Largest |error − slip| of the output's edges in each bin; NaN in a bin without edges."""
     uncorrected: NDArray[np.float64]
     """Largest |error − slip| of head 1's uncorrected edges in each bin."""
     slip: NDArray[np.float64]
@@ -78,17 +79,17 @@ class Comparison:
 
     @property
     def most_slip(self) -> float:
-        """Return the largest slip at any edge."""
+        """Return the largest slip over all edges."""
         return float(np.abs(self.slip).max(initial=0.0))
 
     @property
     def last_slip(self) -> int:
-        """Return the slip at the end."""
+        """Return the slip at the last edge."""
         return round(float(np.mean(self.slip[-20:])))
 
 
 class Scene:
-    """An instrument with a table and the firmware; call :meth:`calibrate` first."""
+    """An instrument with a table and the firmware; a test calls :meth:`calibrate` first."""
 
     def __init__(
         self,
@@ -98,9 +99,12 @@ class Scene:
         flash: bytes | None = None,
         generics: Mapping[str, int | str] | None = None,
     ) -> None:
-        """Set up the scene. ``faults`` act from the beginning; the table may be too fast for the
-        pins. ``generics`` are further generics of the core. ``flash`` is the flash of a board that
-        was calibrated before; no parameter is then typed."""
+        """Set up the scene.
+
+        The ``faults`` act from the beginning; the table may be too fast for the pins. ``generics``
+        are further generics of the core. ``flash`` is the flash of a board that was calibrated
+        before; in this case no parameter is typed.
+        """
         clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
         self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz, generics=generics)
         self.instrument.attach(table(), motion or steady(), may_jump=True)
@@ -122,10 +126,10 @@ class Scene:
         return self.instrument.firmware
 
     def calibrate(self, flag_reason: str | None = None) -> None:
-        """Capture and apply the first turn; the second gives the zeros of both tracks.
+        """Capture and apply the first turn; the second turn gives the zeros of both tracks.
 
-        With ``flag_reason`` a flag of a head is set: the first turn is refused for it, and so is
-        the next one if it has begun before the firmware clears the flag.
+        With ``flag_reason`` a flag of a head is set, so that the first turn is refused for this
+        reason. The next turn is refused too, if it began before the firmware cleared the flag.
         """
         self.next_turn()
         if flag_reason is not None:
@@ -143,7 +147,7 @@ class Scene:
     # Time
 
     def turn(self, turns: float) -> None:
-        """Let the table turn by this part of a turn while the firmware works."""
+        """Let the table turn by this number of turns while the firmware works."""
         begin = self.instrument.true_angle_rad
         self.firmware.run(
             until=lambda _: abs(self.instrument.true_angle_rad - begin) >= turns * TURN_RAD,
@@ -151,12 +155,12 @@ class Scene:
         )
 
     def to_part(self, part: float) -> None:
-        """Turn until the true angle has this part of a turn."""
+        """Turn until the true angle is at this part of a turn."""
         turns = self.instrument.true_angle_rad / TURN_RAD
         self.turn((part - turns) % 1.0)
 
     def next_turn(self) -> dict[str, Any]:
-        """Run until the firmware has reported one more turn and has finished with it."""
+        """Run until the firmware has reported one more turn and finished its work on it."""
         replies = len(self.firmware.telemetry)
         self.firmware.run(
             until=lambda f: len(f.telemetry) > replies and f.phase != "swap",
@@ -171,14 +175,14 @@ class Scene:
         )
 
     def disturb(self, turns: float, **fault: Any) -> None:
-        """Apply a fault to the pins from now on for a part of a turn, see PinFault."""
+        """Apply a fault to the pins now, for this number of turns; see PinFault."""
         self.instrument.disturb(
             PinFault(self.instrument.clock, round(turns * TURN_CLOCKS), **fault)
         )
 
     def drop(self, counts: int, also_low: int = 0) -> None:
-        """Hold A and B of head 1 low for this number of counts, beginning in a count in which they
-        are low."""
+        """Hold A and B of head 1 low for this number of counts. The fault begins in a count in
+        which both are low."""
         instrument, pins = self.instrument, HEAD1_A | HEAD1_B
         period_clocks = PERIOD_COUNTS * CLOCKS_A_COUNT
         begin = instrument.clock
@@ -186,16 +190,18 @@ class Scene:
         instrument.run(2 * period_clocks)
         low = instrument.traced() & pins == 0
         falls = begin + 1 + int(np.flatnonzero(~low[:-1] & low[1:])[0])
-        # Two periods later, two clocks after the start of the count; the pins are low at both ends.
+        # The fault starts two periods later, two clocks after the start of the count, because A and
+        # B are low there; they are low again at its end.
         first = falls + 2 * period_clocks + 2
         fault = PinFault(first, counts * CLOCKS_A_COUNT, low=pins | also_low)
         instrument.disturb(fault)
 
     def recovers(self, most_turns: int = 4, *, refers: bool = False) -> None:
-        """Check that, after the fault, a turn is calibrated again and the output is right again.
+        """Check that after the fault the firmware calibrates a turn again and the output is correct
+        again.
 
-        With ``refers`` the output has a fault, which the operator ends, and the receiver finds its
-        zero first.
+        With ``refers`` the output has a fault: the operator clears it, and the receiver finds its
+        zero again before the check.
         """
         for _ in range(most_turns):
             if self.next_turn()["result"] != "refused":
@@ -216,8 +222,8 @@ class Scene:
         assert not self.faults()
 
     def knows_the_separation(self) -> None:
-        """Check both separations to within a count of each index: the separation at the zero, and
-        the latest one."""
+        """Check that both separations, the one at the zero and the latest one, are right to within
+        a count of each index."""
         assert self.last_reply["separation"] == "measured"
         off_arcsec = (self.last_reply["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
         assert abs(off_arcsec) < 2 * ARCSEC_A_COUNT
@@ -234,7 +240,7 @@ class Scene:
         return [reply["reason"] for reply in self.firmware.telemetry[first:]]
 
     def faults(self) -> set[str]:
-        """Return the flags that are set, which light the fault LED."""
+        """Return the flags that are set. They light the fault LED."""
         found = {
             f"{head}.{name}"
             for head in ("head1", "head2")
@@ -264,12 +270,13 @@ class Scene:
         self.instrument.record(every=1)
 
     def compare(self, *, slips: bool = True) -> Comparison:
-        """Compare every edge since then. Without ``slips`` the comparison assumes that head 1 lost
-        no counts."""
+        """Compare every edge since the recording began. Without ``slips`` the comparison assumes
+        that head 1 lost no counts."""
         return compare(self.instrument, self._zeros, slips)
 
     def is_clean(self) -> None:
-        """Check that every edge since then stayed within the bound, and none was illegal."""
+        """Check that every edge of the recording stayed within the bound, and that none was
+        illegal."""
         found = self.compare()
         assert found.most < self.clean_bound
         assert found.illegal == 0
@@ -289,7 +296,8 @@ class Scene:
 
     @property
     def slope(self) -> float:
-        """Return the largest change of the correction a count: Σ n·A_n·2π / counts a turn."""
+        """Return the largest change of the correction per count of angle: Σ n·A_n·2π / counts per
+        turn."""
         active = self.coefficients
         amplitude = np.abs(active.amplitudes) / 2.0**11
         return float(np.sum(amplitude * (active.phase_steps / 2.0**48) * TURN_RAD))
@@ -301,17 +309,17 @@ class Scene:
 
     @property
     def ramp_lag(self) -> float:
-        """Return how far a ramp is behind the table's error: 0 if the ramp is faster.
+        """Return the largest lag of a ramp behind the table's error: 0 if the ramp is faster.
 
-        A ramp goes straight from the present correction to the new one. The missing part adds an
-        error only where the table's error has changed by more than the ramp.
+        A ramp goes straight from the present correction to the new one. Its lag adds an error only
+        where the table's error has changed by more than the ramp.
         """
         rate = self._ramp_counts_a_clock * CLOCKS_A_COUNT
         counts = self.largest_correction / rate
         return min(max(0.0, self.slope - rate) * counts, self.largest_correction)
 
     def wrong_place(self, slip_counts: float) -> float:
-        """Return the correction's error where head 1's angle is off by a slip."""
+        """Return the largest error of the correction when head 1's angle is wrong by a slip."""
         return min(self.slope * abs(slip_counts), 2 * self.largest_correction)
 
 
@@ -322,7 +330,7 @@ def errors(track: EdgeTrack) -> NDArray[np.float64]:
 
 
 def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.float64]) -> Any:
-    """Return head 1's slip at the edge that each edge of the output comes from."""
+    """For each edge of the output, return head 1's slip at the edge that caused it."""
     came = recording.output.clock - round(instrument.latency_clocks)
     place = np.searchsorted(recording.head1.clock, came, side="right") - 1
     return slip[np.clip(place, 0, slip.size - 1)]
@@ -330,7 +338,7 @@ def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.flo
 
 @dataclass(frozen=True, slots=True)
 class Zeros:
-    """Mean errors of a clean turn: positions are counted from the power-on."""
+    """Mean errors of both tracks in a clean turn; positions count from power-on."""
 
     corrected: float
     head1: float

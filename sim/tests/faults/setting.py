@@ -1,4 +1,5 @@
-"""One small instrument for all faults: the paper's kind of error, ten times as large."""
+"""Settings of one small instrument for all faults. Its table has the paper's kind of error, ten
+times as large."""
 
 from __future__ import annotations
 
@@ -18,22 +19,24 @@ from arctrue.table import (
 COUNTS = 1 << 14
 ARCSEC_A_COUNT = 1_296_000 / COUNTS
 CLOCKS_A_COUNT = 6
-"""Clocks a count at the speed of the table; enough for every fault, with 71.5 in the paper."""
+"""Clocks per count at the speed of the table: enough for every fault. The paper's table has
+71.5."""
 PERIOD_COUNTS = 4
-"""Counts of a period of A and B, which can be lost without a trace."""
+"""Counts in a period of A and B: the loss of a whole period leaves no trace."""
 TURN_RAD = 2 * np.pi
 TURN_CLOCKS = COUNTS * CLOCKS_A_COUNT
 SPEED_RAD_S = float(np.deg2rad(30.0))
 TURN_S = TURN_RAD / SPEED_RAD_S
 START_RAD = -float(np.deg2rad(35.0))
-"""Start before the index of head 2, at −33°."""
+"""Angle at the start, before head 2 reaches its index at −33°."""
 RUN_UP_S = 0.1
 
 SAMPLES = 600
 OUTPUT_SPACING_CLOCKS = 2
 MINIMUM_EDGE_SPACING_CLOCKS = 3
 RAMP_RATE = 80_000_000
-"""Rate of 0.0023 count a clock: the largest correction decays in 30°, like the paper's preset."""
+"""Rate of a ramp, 0.0023 count per clock: the largest correction decays in 30°, as with the paper's
+preset."""
 FOLLOWING_LIMIT_COUNTS = 6
 POLL_CLOCKS = 500
 PARAMETERS: dict[str, float] = {
@@ -42,10 +45,11 @@ PARAMETERS: dict[str, float] = {
     "output_spacing": OUTPUT_SPACING_CLOCKS,
     "minimum_edge_spacing": MINIMUM_EDGE_SPACING_CLOCKS,
     "ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE, COUNTS),
-    # At this scale of time the start of a ramp would take longer than the ramp.
+    # In this short turn the soft start of a ramp would last longer than the ramp.
     "ramp_arcsec_s2": 0,
     "orders": 8,
-    # A count of 79″ has a rounding of 23″ rms in each head; the presets are those of 0.08″.
+    # A count of 79″ causes 23″ RMS of rounding in each head; the preset limits are made for counts
+    # of 0.08″.
     "alarm_noise_arcsec": 100,
     "alarm_error_arcsec": 200,
     "alarm_separation_arcsec": 300,
@@ -56,7 +60,7 @@ SEPARATION_RAD = float(np.deg2rad(33.0)) + 50 * _ARCSEC_RAD
 
 
 def table() -> RotaryTable:
-    """Return a table with ±1500″, which are ±19 counts here."""
+    """Return a table with an error of ±1500″, which is ±19 counts here."""
     return RotaryTable(
         heads=two_heads(separation_rad=SEPARATION_RAD),
         causes=(
@@ -77,7 +81,8 @@ def steady(turns: float = 30.0) -> Motion:
 
 
 def legs(*speeds_and_turns: tuple[float, float], change_s: float = 0.002) -> Motion:
-    """Return speeds in units of the usual one, each for so many of the usual turns' time."""
+    """Return a motion with these legs. Each leg is a pair of a speed, relative to the usual speed,
+    and a duration in turns at the usual speed."""
     times, speeds = [0.0], [0.0]
     for speed, turns in speeds_and_turns:
         begin = times[-1] + (RUN_UP_S if len(times) == 1 else change_s)
@@ -87,7 +92,7 @@ def legs(*speeds_and_turns: tuple[float, float], change_s: float = 0.002) -> Mot
 
 
 def true_error_counts(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ε of head 1 at a true angle, from the geometry; its mean is not 0."""
+    """Return the error ε of head 1 at a true angle, from the geometry; its mean is not 0."""
     made = table()
     reading = made.reading_rad(0, TableState.at_rest(angle_rad))
     error: NDArray[np.float64] = (reading - angle_rad) / made.count_rad

@@ -1,4 +1,4 @@
-"""Tests of AXI stalls: every channel of the bus is delayed at random."""
+"""Tests of AXI stalls: every channel of the bus has random delays."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from sim.tests.faults.scene import Scene
 
 
 def test_stalls_delay_and_change_nothing(make_scene: MakeScene) -> None:
-    """A turn gives the same coefficients, whether it is read over a fast or over a slow bus."""
+    """A turn gives the same coefficients over a fast and over a slow bus."""
     banks = []
     for stall in (0, 20):
         scene = make_scene()
@@ -22,7 +22,7 @@ def test_stalls_delay_and_change_nothing(make_scene: MakeScene) -> None:
 
 
 def test_bus_slower_than_the_table(scene: Scene) -> None:
-    """Turns are dropped and counted; the captured ones are whole."""
+    """Turns are dropped and counted; each captured turn is complete."""
     turns = len(scene.firmware.telemetry)
     scene.instrument.stall_bus(120)
     scene.turn(4.0)

@@ -1,5 +1,4 @@
-"""Test of the position compare through console and gateware, when the table passes its single
-place."""
+"""Test of the position compare, through console and gateware: the table passes a single place."""
 
 from __future__ import annotations
 
@@ -16,7 +15,8 @@ def corrected_angle(scene: Scene) -> int:
 
 
 def test_the_compare_is_done_where_the_console_said() -> None:
-    """The corrected angle is at most two checks beyond the place when the compare is done."""
+    """When the core reports that the compare is done, the corrected angle is at most two checks
+    beyond the place."""
     scene = Scene()
     scene.calibrate()
     place = (corrected_angle(scene) + COUNTS // 4) % COUNTS
@@ -29,7 +29,7 @@ def test_the_compare_is_done_where_the_console_said() -> None:
     passed = (corrected_angle(scene) - place) % COUNTS
     assert passed <= 2 * LOOK_CLOCKS // CLOCKS_A_COUNT
     assert "armed no" in scene.firmware.send("compare")
-    # An interval continues until it is ended.
+    # An interval compare continues until the operator ends it.
     assert scene.firmware.send(f"compare interval {COUNTS // 8}") == "ok"
     scene.turn(0.5)
     assert "armed yes" in scene.firmware.send("compare")

@@ -1,4 +1,4 @@
-"""Tests of a silent head: a cable is pulled, or a supply fails."""
+"""Tests of a head that gives no signals, because a cable is pulled or a supply fails."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD
 
 HEAD1 = HEAD1_A | HEAD1_B | HEAD1_Z
 DEAD_TURNS = 4.75
-"""Duration in turns. After a whole number of turns the angle would be right, and no index would
-show the fault."""
+"""Duration of the fault in turns. After a whole number of turns the angle would be right again, and
+no index would show the fault."""
 HEAD2 = HEAD2_A | HEAD2_B | HEAD2_Z
 
 
 @pytest.mark.parametrize("level", ["low", "high"])
 def test_head_2_dead(scene: Scene, level: str) -> None:
-    """The correction continues with what is known."""
+    """The correction continues with the coefficients that it has."""
     before, turns = scene.bank(), len(scene.firmware.telemetry)
     scene.disturb(3.2, **{level: HEAD2})
     scene.turn(3.0)
@@ -39,7 +39,8 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
 
 @pytest.mark.parametrize("level", ["held", "low", "high"])
 def test_head_1_dead(scene: Scene, level: str) -> None:
-    """The output follows head 1: it stops with head 1, and makes no step when head 1 returns."""
+    """The output follows head 1: it stops when head 1 stops, and makes no step when head 1
+    returns."""
     before, turns = scene.bank(), len(scene.firmware.telemetry)
     if level == "held":
         scene.drop(round(DEAD_TURNS * COUNTS), also_low=HEAD1_Z)
@@ -50,7 +51,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     scene.turn(DEAD_TURNS - 0.5)
     dead = scene.instrument.recording()
     assert dead.head1.edges == dead.illegal == 0
-    # The decoder took a high Z for an index; only the correction decreases to 0 by the ramp.
+    # At a high level the decoder takes Z for an index, and the ramp lowers the correction to 0;
+    # nothing else moves the output.
     assert dead.output.edges <= (scene.largest_correction if level == "high" else 0)
     assert scene.last_reply["result"] == "refused"
     assert scene.bank() == before
@@ -63,8 +65,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     assert lost.worse < scene.clean_bound + scene.wrong_place(lost.most_slip) + scene.ramp_lag
     scene.turn(1.5)
     reasons = scene.reasons(turns)
-    # Without a flag the bank is full before a turn has passed. Pulled pins give a flag where A and
-    # B change together, depending on the place of the head.
+    # Without a flag the first reason is that the bank is full before a turn has passed. Pulled pins
+    # set a flag only if A and B change together, which depends on the place of the head.
     flags = {"illegal_transition", "edge_spacing", "index_error"}
     assert reasons[0] in {"bank_full"} | (set() if level == "held" else flags)
     assert "index_error" in reasons
@@ -75,8 +77,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
 @pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
-    """Without an index there is no correction: the output repeats head 1, which may return at any
-    place."""
+    """Without an index there is no correction: the output repeats head 1, wherever head 1 stands
+    when it returns."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()
     scene.turn(2.0)
@@ -90,7 +92,7 @@ def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: 
     scene.instrument.disturb()
     scene.turn(0.01)
     assert scene.firmware.phase == "wait_for_index"
-    # As above, a flag depends on the place of the head when it returns.
+    # As in the test above, a flag depends on the place of the head when it returns.
     flags = scene.faults()
     head = "head1" if pins == HEAD1 else "head2"
     reasons = {f"{head}.illegal": "illegal_transition", f"{head}.overspeed": "edge_spacing"}

@@ -12,7 +12,7 @@ Z_OF = {"head1": HEAD1_Z, "head2": HEAD2_Z}
 
 @pytest.mark.parametrize("head", Z_OF)
 def test_lost_index(scene: Scene, head: str) -> None:
-    """A missed index is detected at the next one, two turns after the previous; no count was
+    """A missed index is detected at the next index, two turns after the previous one; no count was
     lost."""
     scene.to_part(0.7)
     first = scene.instrument.read(f"{head}.index.position")
@@ -43,8 +43,8 @@ def test_false_index(scene: Scene, head: str) -> None:
     assert scene.instrument.read("status.compensating") == 1
     assert scene.next_turn()["reason"] == "index_error"
     assert scene.bank() == before
-    # The true index came after the false pulse and showed that the zero is right, so that the core
-    # keeps the zero.
+    # The true index came after the false pulse and showed that the zero was right, so that the core
+    # kept it.
     assert scene.instrument.read("zero.moves") == 0
     assert "zero_lost" not in scene.last_reply["alarms"]
     scene.is_clean()

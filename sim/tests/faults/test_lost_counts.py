@@ -22,7 +22,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     before = scene.bank()
     scene.drop(counts)
     scene.turn(0.3)
-    # No signal shows the loss before the index.
+    # Before the index no signal shows the loss.
     assert not scene.faults()
     slipped = scene.compare()
     assert slipped.last_slip == -counts
@@ -30,7 +30,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     assert slipped.worse < scene.clean_bound + scene.wrong_place(counts)
 
     scene.record()
-    # The report comes at that index, not when the bank is full.
+    # The loss is reported at that index, and not later, when the bank is full.
     fault_at = scene.instrument.clock
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     assert scene.instrument.clock - fault_at < TURN_CLOCKS
@@ -44,7 +44,8 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     assert errors.illegal == 0
     assert errors.worse < scene.clean_bound + scene.wrong_place(counts) + heal * counts
     if heal:
-        # The output contains the lost counts again; head 1's own count does not.
+        # The output is right again, because the lost counts have been added; head 1's own count
+        # still lacks them.
         scene.settle()
         scene.record()
         scene.turn(1.0)
@@ -58,10 +59,12 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
 
 
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
-    """The slip comes after the index of its turn, and is too small to be detected as a step between
-    two samples, so that the firmware uses the turn. A step s of head 1 within it is s/(π·n) in
-    order n of the differences, and 1/|1 − e^{jnα}| times as much in the error (equation 6), which
-    is the bound."""
+    """The slip comes after the index of its turn and is too small to be detected as a step between
+    two samples, so that the firmware uses the turn.
+
+    A step s of head 1 within the turn adds s/(π·n) to order n of the differences, and 1/|1 −
+    e^{jnα}| times as much to the error (equation 6). The bound follows from this.
+    """
     scene = make_scene(None, {"sample_period": TURN_CLOCKS // 300})
     scene.calibrate()
     scene.to_part(0.5)
@@ -78,7 +81,7 @@ def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
     used = scene.compare()
     assert used.last_slip == -PERIOD_COUNTS
     assert used.worse < scene.clean_bound + PERIOD_COUNTS * gain + scene.wrong_place(PERIOD_COUNTS)
-    # The next index shows it, and the turns after it correct it.
+    # The next index shows the slip, and the following turns correct it.
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     for _ in range(6):
         scene.next_turn()

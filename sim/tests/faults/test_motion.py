@@ -22,7 +22,7 @@ from sim.tests.faults.setting import (
 from arctrue.table import Motion
 
 HYSTERESIS_COUNTS = 1
-"""Counts that the output holds back first at a reversal."""
+"""Counts of movement that the output holds back at a reversal."""
 
 
 def test_reversal(make_scene: MakeScene) -> None:
@@ -35,7 +35,7 @@ def test_reversal(make_scene: MakeScene) -> None:
         before = scene.bank()
     assert reply["reason"] in ("reversal", "wrong_step")
     assert scene.bank() == before
-    # A reversal sets no fault of the signals.
+    # A reversal sets no fault flag of the signals.
     assert not scene.faults()
     during = scene.compare()
     assert during.illegal == 0
@@ -50,8 +50,10 @@ def test_reversal(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
-    """Edges of a head are closer than allowed, too fast for the output, or more than one per clock.
-    Only the fault of the output releases the line drivers."""
+    """Edges come closer than allowed, too fast for the output, or more than once per clock.
+
+    Only the fault of the output releases the line drivers.
+    """
     fast_s_turns = 0.02
     scene = make_scene(legs((1, 2.7), (speed, fast_s_turns), (1, 12.0)), {"release_sources": 4})
     scene.calibrate()
@@ -63,15 +65,14 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     clocks_a_count = CLOCKS_A_COUNT / speed
     assert clocks_a_count < MINIMUM_EDGE_SPACING_CLOCKS
     flags = scene.faults()
-    # Two counts in a clock are an illegal transition for the decoder.
+    # The decoder takes two counts in one clock for an illegal transition.
     assert ("head1.illegal" in flags) == (clocks_a_count < 1)
     assert "head1.overspeed" in flags
     assert ("cannot_keep_up" in flags) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)
     during = scene.compare()
     assert during.illegal == 0
     output_fault = clocks_a_count < OUTPUT_SPACING_CLOCKS
-    # Beyond the limit the output stops and ignores all later edges, so that no edge comes after
-    # this clock.
+    # Beyond the following limit the output stops and makes no edge for all later edges of the head.
     limit = FOLLOWING_LIMIT_COUNTS if output_fault else 0
     late = (OUTPUT_SPACING_CLOCKS + 1) / clocks_a_count
     wrong = scene.wrong_place(during.most_slip)
@@ -98,8 +99,8 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
 
 
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:
-    """A speed ripple of ±15 %, five times a turn, is refused at equal times and used at equal
-    angles.
+    """A speed ripple of ±15 %, five times per turn, is refused with samples at equal times and used
+    with samples at equal angles.
 
     The bound is that of a table with constant speed.
     """

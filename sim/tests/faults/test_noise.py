@@ -12,7 +12,7 @@ from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD
 
 BURST_TURNS = 0.03
 INVERTED = 0.02
-"""Share of the inverted clocks."""
+"""Share of the clocks in which a pin is inverted."""
 
 
 def test_burst_on_head_1(scene: Scene) -> None:
@@ -23,15 +23,15 @@ def test_burst_on_head_1(scene: Scene) -> None:
     assert scene.instrument.read("interrupt_status.head1_fault") == 1
     burst = scene.compare()
     assert burst.illegal == 0
-    # Spikes are closer than the output's edges may be, so that the output lags within the limit of
-    # its flag.
+    # Spikes come closer than the edges of the output may follow each other. The output lags, but
+    # stays within the limit at which its flag is set.
     assert "cannot_keep_up" not in scene.faults()
     wrong = scene.wrong_place(burst.most_slip)
     assert burst.worse < scene.clean_bound + FOLLOWING_LIMIT_COUNTS + wrong
     assert burst.last_slip != 0
 
     scene.record()
-    # At the index, samples that were captured before are discarded.
+    # The index proves the slip, and samples from before it are discarded.
     assert "zero_lost" in scene.next_turn()["alarms"]
     assert scene.bank() == before
     assert scene.instrument.read("status.compensating") == 1
@@ -55,7 +55,8 @@ def test_burst_on_head_2(scene: Scene) -> None:
 
 
 def spikes(scene: Scene) -> list[PinFault]:
-    """Return spikes of single clocks on any pin in half a turn, too far apart to meet."""
+    """Return spikes of single clocks on any pin during half a turn, too far apart to affect each
+    other."""
     random = np.random.default_rng(5)
     pins = (HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z)
     clocks = scene.instrument.clock + 100 * np.arange(1, 400) + random.integers(0, 60, 399)
@@ -64,8 +65,8 @@ def spikes(scene: Scene) -> list[PinFault]:
 
 @pytest.mark.parametrize("filter_length", [1, 3])
 def test_spikes_end_in_the_filter(make_scene: MakeScene, filter_length: int) -> None:
-    # A filtered edge next to a spike comes up to three clocks late, four clocks before the next
-    # edge.
+    # The filter delays an edge next to a spike by up to three clocks, so that it comes four clocks
+    # before the next edge.
     scene = make_scene(None, {"filter_length": filter_length, "minimum_edge_spacing": 2})
     scene.calibrate()
     scene.to_part(0.2)
@@ -80,7 +81,8 @@ def test_spikes_end_in_the_filter(make_scene: MakeScene, filter_length: int) -> 
         return
     assert scene.next_turn()["result"] != "refused"
     assert scene.reasons(turns)[0] in ("none", "not_better")
-    # The harness's decoder has no filter and would see slips: compare with the true angle alone.
+    # The harness's decoder has no filter and would report slips; therefore the comparison uses the
+    # true angle alone.
     during = scene.compare(slips=False)
     assert during.illegal == 0
     assert during.most < scene.clean_bound + filter_length / CLOCKS_A_COUNT

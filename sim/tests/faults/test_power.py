@@ -1,4 +1,4 @@
-"""After power off and on the board corrects again without any typed command."""
+"""Tests that the board corrects again after power off and on, without any typed command."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.instrument import InstrumentError
 def test_what_is_saved_corrects_again_within_a_captured_turn(
     scene: Scene, make_scene: MakeScene
 ) -> None:
-    """Another instrument gets only the flash: its banks and registers are empty."""
+    """Another instrument receives only the flash: its banks and registers are empty."""
     before = scene.bank()
     assert scene.firmware.send("save") == ""
     while not (answer := scene.firmware.step()):
@@ -21,8 +21,8 @@ def test_what_is_saved_corrects_again_within_a_captured_turn(
     again = make_scene(flash=scene.firmware.flash)
     assert again.firmware.coefficients is None
     assert "saved waiting" in again.firmware.send("status").splitlines()
-    # Run over the index of both heads and one captured turn, which confirms the coefficients.
-    # Telemetry is on, because it was saved on.
+    # The table turns past the index of both heads and through one captured turn, which confirms the
+    # coefficients. Telemetry is on, because it was on when the flash was saved.
     again.calibrate()
     assert len(again.firmware.telemetry) <= 2
     assert again.bank() == before
@@ -30,7 +30,7 @@ def test_what_is_saved_corrects_again_within_a_captured_turn(
 
 
 def test_an_empty_flash_leaves_the_presets(make_scene: MakeScene, scene: Scene) -> None:
-    """The presets have another number of counts; a flash of another size is refused."""
+    """The presets assume another number of counts; a flash of another size is refused."""
     empty = b"\xff" * len(scene.firmware.flash)
     assert scene.firmware.flash == empty
     bare = make_scene(flash=empty)

@@ -7,7 +7,7 @@ from sim.tests.faults.setting import POLL_CLOCKS, TURN_CLOCKS
 
 
 def test_hung_for_three_turns(scene: Scene) -> None:
-    """The fabric continues with its coefficients, and drops turns."""
+    """The fabric continues with the coefficients that it has, and drops turns."""
     before = scene.bank()
     scene.instrument.run(3 * TURN_CLOCKS)
     assert scene.instrument.read("status.capture_ready") == 1
@@ -20,7 +20,7 @@ def test_hung_for_three_turns(scene: Scene) -> None:
 
 
 def test_calculation_longer_than_a_turn(scene: Scene) -> None:
-    """The sampler does not write the bank that the calculation uses."""
+    """The sampler does not write into the bank that the calculation reads."""
     scene.firmware.calculation_clocks = round(2.5 * TURN_CLOCKS)
     begin = scene.instrument.clock
     scene.next_turn()
@@ -33,7 +33,8 @@ def test_calculation_longer_than_a_turn(scene: Scene) -> None:
 
 
 def test_begins_anew_after_a_fault(scene: Scene) -> None:
-    """After a fault, a hang or the watchdog the core continues with the last coefficients."""
+    """After a fault, a hang or a restart by the watchdog the core continues with the last
+    coefficients."""
     clean = scene.clean_bound
     position = scene.instrument.read("head1.index.position")
     scene.firmware.fault()
@@ -77,7 +78,8 @@ def test_begins_anew(scene: Scene) -> None:
 
 
 def test_capture_that_is_stuck(scene: Scene) -> None:
-    """The capture was switched off: after four turns without a bank the firmware starts again."""
+    """The capture was switched off: after four turns without a bank the firmware starts it
+    again."""
     lag = scene.ramp_lag
     scene.instrument.update("control", capture_enable=0)
     scene.next_turn()

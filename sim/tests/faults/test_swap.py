@@ -1,4 +1,5 @@
-"""Tests of a swap at the worst moment: the largest step, the index, within the previous ramp."""
+"""Tests of a swap at the worst moment: at the largest step, at the index, during the previous
+ramp."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.correction_ramp import ramp_arcsec_s
 
 PIPELINE_CLOCKS = 40
-"""Clocks from the swap to its ramp."""
+"""Clocks from the swap to the start of its ramp."""
 _ANGLE = np.linspace(0.0, TURN_RAD, 4096, endpoint=False)
 _ERROR = true_error_counts(_ANGLE) - MEAN_ERROR
 PLACES = {
@@ -35,7 +36,7 @@ def nothing(active: Coefficients) -> Coefficients:
 
 
 def swap(scene: Scene, bank: Coefficients) -> None:
-    """Swap by hand, unknown to the firmware."""
+    """Swap by hand, without the firmware's knowledge."""
     scene.instrument.write_coefficients(bank)
     scene.instrument.command("swap")
 
@@ -43,7 +44,7 @@ def swap(scene: Scene, bank: Coefficients) -> None:
 @pytest.mark.parametrize("slower", [1, 6])
 @pytest.mark.parametrize("place", PLACES)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
-    """One ramp is faster than the change of the table's error, the other is slower."""
+    """One ramp changes faster than the table's error, the other one changes more slowly."""
     scene = make_scene(None, {"ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE / slower, COUNTS)})
     scene.calibrate()
     assert (scene.ramp_lag > 0) == (slower > 1)
@@ -61,14 +62,14 @@ def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) 
         assert instrument.read("status.ramp_busy") == 0
         swapped = scene.compare()
         assert swapped.illegal == 0
-        # A step of more counts than the following limit would set the flag.
+        # A step larger than the following limit would set the flag.
         assert not scene.faults()
         assert swapped.worse < scene.clean_bound + scene.ramp_lag
     scene.recovers()
 
 
 def test_swaps_in_the_ramp(scene: Scene) -> None:
-    """150 swaps alternate between all lanes and none; no ramp reaches its end."""
+    """150 swaps alternate between all lanes and no lane; no ramp reaches its end."""
     good = scene.coefficients
     instrument = scene.instrument
     for number in range(150):
@@ -79,7 +80,7 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
     hammered = scene.compare()
     assert hammered.illegal == 0
     assert not scene.faults()
-    # The correction stays between 0 and the full one.
+    # The correction stays between zero and the full correction.
     assert hammered.worse < scene.clean_bound + scene.ramp_lag
     assert instrument.read("status.ramp_busy") == 0
     scene.recovers()

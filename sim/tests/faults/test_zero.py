@@ -1,4 +1,5 @@
-"""Tests of the firmware's arithmetic of a lost zero: any direction, any turn, words that wrap."""
+"""Tests how the firmware computes a lost zero: in either direction, at any turn, with words that
+wrap."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ def test_angle_at_the_last_index(counts_per_rev: int, head: int) -> None:
     core = ModelCore()
     random = np.random.default_rng(counts_per_rev + head)
     for _ in range(200):
-        # Every index is a position of 32 bits; the table has since moved by up to a turn in either
-        # direction.
+        # The index has any position of 32 bits; since then the table has moved by up to a turn in
+        # either direction.
         index = int(random.integers(0, 1 << 32))
         travel = int(random.integers(-counts_per_rev + 1, counts_per_rev))
         slip = int(random.integers(-((counts_per_rev - 1) // 2), counts_per_rev // 2 + 1))

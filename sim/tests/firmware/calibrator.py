@@ -1,4 +1,4 @@
-"""Call the calibration library from Python: captures in, estimates out."""
+"""Call the calibration library from Python: pass captures in, and get estimates back."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BOTH_INDICES_SEEN = 0b11
 
 
 def header_flag(name: str) -> int:
-    """Return the bit of the capture header's flag, from the register map."""
+    """Return the bit of this flag in the capture header, from the register map."""
     (register,) = [r for r in registers.REGISTERS if r.path == "capture_header.flags"]
     (field,) = [f for f in register.fields if f.name == name]
     return 1 << field.shift
@@ -26,21 +26,21 @@ def header_flag(name: str) -> int:
 
 @dataclass
 class CaptureInC:
-    """A capture and the memory that it lies in."""
+    """A capture in C and the arrays that hold its memory."""
 
     capture: Any
     words: NDArray[np.int32]
     further: NDArray[np.int32]
-    """Words of heads 3 and 4."""
+    """Readings of heads 3 and 4."""
 
 
 def words_of_bank(counts: NDArray[np.integer]) -> NDArray[np.int32]:
-    """Return counts (2, n) modulo 2³², one sample after the other."""
+    """Return counts (2, n) modulo 2³², sample by sample."""
     return np.ascontiguousarray(counts.T.astype(np.int64).astype(np.uint32).view(np.int32))
 
 
 def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
-    """Return a capture with ``counts`` (heads, n) as the capture memory would hold them."""
+    """Return a capture with ``counts`` (heads, n), as the capture memory would contain them."""
     ffi, _ = firmware()
     # Counts are modulo 2^32, as in the position registers.
     words = words_of_bank(counts[:2])
@@ -62,7 +62,7 @@ def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
 
 
 def verify(capture: CaptureInC, most_order: int = 32) -> tuple[str, Any, Any]:
-    """Return (reason, turn, fault) of the verification of a capture."""
+    """Verify a capture and return (reason, turn, fault)."""
     ffi, library = firmware()
     turn, fault = ffi.new("struct turn *"), ffi.new("struct capture_fault *")
     reason = library.capture_verify(capture.capture, most_order, turn, fault)
@@ -99,5 +99,5 @@ def values_of(made: Any) -> Float:
 
 
 def per_order(made: Any, name: str) -> Float:
-    """Return one field of every order."""
+    """Return this field of every order."""
     return np.array([getattr(made.harmonic[place], name) for place in range(made.orders)])

@@ -23,7 +23,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def running() -> Firmware:
-    """Return the firmware after its start, with head 1's index seen."""
+    """Return the firmware after its start; the index of head 1 has been seen."""
     made = Firmware(ModelCore())
     made.library.application_start(made.application)
     made.core.see_index()

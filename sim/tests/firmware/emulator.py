@@ -1,4 +1,4 @@
-"""Run the ARM image in QEMU with the core's window prepared as plain memory, and its console."""
+"""Run the ARM image and its console in QEMU; plain memory stands for the core's register window."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ CORE_BASE = 0x4000_0000
 CAPTURE = 0x20000
 BOTH_INDICES_SEEN = 0b11
 INSTRUCTION_TIME = "shift=3"
-"""Time of an instruction, 2³ ns; the clock advances by itself while the processor sleeps."""
+"""Option that sets the time of an instruction, 2³ ns; the clock continues while the processor
+sleeps."""
 PATIENCE_S = 60.0
-"""Longest wait in wall clock time, after which the test fails; even a busy machine needs much
-less."""
+"""Longest wait in real seconds, after which the test fails; even a busy machine needs much less."""
 
 
 def build(board: str = BOARD) -> Path:
@@ -51,7 +51,8 @@ def build(board: str = BOARD) -> Path:
 def core_window(
     counts: NDArray[np.integer] | None, counts_per_rev: int = 1 << 24, depth: int = 12288
 ) -> bytes:
-    """Return the registers as the core would show them with one bank ready, counts (2, n)."""
+    """Return the registers with the values of a core that has one bank ready, with counts (2,
+    n)."""
     words = np.zeros(MAP_BYTES // 4, dtype=np.uint32)
 
     def put(path: str, word: int) -> None:
@@ -77,7 +78,7 @@ def core_window(
 
 
 def symbol(name: str) -> int:
-    """Return the address of a function, without the Thumb bit."""
+    """Return the address of a function without the Thumb bit."""
     listing = subprocess.run(
         ["arm-none-eabi-nm", str(IMAGE)], capture_output=True, text=True, check=True
     ).stdout
@@ -86,10 +87,8 @@ def symbol(name: str) -> int:
 
 
 def member_offset(name: str) -> int:
-    """Return the offset of a structure's member, from the debugging information.
-
-    The name must be unique.
-    """
+    """Return the offset of a structure's member, from the debugging information. Only one structure
+    may have a member of this name."""
     listing = subprocess.run(
         ["arm-none-eabi-readelf", "--debug-dump=info", str(IMAGE)],
         capture_output=True,
@@ -106,7 +105,7 @@ def member_offset(name: str) -> int:
 
 
 def machine_code(address: int, number: int) -> bytes:
-    """Return bytes of the image."""
+    """Return the bytes of the image at an address."""
     with tempfile.NamedTemporaryFile() as file:
         subprocess.run(
             ["arm-none-eabi-objcopy", "-O", "binary", "-j", ".text", str(IMAGE), file.name],
@@ -117,7 +116,7 @@ def machine_code(address: int, number: int) -> bytes:
 
 
 class Emulator:
-    """One run of the emulator; ``said`` is the complete output of the console so far."""
+    """One run of the emulator; ``said`` is all output of the console so far."""
 
     def __init__(self, console: socket.socket, folder: Path, process: Any) -> None:
         self.console = console
@@ -136,7 +135,8 @@ class Emulator:
         return self.said[start:]
 
     def _hear_more(self, end: float, awaited: str, start: int) -> None:
-        """Receive all characters that arrive together; raise TimeoutError at ``end``."""
+        """Receive the characters that have arrived; raise TimeoutError if none comes before
+        ``end``."""
         self.console.settimeout(max(end - time.monotonic(), 1e-3))
         try:
             data = self.console.recv(4096)
@@ -147,8 +147,8 @@ class Emulator:
         self.said += data.decode("ascii")
 
     def next_line(self, beginning: str, seconds: float = PATIENCE_S) -> str:
-        """Return the first whole line with that beginning among the lines that begin from now
-        on."""
+        """Return the first complete line that begins like this, among the lines that begin after
+        this call."""
         end = time.monotonic() + seconds
         start = self.said.rfind("\n") + 1
         skipped = 1 if start < len(self.said) else 0
@@ -161,13 +161,13 @@ class Emulator:
     def send(self, line: str, seconds: float = PATIENCE_S) -> str:
         """Send a command and return its answer up to the line with ok or error.
 
-        Unasked output (telemetry) may follow at once and is not part of the answer.
+        Telemetry may follow at once; it is not part of the answer.
         """
         end = time.monotonic() + seconds
         start = len(self.said)
         self.console.sendall(line.encode() + b"\r")
         while True:
-            # The end of the previous line may have been received in part.
+            # The first line may be the end of an earlier line that was received in part.
             whole = self.said[start:].removeprefix("\n").split("\r\n")[:-1]
             for number, text in enumerate(whole, start=1):
                 if text.startswith(("ok", "error")):
@@ -175,10 +175,8 @@ class Emulator:
             self._hear_more(end, f"the answer to {line}", start)
 
     def ask(self, line: str, expected: str, seconds: float = PATIENCE_S) -> str:
-        """Repeat the command until its answer contains ``expected``.
-
-        Characters are lost while the firmware starts again.
-        """
+        """Repeat the command until its answer contains ``expected``: while the firmware restarts,
+        characters are lost."""
         end = time.monotonic() + seconds
         late = False
         while time.monotonic() < end:
@@ -197,8 +195,8 @@ class Emulator:
         raise AssertionError(f"{line}: never heard {expected!r} but {self.said[-3000:]!r}")
 
     def hear_late_answers(self) -> None:
-        """Receive the late answers of earlier lines: the answer to an unknown command follows
-        them."""
+        """Receive late answers to earlier lines: send an unknown command and wait for its answer,
+        which comes after them."""
         end = time.monotonic() + PATIENCE_S
         for number in itertools.count():
             start = len(self.said)
@@ -212,9 +210,10 @@ class Emulator:
 
     @contextmanager
     def debugging(self) -> Iterator[Callable[[str, bytes], bytes]]:
-        """Yield a function that sends an order to the debugger's port; the processor is stopped.
+        """Yield a function that sends a command to the debugger's port while the processor is
+        stopped.
 
-        The function takes the order and the expected answer, and returns all output up to that
+        The function takes the command and the expected answer, and returns all output up to that
         answer.
         """
         with socket.socket(socket.AF_UNIX) as port:
@@ -224,7 +223,7 @@ class Emulator:
             def order(text: str, awaited: bytes) -> bytes:
                 port.sendall(f"${text}#{sum(text.encode()) % 256:02x}".encode())
                 answer = b""
-                # The report that the processor has stopped may come first.
+                # The debugger may first report that the processor has stopped.
                 while awaited not in answer:
                     answer += port.recv(4096)
                     assert b"$E" not in answer, answer
@@ -239,8 +238,8 @@ class Emulator:
             order(f"M{seen_at(address):x},{len(data):x}:{data.hex()}", b"$OK#")
 
     def read_own_register(self, address: int) -> int:
-        """Return a register as the processor itself reads it in its secure state, unlike the
-        bus."""
+        """Return a register as the processor reads it in its secure state; a bus access is not
+        secure."""
         with self.debugging() as order:
             answer = b""
             while (found := re.search(rb"\$([0-9a-f]{8})#..", answer)) is None:
@@ -253,9 +252,10 @@ class Emulator:
 
     @contextmanager
     def stopped_at(self, address: int) -> Iterator[Callable[[int, int], None]]:
-        """Stop when the processor next reaches a Thumb instruction; afterwards it continues.
+        """Stop the processor when it next reaches this Thumb instruction; let it continue when the
+        block ends.
 
-        Meanwhile words can be written as the processor itself would write them.
+        Within the block the yielded function writes words as the processor itself would write them.
         """
         breakpoint_there = f"0,{address:x},2"
         with self.debugging() as order:
@@ -269,7 +269,8 @@ class Emulator:
             order(f"z{breakpoint_there}", b"$OK#")
 
     def fault_once(self, place: int, bad: bytes, handler: int) -> None:
-        """Put bad code at ``place`` until its fault has reached ``handler``, then restore it."""
+        """Write bad code to ``place``, wait until its fault reaches ``handler``, and restore the
+        code."""
         good = machine_code(place, len(bad))
         with self.debugging() as order:
             order(f"Z0,{handler:x},2", b"$OK#")
@@ -279,8 +280,8 @@ class Emulator:
             order(f"z0,{handler:x},2", b"$OK#")
 
     def on_the_bus(self, *commands: str) -> list[str]:
-        """Make bus accesses with qtest's protocol, without the processor; return the answers less
-        the OK."""
+        """Access the bus with qtest's protocol, without the processor; return the answers without
+        their OK."""
         if self._bus is None:
             port = socket.socket(socket.AF_UNIX)
             port.connect(str(self.bus))
@@ -329,9 +330,9 @@ def running(
 ) -> Iterator[Emulator]:
     """Start the image, and stop it when the block ends.
 
-    Time follows the instructions unless ``real_time`` or ``-icount`` among the options says
-    otherwise: on a busy machine a calibration would take so long that the firmware would take it
-    for a hang.
+    Time follows the instructions, unless ``real_time`` or ``-icount`` among the options changes
+    this. In real time a busy machine could calibrate so slowly that the firmware would report a
+    hang.
     """
     (folder / "core.bin").write_bytes(window)
     console, debugger = folder / "console", folder / "debugger"
@@ -368,13 +369,13 @@ def _connect(port: socket.socket, path: Path, process: Any, log: Path) -> None:
 
 
 def seen_at(address: int) -> int:
-    """Return where the firmware's program, and with it a debugger, sees a device.
+    """Return the address at which the firmware, and with it a debugger, reaches a device.
 
-    The MMU of the firmware shows the devices within the first 256 MB (memory_mapped.h).
+    The MMU of the firmware maps the devices into the first 256 MB (memory_mapped.h).
     """
     return (address ^ (address >> 4 & 0x0F00_0000)) & 0x0FFF_FFFF
 
 
 def word(value: int) -> bytes:
-    """Return the word in little-endian order."""
+    """Return the word as bytes in little-endian order."""
     return struct.pack("<I", value)

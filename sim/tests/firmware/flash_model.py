@@ -27,11 +27,13 @@ CHIPS = {
     "n25q128": (bytes.fromhex("20ba18100000"), 64 << 10),
     "w25q128": (bytes.fromhex("ef4018ef4018"), 64 << 10),
 }
-"""JEDEC ID and bytes erased by D8h: S25FL128S, table "device ID"; N25Q128, W25Q128, "RDID"."""
+"""JEDEC ID and number of bytes that D8h erases: S25FL128S by its table "device ID"; N25Q128 and
+W25Q128 by "RDID"."""
 FLASH_BYTES = 16 << 20
 PAGE_BYTES = 256
 WORKS, ENABLED, ERASE_FAILED, PROGRAM_FAILED = 1, 2, 1 << 5, 1 << 6
-"""Status bits; a Spansion flash with one of the last two stays busy until 30h clears it."""
+"""Status bits. After one of the two failures a Spansion flash stays busy until 30h clears the
+bit."""
 NOT_SELECTED, MANUAL_SELECT, MANUAL_START, START = 1 << 10, 1 << 14, 1 << 15, 1 << 16
 RECEIVED = 1 << 4
 READ_US = 1
@@ -41,13 +43,14 @@ ERASE_US, PROGRAM_US = 520_000, 750
 class Chip:
     """A flash chip: programming clears bits, and erasing sets the bits of a sector.
 
-    ``fault`` is silent, silent_after_id (from then on), stuck (an operation never ends), protected,
-    or a bit that cannot be set.
+    ``fault`` names a fault: silent, silent_after_id (silent once its ID was read), stuck (an
+    operation never ends), protected, or a bit that cannot be set.
 
     ``worn`` maps the address of a sector to the operation that fails there, ``erase`` or
     ``program``.
 
-    The model keeps the running write and the former content: ``lose_power`` can end it anywhere.
+    The model keeps the write in progress and the former content, so that ``lose_power`` can end the
+    write anywhere.
     """
 
     def __init__(self, kind: str = "s25fl128s_256k", fault: str = "") -> None:
@@ -64,11 +67,12 @@ class Chip:
         self.under_way: tuple[int, bytes] | None = None
 
     def lose_power(self, done: int, draw: np.random.Generator, order: str = "up") -> None:
-        """End the last write in its byte ``done``, which has any of the changing bits.
+        """Cut the last write off in its byte ``done``; each bit that was to change in this byte has
+        either value.
 
-        ``order``: with "up" the bytes before ``done`` are written and those after it are unchanged,
-        with "down" the opposite; with "none" all bytes are unfinished. An erase may leave any bits
-        at all: most flashes program a sector to 0 before they erase it.
+        ``order``: with "up" the bytes before ``done`` are written and those after it are unchanged;
+        with "down" it is the opposite; with "none" every byte is cut off. An erase may leave any
+        bits, because most flashes program a sector to 0 before they erase it.
         """
         assert self.under_way is not None, "nothing is written"
         first, old = self.under_way
@@ -92,7 +96,7 @@ class Chip:
         self.received.clear()
 
     def exchange(self, byte: int, now_us: int) -> int:
-        """Take one byte and return the byte that comes out in the same clocks."""
+        """Take one byte and return the byte that the chip sends in the same clocks."""
         place = len(self.received)
         self.received.append(byte)
         command = self.received[0]
@@ -118,7 +122,7 @@ class Chip:
         return int.from_bytes(self.received[1:4], "big")
 
     def deselect(self, now_us: int) -> None:
-        """Start the write when the select line is released."""
+        """Release the select line, which starts the write."""
         command = self.received[0] if self.received else None
         if command == 0x06 and len(self.received) == 1:
             self.enabled = True
@@ -162,7 +166,8 @@ class Chip:
         self.finish(now_us + PROGRAM_US)
 
     def fail(self, bit: int) -> None:
-        """Set a failure bit: S25FL128S, status register 1; other flashes have another register."""
+        """Set a failure bit, in status register 1 of S25FL128S; other flashes use another
+        register."""
         self.failed = bit if self.id[0] == 0x01 else 0
 
     def finish(self, until_us: int) -> None:
@@ -171,7 +176,7 @@ class Chip:
 
 
 class Controller:
-    """The registers of the controller of a chip; ``access`` is the interface for the C code."""
+    """The registers of the controller and its chip; the C code uses them through ``access``."""
 
     def __init__(self, chip: Chip, fault: str = "") -> None:
         self.chip = chip
@@ -224,7 +229,7 @@ class Controller:
         assert not config & (MANUAL_START | START)
         assert QSPI_REFERENCE_MHZ / (2 << (config >> 3 & 7)) <= QSPI_MOST_MHZ
         sent = word.to_bytes(4, "little")[:number]
-        # A wire without a driver is pulled up.
+        # A wire that no chip drives is pulled up.
         answer = b"\xff" * number
         if self.pins.reach_the_flash():
             answer = bytes(self.chip.exchange(byte, self.now_us) for byte in sent)

@@ -16,25 +16,25 @@ from sim.tests.firmware.zynq_model import AT
 DONE, NO_ACKNOWLEDGE = 1, 4
 RECEIVED = 1 << 5
 SCL, SDA = 1, 2
-"""Bits of the general-purpose pins that are wired to the bus through the fabric (EMIO)."""
+"""Bits of the general-purpose pins that the fabric connects to the bus (EMIO)."""
 GPIO_OUT, GPIO_IN, GPIO_DIRECTION, GPIO_ENABLE = 0xE000_A048, 0xE000_A068, 0xE000_A284, 0xE000_A288
-"""Bank 2: DATA_2, DATA_2_RO, DIRM_2, OEN_2 (UG585, appendix B.19)."""
+"""Addresses of bank 2: DATA_2, DATA_2_RO, DIRM_2, OEN_2 (UG585, appendix B.19)."""
 I2C_RESET, I2C0_RESET = 0xF800_0224, 1
 READ, MASTER, SEVEN_BITS, ACKNOWLEDGE, CLEAR_QUEUE = 1, 2, 4, 8, 64
 QUEUE = 16
 
 
 class Device(Protocol):
-    """A device on the bus; a write holds a pointer and the data for the register there."""
+    """A device on the bus; a write contains a register pointer and the data for that register."""
 
     def write(self, data: bytes) -> bool:
-        """Write data; return False without an acknowledge."""
+        """Write data; return False if the device does not acknowledge."""
 
     def read(self, number: int) -> bytes: ...
 
 
 class Adt7420:
-    """A thermometer with one-byte registers; two hold the temperature, of 13 or 16 bits."""
+    """A thermometer with one-byte registers; two of them hold the temperature, in 13 or 16 bits."""
 
     def __init__(self, celsius: float = 25.0) -> None:
         self.celsius = celsius
@@ -53,7 +53,7 @@ class Adt7420:
     def read(self, number: int) -> bytes:
         steps = round(self.celsius * 128)
         if not self.registers[0x03] & 0x80:
-            # 13 bits of 1/16 K; the three lower bits are flags.
+            # 13 bits are in steps of 1/16 K; the three lower bits are flags.
             steps = round(self.celsius * 16) << 3 | 0b101
         temperature = (steps & 0xFFFF).to_bytes(2, "big")
         found = {0x00: temperature[0], 0x01: temperature[1], **self.registers}
@@ -80,12 +80,12 @@ class Tmp117:
 class I2cModel:
     """The controller; with ``stuck`` a transfer never ends.
 
-    ``hold_sda``: a device was cut off within a byte and holds SDA low for so many further clocks
-    and until the STOP. A transfer that begins meanwhile hangs the controller until its reset.
+    A device that was cut off within a byte holds SDA low for ``hold_sda`` further clocks and then
+    until the STOP. A transfer that begins meanwhile hangs the controller until its reset.
     """
 
     def __init__(self, **devices: Device) -> None:
-        """Take devices by address: ``at_48=...``."""
+        """Connect devices, each by its address: ``at_48=...``."""
         self.devices = {int(name.removeprefix("at_"), 16): item for name, item in devices.items()}
         self.stuck = False
         self.now_us = 0
@@ -130,7 +130,7 @@ class I2cModel:
             self.bits_held -= 1
             self._wires = self.wires()
         elif before & now & SCL and now & SDA:
-            # A STOP: SDA rises while SCL is high.
+            # This is a STOP: SDA rises while SCL is high.
             self.amid_a_byte = False
 
     def reset(self) -> None:

@@ -1,8 +1,8 @@
-"""Build the firmware's C sources as a shared library on this machine, called through cffi.
+"""Build the firmware's C sources as a shared library for this machine, and call it through cffi.
 
 ``ARCTRUE_SANITIZE=address`` adds AddressSanitizer, which the process must preload, see
-test_sanitizers.py. UBSan is always included and ends the process. ``ARCTRUE_COVERAGE=FOLDER``
-counts the executed lines there, see scripts/firmware_coverage.py.
+test_sanitizers.py. UBSan is always included and ends the process at an error.
+``ARCTRUE_COVERAGE=FOLDER`` counts the executed lines there, see scripts/firmware_coverage.py.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ def sources() -> list[Path]:
 
 
 def flags() -> list[str]:
-    """Return the compiler flags of this build."""
+    """Return the compiler flags for the sanitizer and the coverage that the environment
+    requests."""
     includes = [f"-I{FIRMWARE / folder}" for folder in FOLDERS] + [f"-I{GENERATED}"]
     asked = os.environ.get("ARCTRUE_SANITIZE")
     sanitize = [f"-fsanitize={asked}"] if asked else []
@@ -45,7 +46,7 @@ def flags() -> list[str]:
 
 @functools.cache
 def shared_library() -> Path:
-    """Return the library, compiled again when a source, a header or a flag has changed."""
+    """Return the library; compile it again if a source, a header or a flag has changed."""
     digest = hashlib.sha256(" ".join(flags()).encode())
     headers = [path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")]
     for path in sorted([*sources(), *headers, *GENERATED.glob("*.h")]):
@@ -63,7 +64,7 @@ def shared_library() -> Path:
 
 
 def _headers_in_order() -> list[Path]:
-    """Return the headers, each after those that it includes."""
+    """Return the headers so that each one follows those that it includes."""
     by_name = {path.name: path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")}
     order: list[Path] = []
 

@@ -1,4 +1,5 @@
-"""A Python model of the core's registers as the firmware sees them, and the firmware above it."""
+"""A Python model of the core's registers as the firmware reads them, and the firmware that uses
+it."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ def bit(path: str, field: str) -> int:
 
 
 class ModelCore:
-    """The parts of the core that the tests need: identity, commands, one bank, coefficient
+    """The parts of the core that the tests need: identity, commands, one bank, the coefficient
     window."""
 
     def __init__(self, lanes: int = 32, depth: int = 12288) -> None:
@@ -56,7 +57,8 @@ class ModelCore:
         """Faults of ``FAULTS`` that no command can end."""
         self.release_causes = 0
         self.events: deque[tuple[int, int, int, int, int]] | None = None
-        """Number, kind, time, position and angle of the events that wait; None: without EVENTS."""
+        """Waiting events, each as (number, kind, time, position, angle); None for a core without
+        EVENTS."""
         self.set("identification", 0x41524354)
         self.set("version", 0x000100)
         self.set("core_configuration", lanes | 18 << 8 | depth << 16)
@@ -127,7 +129,8 @@ class ModelCore:
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
 
     def releasing_faults(self) -> int:
-        """Return the present faults that release the drivers' enable; latch them as causes."""
+        """Return the bits of present faults that release the drivers' enable, and latch them as
+        causes."""
         present = {name for name in ("head1", "head2") if self.get(f"{name}.flags") & 0b1110}
         if self.get("head1.flags") & bit("head1.flags", "swallowed"):
             present.add("swallowed")
@@ -146,13 +149,13 @@ class ModelCore:
         return ffi.cast("int32_t *", self.bank.ctypes.data)
 
     def build_events(self) -> None:
-        """Build the core with EVENTS, with an empty queue."""
+        """Give the core EVENTS and an empty queue."""
         self.events = deque()
         self.set("version", 0x000800)
         self.set("capability", 2 | bit("capability", "events"))
 
     def show_event(self) -> None:
-        """Show the oldest event in its registers."""
+        """Show the oldest event in the event registers."""
         assert self.events is not None
         number, kind, time, position, angle = self.events[0] if self.events else (0,) * 5
         self.set("events.state", number << 16 | len(self.events) << 8 | kind)
@@ -166,20 +169,20 @@ class ModelCore:
             self.set(f"{head}.flags", bit(f"{head}.flags", "index_seen"))
 
     def head1_slips(self, slip: int, travel: int = 1000) -> None:
-        """Show an angle of ``slip`` at head 1's last index in its registers."""
+        """Set the registers so that head 1's angle was ``slip`` at its last index."""
         position = self.get("snapshot.head1_position")
         self.set("head1.index", position - travel)
         self.set("snapshot.head1_angle", (slip + travel) % self.get("counts_per_rev_active"))
 
     def moves_zero(self, slip: int) -> None:
-        """Let the core move the zero, because a mark proves that head 1 lost ``-slip`` counts."""
+        """Move the zero, as the core does when a mark proves that head 1 lost ``-slip`` counts."""
         self.set("zero", self.get("zero") + 1)
         self.set("zero_slip", slip)
         self.set("head1.flags", self.get("head1.flags") | 0b10)
         self.head1_slips(0)
 
     def head2_slips(self, slip: int, travel: int = 1000) -> None:
-        """Show an angle of ``slip`` at head 2's last index in its registers."""
+        """Set the registers so that head 2's angle was ``slip`` at its last index."""
         index = 123_456_789
         self.set("head2.index", index)
         self.set("snapshot.head2_position", index + travel)
@@ -187,7 +190,7 @@ class ModelCore:
         self.set("snapshot.head2_angle", angle)
 
     def stand_at(self, position: int, angle: int) -> None:
-        """Set the corrected position, and head 1 with it."""
+        """Set the corrected position and angle, and the same position for head 1."""
         for head in ("head1", "corrected"):
             self.set(f"snapshot.{head}_position", position)
         self.set("snapshot.corrected_angle", angle)
@@ -195,8 +198,8 @@ class ModelCore:
     def hand_over(
         self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN, travel: int = 0
     ) -> None:
-        """Hand over a bank with counts (2, n), read when head 1 has moved on by ``travel``
-        counts."""
+        """Hand over a bank with counts (2, n); head 1 has moved on by ``travel`` counts when the
+        firmware reads it."""
         words = counts.T.astype(np.int64).astype(np.uint32).view(np.int32)
         self.bank = np.ascontiguousarray(words)
         self.set("capture_header.sample_count", counts.shape[1])
@@ -211,7 +214,7 @@ class ModelCore:
 
 
 class Firmware:
-    """Application and console over a core; ``said`` is the output of the console."""
+    """Application and console that run on a core; ``said`` is the output of the console."""
 
     def __init__(self, core: Any) -> None:
         ffi, library = firmware()
@@ -232,7 +235,7 @@ class Firmware:
         self.said += firmware()[0].buffer(characters, number)[:]
 
     def send(self, line: str | bytes) -> str:
-        """Type a line and return the immediate output."""
+        """Type a line and return the output that follows immediately."""
         self.said.clear()
         data = line if isinstance(line, bytes) else line.encode() + b"\r"
         for character in data:
@@ -240,7 +243,7 @@ class Firmware:
         return self.said.decode()
 
     def parameters(self) -> dict[str, str]:
-        """Return the output of ``show parameters`` by name."""
+        """Return the values that ``show parameters`` prints, by name."""
         return dict(line.split() for line in self.send("show parameters").splitlines()[:-1])
 
     def status(self, name: str) -> list[str]:
@@ -249,7 +252,7 @@ class Firmware:
         return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
 
     def step(self, times: int = 1) -> str:
-        """Run the main loop and return its output."""
+        """Run the main loop this number of times and return its output."""
         self.said.clear()
         for _ in range(times):
             self.library.application_step(self.application)

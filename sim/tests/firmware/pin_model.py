@@ -1,4 +1,4 @@
-"""A model of the multiplexed pins (MIO) that the quad-SPI flash is wired to.
+"""A model of the multiplexed pins (MIO) to which the quad-SPI flash is wired.
 
 It is written from UG585 (chapter 2.5, and slcr.MIO_PIN in its register tables), not from the C
 code.
@@ -10,11 +10,11 @@ from sim.tests.firmware.zynq_model import AT, UNLOCK_KEYS
 
 FIRST_PIN = 0xF800_0700
 QSPI_PINS = range(1, 7)
-"""Pins of select, four data wires and clock of the first flash: only MIO 1 to 6."""
+"""Pins of the first flash, MIO 1 to 6: select, four data wires and clock."""
 TRISTATE, LEVEL_0, LEVELS_1_TO_3 = 1, 1 << 1, 0xFC
 VOLTAGE = 7 << 9
 LVCMOS33 = 3 << 9
-"""Voltage code; LVCMOS18 is 1 and LVCMOS25 is 2. Bank 500 of both boards has 3.3 V."""
+"""Voltage code of 3.3 V, which bank 500 has on both boards; LVCMOS18 is 1 and LVCMOS25 is 2."""
 
 
 def pin_address(pin: int) -> int:
@@ -30,7 +30,7 @@ class Pins:
         self.words = {pin: 0x1601 if pin == 1 else 0x0601 for pin in QSPI_PINS}
 
     def write(self, address: int, word: int) -> None:
-        """Handle a write to any of the system-level control registers."""
+        """Handle a write to a system-level control register, which need not be a pin's register."""
         if address == AT["SLCR_UNLOCK"]:
             self.locked = word != UNLOCK_KEYS["SLCR_UNLOCK"]
         pin = (address - FIRST_PIN) // 4
@@ -38,7 +38,7 @@ class Pins:
             self.words[pin] = word
 
     def reach_the_flash(self) -> bool:
-        """Tell whether all six carry the controller's signals at the voltage of their bank."""
+        """Tell whether all six pins carry the controller's signals at the voltage of their bank."""
         return all(
             word & (LEVEL_0 | LEVELS_1_TO_3 | TRISTATE) == LEVEL_0 and word & VOLTAGE == LVCMOS33
             for word in self.words.values()

@@ -1,4 +1,4 @@
-"""Tests of the application over a model of the core: from the index to swapped coefficients."""
+"""Tests of the application with a model of the core, from the index to swapped coefficients."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_it_waits_for_the_index_of_both_heads() -> None:
     firmware.step()
     assert firmware.phase == "capture"
     assert controls(firmware.core) == {
-        "compensate": False,  # the banks may still contain words from before a reset
+        "compensate": False,  # after a reset of the processor the banks may still contain old words
         "output_enable": True,
         "capture_enable": True,
     }
@@ -165,8 +165,8 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
 
 
 def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> None:
-    """A servo that reads the output would move the table, and the output has lost counts as
-    well."""
+    """A servo that follows the output would move the table if the output returned without the
+    operator; the output has also lost counts."""
     assert running.turn(turn())["output_fault"] == "none"
     assert "output_fault none\r\n" in running.send("status")
     running.core.set("status", bit("status", "cannot_keep_up"))
@@ -190,7 +190,7 @@ def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> No
 
 
 def test_a_fault_of_the_output_that_is_still_there_is_told(running: Firmware) -> None:
-    """The core sets the fault again at once while the output is still too far behind."""
+    """While the output still lags too far, the core sets the fault again at once."""
     running.core.set("status", bit("status", "cannot_keep_up"))
     running.core.command = lambda word: None  # type: ignore[method-assign]
     answer = running.send("clear_output")
@@ -214,7 +214,8 @@ def slipped(counts: Any, slip: int) -> Any:
 @pytest.mark.parametrize("method", [0, 1])
 @pytest.mark.parametrize("slip", [-4, 40, -11_651, 1 << 20, (1 << 23) - 1])
 def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> None:
-    """Slips reach from 4 counts to half a turn; undetected they would shift the separation."""
+    """Head 2 loses between 4 counts and half a turn; an undetected loss would shift the
+    separation."""
     running.send(f"set method {method}")
     running.turn(turn())
     clean = running.turn(turn(seed=2))
@@ -236,7 +237,8 @@ def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> N
 
 
 def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
-    """A slip within index_tolerance raises no alarm; a larger one does, and so does its return."""
+    """A slip within index_tolerance raises no alarm. A larger slip raises one, and so does the
+    return to zero."""
     for slip, zero, alarms in (
         (1, 0, []),
         (-40, -40, ["zero_lost"]),
@@ -250,7 +252,7 @@ def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
 
 
 def test_an_index_error_of_head_2_that_would_be_cleared_unseen(running: Firmware) -> None:
-    """The index error follows a turn that is refused for another reason."""
+    """The index error comes with a turn that is refused for another reason."""
     running.core.set("head2.flags", 0b11)
     running.core.head2_slips(40)
     telemetry = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
@@ -267,8 +269,8 @@ def is_rearmed(core: ModelCore) -> bool:
 
 
 def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
-    """The firmware detects the loss at the index, minutes before a bank; the correction stays
-    on."""
+    """The core reports the loss at the index, minutes before it hands over a bank; the correction
+    stays on."""
     assert running.core.get("lost_counts") == bit("lost_counts", "zero_again")
     running.turn(turn())
     running.core.writes.clear()
@@ -304,10 +306,11 @@ def test_counts_are_put_back_where_the_operator_says_so(running: Firmware) -> No
 
 @pytest.mark.parametrize(("slip", "doubts"), [(2, False), (-8, True), (COUNTS // 3, False)])
 def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) -> None:
-    """Head 1 loses counts in every turn: after four turns the zero is sought again, uncorrected.
+    """Head 1 loses counts in every turn: after four turns the firmware switches the correction off
+    and seeks the zero again.
 
-    This excludes slips within the repeatability of the index, and large ones, which are false
-    pulses.
+    It does not do so for a slip within the repeatability of the index, nor for a large one, which
+    is a false pulse.
     """
     running.turn(turn())
     begin = running.core.get("snapshot.head1_position")
@@ -330,7 +333,7 @@ def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) 
 
 
 def test_a_doubt_that_ends(running: Firmware) -> None:
-    """A false mark appears near the index; the next mark is in its place."""
+    """A false mark comes near the index; the next mark is at the right place and ends the doubt."""
     running.turn(turn())
     running.core.writes.clear()
     running.core.head1_slips(-8)
@@ -374,7 +377,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     (line,) = [text for text in status.splitlines() if text.startswith("separation_deg")]
     assert float(line.split()[1]) == pytest.approx(-33.0, abs=0.01)
     assert running.turn(turn(seed=2))["result"] == "applied"
-    # The alternative cause is a wrong stated separation of the heads.
+    # Another cause of the same sign is a wrong stated separation of the heads.
     assert running.send("set separation_deg 327") == "ok\r\n"
     assert running.turn(turn(seed=3))["reason"] == "heads_exchanged"
     assert running.turn(turn(seed=4)[::-1])["reason"] in ("none", "not_better")
@@ -385,11 +388,11 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     [
         (33.0, -33.0, True),
         (33.0, 327.2, True),
-        # The difference exceeds the accepted deviation of a separation, 0.25°.
+        # The difference exceeds 0.25°, the accepted deviation of a separation.
         (33.0, -33.3, False),
         (33.0, 33.2, False),
         (33.0, 90.0, False),
-        # Both assignments are the same.
+        # Both assignments of the heads fit equally well.
         (180.0, 180.0, False),
         (180.0, -180.0, False),
         (0.1, -0.1, False),
@@ -447,8 +450,8 @@ def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> No
 
 
 def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
-    """A turn of the same disc gives no improvement, so that the acceptance gate keeps the other
-    orders unchanged."""
+    """The disc is the same, so that a turn gives no improvement and the acceptance gate keeps
+    unchanged the orders that are still judged."""
     for seed in range(1, 6):
         running.turn(turn(seed=seed))
     reading = np.arange(0, COUNTS, COUNTS // 1024)
@@ -472,14 +475,16 @@ def capture_mode(core: ModelCore) -> int:
 
 
 def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
-    """The speed varies by ±19 % once a turn: refused at equal times, used at equal angles."""
+    """The speed varies by ±19 % once per turn. The firmware refuses samples at equal times and uses
+    samples at equal angles."""
     random = np.random.default_rng(5)
     part = np.linspace(0.0, 1.01, SAMPLES)
     theta = 2.0 * np.pi * (part + 0.03 * np.sin(2.0 * np.pi * part))
     running.core.writes.clear()
     telemetry = running.turn(DISC.heads(theta, 0.1, random))
     assert (telemetry["result"], telemetry["reason"]) == ("refused", "wrong_step")
-    # Samples of the next turn captured so far are at equal times: they are discarded.
+    # The capture restarts, which discards the samples of the next turn: they were taken at equal
+    # times.
     orders = [word for offset, word in running.core.writes if offset == address("control")]
     assert [bool(word & bit("control", "capture_enable")) for word in orders[-2:]] == [False, True]
     assert capture_mode(running.core) == 1
@@ -494,13 +499,14 @@ def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
     found = {int(n): (amplitude, phase) for n, amplitude, phase, *_ in telemetry["harmonics"]}
     for order, (amplitude, phase) in DISC.orders.items():
         value = found[order][0] * np.exp(1j * found[order][1])
-        # Four times the standard uncertainty that the noise of a turn leaves at the weakest order.
+        # The bound is four times the standard uncertainty that the noise of a turn gives the
+        # weakest order.
         assert abs(value - amplitude * np.exp(1j * phase)) < 0.1 + 2e-3 * amplitude, order
 
 
 @pytest.mark.parametrize("order", ["dump", "rearm"])
 def test_equal_times_come_back(running: Firmware, order: str) -> None:
-    """Rows of a dump have times, and the next start does not know the speed."""
+    """The rows of a dump need times, and after a new start the speed is unknown."""
     running.application.by_angle = True
     running.send(order)
     assert capture_mode(running.core) == 0
@@ -589,7 +595,7 @@ def test_it_does_not_sleep_while_there_is_more_to_do(running: Firmware) -> None:
 
 
 class Sensor:
-    """A thermometer that may fail."""
+    """A thermometer that may fail to give a temperature."""
 
     def __init__(self, firmware: Firmware) -> None:
         ffi, library = c_library()
@@ -643,8 +649,8 @@ def test_a_dump_tells_the_temperature(running: Firmware) -> None:
 
 @pytest.mark.parametrize("phase", ["wait_for_index", "capture"])
 def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase: str) -> None:
-    """After a reset the core's registers have their reset values; the firmware must look to detect
-    it."""
+    """The core's registers have their reset values; the firmware must read them regularly to detect
+    the reset."""
     running.turn(turn())
     setup = {name: running.core.get(name) for name in ("ramp_rate", "output_spacing", "alarm")}
     if phase == "wait_for_index":
@@ -670,7 +676,8 @@ def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase:
 
 
 def four_heads() -> Firmware:
-    """Return the firmware at a core with four heads, with the indices of heads 1 and 2 found."""
+    """Return the firmware with a core of four heads; the indices of heads 1 and 2 have been
+    found."""
     core = ModelCore()
     core.set("version", 0x000800)
     core.set("capability", 4 | 1 << 3)
@@ -683,7 +690,8 @@ def four_heads() -> Firmware:
 
 
 def test_it_waits_for_the_index_of_further_heads() -> None:
-    """Without the zero of head 4 no mean can be judged; a left-out head is not awaited."""
+    """Without the zero of head 4 no mean can be judged. The firmware does not wait for a head that
+    is left out."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0111 << 8)
     firmware.step(3)
@@ -699,7 +707,8 @@ def test_it_waits_for_the_index_of_further_heads() -> None:
 
 
 def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
-    """After a whole turn of head 1, head 1 alone is corrected as with two heads."""
+    """Head 4 shows no index. After a whole turn of head 1 the firmware corrects head 1 alone, as
+    with two heads."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0011 << 8)
     firmware.step(3)
@@ -710,8 +719,8 @@ def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
 
 
 def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
-    """Telemetry omits this value, because a 0 would look like a perfect mean; it names a head that
-    the gateware left out."""
+    """Telemetry omits ``active_arcsec``, because 0 would look like a perfect mean; it names a head
+    that the gateware left out."""
     assert running.turn(counts_of(DISC))["active_arcsec"] > 100
     running.turn(counts_of(DISC))
     running.core.set("version", 0x000800)
@@ -728,7 +737,7 @@ def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
 
 
 def test_coefficients_of_its_own_switch_the_failover_off(running: Firmware) -> None:
-    """Prepared sets belong to earlier coefficients, so that none may be swapped in any longer."""
+    """Prepared sets belong to earlier coefficients; the gateware must not swap them in any more."""
     running.core.set("version", 0x000800)
     running.core.set("capability", 2 | bit("capability", "failover"))
     running.core.set("failover", bit("failover", "enable") | bit("failover", "illegal"))
@@ -750,7 +759,7 @@ def test_forgetting_switches_the_failover_off(running: Firmware) -> None:
 
 
 def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None:
-    """The core refuses the write, which would be a bus fault."""
+    """The core would answer the write with a bus fault."""
     running.core.set("version", 0x000800)
     running.core.set("capability", 2)
     running.core.writes.clear()
@@ -760,7 +769,7 @@ def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None
 
 
 def test_a_set_that_is_being_loaded_is_awaited(running: Firmware) -> None:
-    """The set goes into the bank that the firmware is about to write."""
+    """The gateware is loading a set into the bank that the firmware is about to write."""
     core = running.core
     core.set("version", 0x000800)
     core.set("capability", 2 | bit("capability", "failover"))

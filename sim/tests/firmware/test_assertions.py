@@ -1,4 +1,5 @@
-"""An impossible state ends the process on this machine; on the chip it is a fault, test_qemu.py."""
+"""Tests that an impossible state ends the process on this machine; on the chip it raises a fault,
+see test_qemu.py."""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ library.application_step(application)
     ],
 )
 def test_a_state_that_must_never_be_ends_the_step(change: str, condition: str) -> None:
-    """The bounds are 64 lanes (limits.h) and the last members of the enumerations."""
+    """The limits are 64 lanes (limits.h) and the last members of the enumerations."""
     ended = subprocess.run(
         [sys.executable, "-c", PREPARE.format(change=change)],
         cwd=ROOT,
@@ -89,8 +90,8 @@ print("prepared", flush=True)
     ],
 )
 def test_a_call_that_must_never_be_ends_the_process(call: str, condition: str) -> None:
-    """The bounds of calibration and console are ORDERS_MAX 40, LANES_LIMIT 64, CONSOLE_LINE_MOST 80
-    characters and 9 decimals."""
+    """The limits of calibration and console are 40 orders, 64 lanes, 80 characters per line and 9
+    decimals."""
     ended = subprocess.run(
         [sys.executable, "-c", CALL.format(call=call)],
         cwd=ROOT,

@@ -1,4 +1,5 @@
-"""Tests of every reason to refuse a capture, with a capture for each, against the reference."""
+"""Tests of every reason to refuse a capture, each with an example, against the reference in
+Python."""
 
 from __future__ import annotations
 
@@ -123,7 +124,8 @@ def test_an_empty_bank() -> None:
 
 
 def test_more_than_a_turn() -> None:
-    """The sampler closes a bank at a turn: more counts belong to another turn than the core's."""
+    """The sampler closes a bank after a turn. More counts mean that the core has another number of
+    counts per turn."""
     counts = good()
     assert verify(capture_in_c(counts, counts_per_rev=COUNTS // 2))[0] == "more_than_a_turn"
 
@@ -162,7 +164,7 @@ def test_every_reason_has_a_name() -> None:
 )
 @settings(max_examples=200, deadline=None)
 def test_any_steps_get_the_reference_verdict(steps: list[int], offset: int) -> None:
-    """The C search by bisection finds the same medians as sorting, in random walks."""
+    """For random walks, the bisection in C finds the same medians as sorting in Python."""
     head = np.concatenate(([0], np.cumsum(steps))).astype(np.int64)
     counts = np.stack((head, head + 33))
     expected, sample = "none", None

@@ -83,7 +83,7 @@ def test_the_reference_quantises_the_same(fitted: Any, counts_per_rev: int) -> N
     assert [
         library.coefficients_phase_step(lane.order, counts_per_rev) for lane in lanes
     ] == expected.phase_steps.tolist()
-    # A value near the middle of two words may be rounded to either.
+    # A value near the middle between two words may be rounded to either of them.
     assert np.abs([lane.amplitude for lane in lanes] - expected.amplitudes).max() <= 1
     offsets = np.array([lane.phase_offset for lane in lanes]) - expected.phase_offsets.astype(int)
     assert np.abs((offsets + 2**23) % 2**24 - 2**23).max() <= 1
@@ -117,7 +117,7 @@ def test_a_fit_that_is_not_finite_is_refused() -> None:
 
 
 def test_orders_that_cannot_be_told_apart() -> None:
-    """24 samples a turn cannot determine 24 orders: the matrix is singular."""
+    """With 24 samples per turn, 24 orders cannot be determined: the matrix is singular."""
     ffi, library = firmware()
     held = capture_in_c(counts_of(samples=24, noise=0.0), period_clocks=0)
     turn, fault = ffi.new("struct turn *"), ffi.new("struct capture_fault *")
@@ -137,11 +137,11 @@ def test_orders_that_cannot_be_told_apart() -> None:
     [(3000.0, "none"), (10_000.0, "not_converged"), (15_000.0, "singular")],
 )
 def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, reason: str) -> None:
-    """A disc 2.8° off centre moves the heads' difference by 1.6°, and order 24 by 38°.
+    """A disc 2.8° off centre moves the heads' difference by 1.6°, which is 38° at order 24.
 
-    The second-order approximation of the matrix errs by (2Nδ)³/6 = 0.4, on columns of |e^{jnα} − 1|
-    down to 0.05: refinement diverges. At 0.3 of this eccentricity it converges; at 1.5 times, the
-    matrix is not even positive definite.
+    The second-order approximation of the matrix has the error (2Nδ)³/6 = 0.4, while its columns
+    |e^{jnα} − 1| can be as small as 0.05: the refinement diverges. With 0.3 of this eccentricity it
+    converges; with 1.5 times, the matrix is not even positive definite.
     """
     disc = Disc({1: (eccentricity_arcsec, 0.4)})
     held = capture_in_c(counts_of(disc, noise=0.0, samples=400), period_clocks=0)
@@ -157,7 +157,7 @@ def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, rea
 
 
 def test_a_fit_takes_no_longer_than_the_watchdog_waits() -> None:
-    """A fit may make some three dozen passes over the turn: fewer for a long capture."""
+    """A fit may make about 36 passes over the turn; the limit is lower for a long capture."""
     disc = Disc({1: (7700.0, 0.4)})
     for samples, expected in ((400, "none"), (12_000, "not_converged")):
         held = capture_in_c(counts_of(disc, noise=0.0, samples=samples), period_clocks=0)
@@ -235,7 +235,7 @@ def test_the_gate_lets_the_first_calibration_pass(fitted: Any) -> None:
 
 
 def test_the_gate_keeps_the_last_good_where_a_new_turn_is_no_better(fitted: Any) -> None:
-    """The same disc is measured with fifteen times the noise."""
+    """The new turn measures the same disc with fifteen times the noise."""
     _, active = quantised(fitted, verdicts_of(fitted, 32)[0], 32)
     worse = estimate("least_squares", capture_in_c(counts_of(noise=1.5, seed=5)))[1]
     _, candidate = quantised(worse, verdicts_of(worse, 32)[0], 32)
@@ -253,8 +253,9 @@ def test_the_gate_lets_a_real_change_pass(fitted: Any) -> None:
 
 
 def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> None:
-    """0.037″ of 150″ are unknown. The active coefficients have the same error, so that the error
-    cancels in the comparison."""
+    """The change of 0.03″ is less than 0.037″, the uncertainty that the separation causes in 150″
+    of order 1. The active coefficients have the same error of the separation, so that it cancels in
+    the comparison."""
     asked = {"index_detection_arcsec": 50.0 / np.sqrt(3.0)}
     made = []
     for seed, amplitude in ((3, 150.0), (6, 150.03)):

@@ -1,4 +1,4 @@
-"""Tests of the console: every command, and lines that are no command."""
+"""Tests of the console: every command, and lines that are not commands."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
 
 
 def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
-    """The answer has the words of the registers in the map, and no others."""
+    """The answer contains the words of the registers in the map, and no other words."""
     core, (ffi, _) = running.core, firmware()
     core.set("version", 3 << 16 | 21 << 8 | 7)
     core.set("pipeline", 30 << 8 | 8)
@@ -49,7 +49,7 @@ def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
     ]
     core.set("capability", 1 << 4 | 2)
     assert "rotation table" in running.send("version").splitlines()
-    # Gateware of an earlier minor version lacks this register.
+    # The gateware of an earlier minor version does not have this register.
     core.set("version", 3 << 16 | 7 << 8)
     assert "rotation cordic" in running.send("version").splitlines()
     core.set("chip_dna_high", 1 << 31 | 0x1234567)
@@ -100,7 +100,7 @@ def test_every_reason_and_alarm_is_explained(running: Firmware) -> None:
     assert len(alarms) == 15
     for name in {ffi.string(name).decode() for name in (*reasons, *alarms)}:
         answer = running.send(f"help {name}").splitlines()
-        # `temperature` is also a command.
+        # `temperature` is also the name of a command.
         assert len(answer) == 2 + (name == "temperature"), name
         assert len(answer[-2].split()) >= 5, "a sentence"
         assert answer[-1] == "ok"
@@ -169,7 +169,7 @@ def test_harmonics_of_a_refused_turn_are_not_shown(running: Firmware) -> None:
         line for line in running.send("status").splitlines() if line.startswith("noise_arcsec")
     ]
     refused = 5.0 * np.sqrt(2.0)
-    # 1,500 samples determine the value to 2 %.
+    # 1,500 samples determine the noise to 2 %.
     assert float(noise.split()[1]) == pytest.approx(refused, rel=0.1)
 
 
@@ -199,7 +199,7 @@ def test_a_dump_is_the_capture(running: Firmware) -> None:
 
 
 def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
-    """The core gets the bank back at once; each step prints eight rows of the copy."""
+    """The core gets the bank back at once; the console prints a copy, eight rows per step."""
     running.send("dump")
     running.send("telemetry on")
     counts = turn()
@@ -224,9 +224,10 @@ def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
 @pytest.mark.parametrize("samples", [3, 3072, 3073, 6144, 6145, 12_287, 12_288])
 @pytest.mark.parametrize("sense", [1, -1])
 def test_a_copy_has_every_sample(samples: int, sense: int, heads: int) -> None:
-    """Few samples are copied whole, many as steps of 16 bits, in any order and over a wrap at 2³¹.
+    """A few samples are copied in full and many as steps of 16 bits. The rows are read in any order
+    and across a wrap at 2³¹.
 
-    With more than two heads and 6,144 samples, the copy has every second one.
+    With more than two heads and more than 6,144 samples, the copy contains every second sample.
     """
     ffi, library = firmware()
     draw = np.random.default_rng(samples)
@@ -255,7 +256,7 @@ def test_a_copy_has_every_sample(samples: int, sense: int, heads: int) -> None:
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_places_of_heads_equal_numpy(heads: int) -> None:
-    """Compare the mean of each reading against head 1's over a turn, to 1e-7 of 16 million
+    """Compare the mean distance of each head from head 1 over a turn, to 1e-7 of 16 million
     counts."""
     ffi, library = firmware()
     turn = 1 << 24
@@ -305,7 +306,7 @@ def test_numbers_are_written_right(value: float, decimals: int) -> None:
     made.said.clear()
     library.text_fixed(made.sink, value, decimals)
     text = made.said.decode()
-    # The bound is half a unit of the last decimal, plus the rounding of value * 10^decimals.
+    # The bound is half a unit of the last decimal, plus the rounding error of value * 10^decimals.
     assert abs(float(text) - value) <= 0.5 * 10.0**-decimals + abs(value) * 3e-16
     assert len(text.partition(".")[2]) == decimals
     parsed = ffi.new("double *")
@@ -361,7 +362,7 @@ UART_OUTPUT_RING = 4096
 
 
 class Room:
-    """A port that accepts a limited number of characters at once."""
+    """A port that accepts only a limited number of characters at once."""
 
     def __init__(self, made: Firmware, characters: int) -> None:
         self.characters = characters
@@ -370,7 +371,7 @@ class Room:
 
 
 def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) -> None:
-    """No line waits or is cut; the alarms of an omitted line come with the next one."""
+    """No line waits and none is cut; the next line reports the alarms of an omitted one."""
     running.send("telemetry on")
     running.send("set alarm_noise_arcsec 0.000001")
     running.core.hand_over(turn(seed=1))
@@ -391,7 +392,7 @@ def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) 
 
 
 def test_the_longest_line_of_telemetry_has_room_in_the_ring(running: Firmware) -> None:
-    """Every number has its greatest length and every alarm is on; the console could never send a
+    """Every number has its greatest length and every alarm is on: the console can never send a
     longer line."""
     ffi, library = firmware()
     running.core.hand_over(turn(seed=1))

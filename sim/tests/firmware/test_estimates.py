@@ -24,17 +24,19 @@ from arctrue.calibration import Estimate, fourier, least_squares, whole_turns
 from arctrue.calibration.harmonics import as_function_of_reading
 
 EQUAL_TO = 1e-9
-"""Largest difference from the reference, as a share of the largest |E_n| (project requirement)."""
+"""Largest difference from the reference, relative to the largest |E_n| (a requirement of the
+project)."""
 GRAM_APPROXIMATION = 1e-3
-"""Relative error of the covariance, which uses a second-order approximation of the normal matrix.
+"""Relative error of the covariance, whose normal matrix is a second-order approximation.
 
-The error is (2N·δ)³/6 over the square of the weakest column, |e^{jnα} − 1|² = 0.0027, for a δ of
-85″.
+With δ = 85″ the error is (2N·δ)³/6, divided by the square of the weakest column, |e^{jnα} − 1|² =
+0.0027.
 """
 REFERENCE_ROUNDING = 1e-5
 """Relative rounding error of the reference's residual |y|² − 2xᵀXᵀy + xᵀXᵀXx.
 
-Terms of 1e11 arcsec², where index and drawing differ by 3000″, leave 2e2 arcsec².
+Where index and drawing differ by 3000″, terms of 1e11 arcsec² leave a rounding error of 2e2
+arcsec².
 """
 
 DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 3: (1.2, 2.9), 11: (0.4, 1.0), 31: (0.3, 5.0)})
@@ -49,7 +51,7 @@ CASES: dict[str, dict[str, Any]] = {
 
 
 def counts_of(disc: Disc = DISC, noise: float = 0.1, seed: int = 3, **angles: Any) -> Any:
-    """Return counts (2, n) of one turn and of the sample that closes it."""
+    """Return counts (2, n) of one turn, with the sample that closes the turn."""
     samples = angles.pop("samples", 12_000)
     theta = turn_angles(samples, 2, **angles)[: samples + 1]
     return disc.heads(theta, noise, np.random.default_rng(seed))
@@ -71,9 +73,10 @@ def reference(
 
 
 def u_index_rad(counts_per_rev: int, detection_arcsec: float = 0.0) -> float:
-    """Return the standard uncertainty of R₂ − R₁ from the index.
+    """Return the standard uncertainty of R₂ − R₁ that the index causes.
 
-    It has a rectangle of ±1 count for each head, and the difference of the places of detection.
+    It contains a rectangular distribution of ±1 count for each head, and the difference of the
+    places of detection.
     """
     head = 2.0 * np.pi / counts_per_rev / np.sqrt(3.0)
     return float(np.sqrt(2.0 * head**2 + (detection_arcsec * ARCSEC) ** 2))
@@ -141,7 +144,7 @@ def test_whole_turns_between_the_counters_mean_nothing(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_an_order_that_cannot_be_seen(method: str) -> None:
-    """At exactly 36° order 10 is invisible, and so are orders 20 and 30."""
+    """At exactly 36° the heads cannot observe order 10, nor orders 20 and 30."""
     disc = Disc({1: (20.0, 0.4), 7: (1.0, 1.0)}, alpha_deg=36.0)
     counts = counts_of(disc, start=0.0)
     alpha = float(np.radians(36.0))
@@ -155,8 +158,8 @@ def test_an_order_that_cannot_be_seen(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_heads_that_detect_the_mark_at_different_places(method: str) -> None:
-    """10 µm at the disc are 38″ or 492 counts of head 2, which no data can separate from the
-    separation of the heads."""
+    """10 µm at the disc are 38″ or 492 counts of head 2. No data can distinguish this shift from a
+    change of the separation."""
     u_detection = 38.0
     counts = counts_of()
     moved = counts + np.array([[0], [492]])
@@ -167,7 +170,7 @@ def test_heads_that_detect_the_mark_at_different_places(method: str) -> None:
     assert np.hypot(*shift)[0] > 0.02, "order 1, arcsec"
     ffi, library = firmware()
     u = [library.harmonic_uncertainty(ffi.addressof(right.harmonic[n])) for n in range(32)]
-    # One standard uncertainty of the separation, shared by the components of an order.
+    # The shift is one standard uncertainty of the separation; both components of an order share it.
     assert (np.sqrt((shift**2).mean(axis=0)) <= np.array(u) * 1.01).all()
     noise = np.sqrt(right.u_measured_separation_rad**2 - u_index_rad(COUNTS, u_detection) ** 2)
     assert 0.0 < noise < 0.01 * ARCSEC
@@ -193,7 +196,8 @@ def test_positions_that_wrap() -> None:
 
 
 def test_a_turn_that_does_not_divide_the_register() -> None:
-    """With 360,000 counts a turn the wrapped word is not the angle; the offset corrects that."""
+    """With 360,000 counts per turn a wrapped position does not give the angle; the offset corrects
+    this."""
     disc = Disc(DISC.orders, counts_per_rev=360_000)
     counts = counts_of(disc, noise=3.0, samples=3000) + 6000 * 360_000
     assert counts[0, 0] > 2**31
@@ -212,7 +216,7 @@ def test_as_a_function_of_the_reading() -> None:
     library.estimate_as_function_of_reading(ffi.new("struct reading_workspace *"), made)
     expected = as_function_of_reading(before.orders, before.values)
     assert np.abs(values_of(made) - expected).max() < EQUAL_TO * 75.0
-    # The step corrects 0.055″ of order 2.
+    # This step corrects 0.055″ of order 2.
     assert np.abs(values_of(made) - before.values).max() > 0.03
     again = values_of(made)
     library.estimate_as_function_of_reading(ffi.new("struct reading_workspace *"), made)
@@ -239,7 +243,8 @@ def test_any_disc(
 
 
 def test_forty_orders_of_an_enlarged_disc() -> None:
-    """With eight times the errors of the paper's disc the normal matrix is a poor approximation."""
+    """With eight times the errors of the paper's disc the approximation of the normal matrix is
+    poor."""
     disc = Disc({1: (1200.0, 0.4), 2: (48.0, 4.2), 11: (3.0, 1.0)})
     counts = counts_of(disc, noise=3.0, samples=2000)
     reason, made = estimate("least_squares", capture_in_c(counts), orders=40)

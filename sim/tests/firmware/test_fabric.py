@@ -1,4 +1,5 @@
-"""Tests of loading the fabric from the flash, with a model of the configuration port."""
+"""Tests that the loader configures the fabric from the flash; a model stands for the configuration
+port."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ STEPS_MOST = 3_000_000
 
 
 def load(model: ZynqModel) -> tuple[str, Any]:
-    """Return the name of the final state, and the loader."""
+    """Run the loader; return the name of its final state, and the loader."""
     ffi, library = firmware()
     fabric = ffi.new("struct fabric *")
     library.fabric_prepare(fabric, model.access)

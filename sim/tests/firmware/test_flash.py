@@ -1,4 +1,5 @@
-"""Tests of the serial flash through the controller's registers, against the data sheets."""
+"""Tests of the serial flash, reached through the controller's registers, against the data
+sheets."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ RECORD = 0xF0_0000
 
 
 def opened(controller: Controller) -> tuple[Any, int]:
-    """Return the driver and the number of bytes of a sector."""
+    """Open the flash; return the driver and the number of bytes in a sector."""
     ffi, library = firmware()
     flash = ffi.new("struct flash *")
     library.flash_prepare(flash, controller.access)
@@ -29,7 +30,7 @@ def words_of(flash: Any, address: int, number: int) -> list[int]:
 
 
 def wait(controller: Controller, flash: Any) -> int:
-    """Return the microseconds until the flash is idle."""
+    """Wait until the flash is idle, and return the microseconds."""
     _, library = firmware()
     start = controller.now_us
     while (activity := library.flash_activity(flash)) == library.FLASH_AT_WORK:
@@ -91,7 +92,8 @@ def test_what_does_not_end() -> None:
 
 
 def test_linear_reading_afterwards_finds_what_it_needs() -> None:
-    """fabric.c sets some bits and keeps the others that it finds in the controller's register."""
+    """fabric.c sets some bits of the controller's register and keeps the others as it finds
+    them."""
     controller = Controller(Chip())
     opened(controller)
     assert controller.words[AT["QSPI_LQSPI_CFG"]] >> 31 == 0
@@ -99,7 +101,7 @@ def test_linear_reading_afterwards_finds_what_it_needs() -> None:
 
 
 def test_the_flash_is_reached_without_the_boot_rom() -> None:
-    """After `make flash` over JTAG nothing has connected the controller to the pins yet."""
+    """After `make flash` over JTAG the boot ROM has not connected the controller to the pins."""
     controller = Controller(Chip())
     _, sector = opened(controller)
     assert sector == controller.chip.sector
@@ -112,8 +114,8 @@ def test_the_flash_is_reached_without_the_boot_rom() -> None:
 @pytest.mark.parametrize("word", [0x0601, 0x0202, 0x0402, 0x0603, 0x0600, 0x06E2])
 @pytest.mark.parametrize("pin", QSPI_PINS)
 def test_a_pin_that_is_not_the_flashs(pin: int, word: int) -> None:
-    """The model rejects each: no function, 1.8 V, 2.5 V, not driven, general purpose, another
-    device."""
+    """The model rejects each of these states of a pin: no function, 1.8 V, 2.5 V, not driven,
+    general purpose, another device."""
     controller = Controller(Chip())
     flash, _ = opened(controller)
     controller.pins.words[pin] = word

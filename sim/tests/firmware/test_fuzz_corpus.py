@@ -1,4 +1,4 @@
-"""The inputs kept by fuzzing run once more, with gcc's sanitizers."""
+"""Run the inputs that fuzzing has kept once more, with gcc's sanitizers."""
 
 from __future__ import annotations
 

@@ -47,14 +47,14 @@ COUNTS = 1 << 24
 ARCSEC = np.pi / 648_000.0
 PLACES = {2: (0.0, 33.0), 3: (0.0, 118.0, 237.0), 4: (0.0, 64.3, 177.0, 257.9)}
 DISC = {1: (144.0, 2.1), 2: (6.0, 4.2), 3: (1.2, 0.4), 5: (0.5, 4.8), 12: (0.2, 4.6), 30: (0.3, 1)}
-"""Order: amplitude in ″ and phase of the error as a function of the disc's true angle."""
+"""Error as a function of the disc's true angle: {order: (amplitude in ″, phase)}."""
 SAME = 1e-9
-"""Tolerance relative to the disc's largest value, the goal of every estimate of the firmware."""
+"""Tolerance relative to the disc's largest value: the goal for every estimate of the firmware."""
 
 
 @dataclass(frozen=True)
 class World:
-    """A table whose heads are displaced, detect the mark late and differ in radius."""
+    """A table with heads that stand off their places, detect the mark late and differ in radius."""
 
     heads: int = 4
     off_arcsec: tuple[float, ...] = (0.0, 50.0, -30.0, 40.0)
@@ -62,10 +62,10 @@ class World:
     ratios: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     noise_arcsec: float = 0.0
     axis: tuple[tuple[float, complex, complex], ...] = ()
-    """Order, forward circle and backward circle of the axis, in arcseconds."""
+    """Motion of the axis: (order, forward circle, backward circle) in arcseconds."""
     samples: int = 3000
     swing: float = 0.0
-    """Relative variation of the speed, once a turn."""
+    """Relative variation of the speed, with one period per turn."""
     seed: int = 1
 
     @property
@@ -89,7 +89,7 @@ class World:
         return 0.3 + even + self.swing * np.sin(even)
 
     def counts(self) -> NDArray[np.int64]:
-        """Return the counts of every head at true angles of the table, (heads, samples)."""
+        """Return the counts of every head at true angles of the table, shape (heads, samples)."""
         random = np.random.default_rng(self.seed)
         theta = self.theta()
         rows = []
@@ -102,7 +102,7 @@ class World:
                 moved += ratio * (c * np.exp(1j * place)).imag
             reading = angle + self.error_rad(angle, ratio) + moved * ARCSEC
             reading += random.normal(0.0, self.noise_arcsec * ARCSEC, theta.size)
-            # The counter starts where the head detects the mark.
+            # The counter of a head starts where that head detects the mark.
             reading -= self.late_arcsec[head] * ARCSEC
             rows.append(np.rint(reading * COUNTS / (2 * np.pi)))
         return np.array(rows).astype(np.int64)
@@ -141,7 +141,7 @@ def settings_in_c(world: World, orders: int) -> Any:
 
 @dataclass(frozen=True)
 class InC:
-    """Results of the firmware."""
+    """The results that the firmware computes."""
 
     reason: str
     estimate: Any
@@ -192,9 +192,9 @@ WORLDS = [
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_c_equals_numpy(world: World) -> None:
-    """Orders, places, radii and circles agree to 1e-9 of the largest value; covariances to 1e-2.
+    """Orders, places, radii and circles agree to 1e-9 of the largest value, covariances to 1e-2.
 
-    The covariance comes from the normal matrix of every k-th sample, 16 for each order.
+    The covariance comes from the normal matrix of every k-th sample, with 16 samples per order.
     """
     c, numpy = in_c(world), in_numpy(world)
     assert c.reason == "none"
@@ -212,9 +212,9 @@ def test_c_equals_numpy(world: World) -> None:
     assert residuals == pytest.approx(numpy.residuals_arcsec, abs=same)
     circles = np.array([[*c.found.forward_arcsec], [*c.found.backward_arcsec]]).T
     assert np.abs(circles - numpy.circles).max() < same
-    # C uses the noise of the last pass. The step d after this pass ends the fit and reduces the
-    # variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before (heads_fit.c), which
-    # is < 1″.
+    # C takes the noise from the last pass. The fit ends with a step d after this pass, which
+    # reduces the variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before
+    # (heads_fit.c), which is < 1″.
     last_step = 0.1 * 1e-11 * np.abs(numpy.disc).max()
     variance = numpy.noise_arcsec**2
     assert c.estimate.noise_arcsec**2 == pytest.approx(variance, rel=2e-8, abs=last_step)
@@ -227,7 +227,7 @@ def test_c_equals_numpy(world: World) -> None:
 def mean_in_c(world: World, c: InC, missing: int = 0) -> Any:
     """Return the set with the weights and offsets of a calibration, without the head ``missing``.
 
-    ``c.estimate`` becomes the estimate of the mean.
+    The function changes ``c.estimate`` into the estimate of the mean.
     """
     ffi, library = firmware()
     mean = ffi.new("struct mean_set *")
@@ -252,8 +252,8 @@ def mean_in_c(world: World, c: InC, missing: int = 0) -> Any:
     ],
 )
 def test_mean_equals_numpy(world: World, missing: int) -> None:
-    """Weights agree to the last bit of the words, the mean's error to 1e-9 of the disc's
-    largest."""
+    """Weights agree to the last bit of their words, and the error of the mean to 1e-9 of the disc's
+    largest value."""
     c, numpy = in_c(world), in_numpy(world)
     mean = mean_in_c(world, c, missing)
     places = numpy.offsets_rad + numpy.late_rad
@@ -281,10 +281,10 @@ def test_mean_equals_numpy(world: World, missing: int) -> None:
 
 @pytest.mark.parametrize("heads", [3, 4])
 def test_mean_of_the_device_is_true(heads: int) -> None:
-    """The mean less its orders equals the table's angle on another turn, in float64.
+    """On another turn, the mean minus its orders equals the table's angle, in float64.
 
-    Noise of 0.2″ times √Σw² is 0.12″ a sample for three heads, 0.1″ for four. No combination shows
-    the mean's order 1: an error of 25″ in the places leaves 1e-4 of 144″.
+    Noise of 0.2″ times √Σw² is 0.12″ per sample for three heads, 0.1″ for four. No combination of
+    heads shows order 1 of the mean: an error of 25″ in the places leaves 1e-4 of 144″.
     """
     world = World(heads=heads, noise_arcsec=0.2, samples=12_000, seed=3)
     if heads == 4:
@@ -313,8 +313,8 @@ def test_mean_of_the_device_is_true(heads: int) -> None:
 
 
 def test_agrees_with_the_complete_least_squares() -> None:
-    """Compare with the fit of all unknowns together, within 4 standard uncertainties of the
-    parity."""
+    """Compare with a least-squares fit of all unknowns together; the bound is 4 standard
+    uncertainties of the fit to the parity."""
     world = World(heads=4, noise_arcsec=0.2, samples=6000, seed=7)
     c = in_c(world, orders=24)
     whole = heads_least_squares(
@@ -333,7 +333,8 @@ def test_agrees_with_the_complete_least_squares() -> None:
 
 
 def test_heads_that_have_no_mean_are_refused() -> None:
-    """Three heads stand within 40°: C and numpy refuse them because of the noise of the mean."""
+    """Three heads stand within 40°; both C and numpy refuse them because their mean would have too
+    much noise."""
     ffi, library = firmware()
     geometry = ffi.new("struct heads_geometry *")
     geometry.heads = 3
@@ -359,7 +360,8 @@ def test_a_head_far_from_its_place_is_refused(change: dict[str, Any], reason: st
 
 
 def test_heads_3_and_4_are_verified() -> None:
-    """Heads have no index, stand still, jump, or count the other way."""
+    """Each of these heads is refused: it has no index, stands still, jumps, or counts in the other
+    direction."""
     ffi, library = firmware()
     world = World(heads=4)
 
@@ -385,7 +387,8 @@ def test_heads_3_and_4_are_verified() -> None:
 
 
 def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficients:
-    """Return the words that the firmware would write: its choice of orders and its quantisation."""
+    """Return the words that the firmware would write, with its choice of orders and its
+    quantisation."""
     ffi, library = firmware()
     verdicts = ffi.new("enum verdict[40]")
     library.select_orders(c.estimate, lanes, 50.0, verdicts)
@@ -408,9 +411,9 @@ def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficie
 def test_goal_at_the_papers_conditions(seed: int) -> None:
     """Calibrate on one turn of 12,000 samples with 0.2″, judge on another.
 
-    Means of half a degree must be within ± 0.07″ and 0.022″ RMS, with the words that the firmware
-    would write and the gateware's mean bit for bit. Readings have 83 independent values in a bin,
-    as on the instrument, whose noise is correlated over a fifth of a sample.
+    The means over half a degree must be within ± 0.07″ and 0.022″ RMS, with the words that the
+    firmware would write and with the gateware's mean, bit for bit. A bin has 83 independent
+    readings, as on the instrument, whose noise is correlated over a fifth of a sample.
     """
     size = {"heads": 4, "noise_arcsec": 0.2, "late_arcsec": (0.0,) * 4}
     c = in_c(World(**size, samples=12_000, seed=seed))

@@ -1,4 +1,4 @@
-"""The C files of a folder include each other in one direction only."""
+"""Test that the C files of a folder include each other in one direction only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ INCLUDE = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
 def included(folder: str) -> dict[str, set[str]]:
-    """Return the modules of a ``folder`` (a .c file with its .h file) that each module includes."""
+    """Return which modules each module of ``folder`` includes; a module is a .c file with its .h
+    file."""
     found: dict[str, set[str]] = {}
     for path in sorted((FIRMWARE / folder).glob("*.[ch]")):
         found.setdefault(path.stem, set()).update(INCLUDE.findall(path.read_text("utf-8")))

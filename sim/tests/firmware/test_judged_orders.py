@@ -29,18 +29,20 @@ SIZES = {1: 200.0, 2: 50.0, 5: 10.0}
 PHASES = {1: 0.4, 2: 1.2, 5: 2.9}
 NOISE_ARCSEC = 0.1
 QUIET_RMS_ARCSEC = 0.5
-"""Rounding of the readings to whole counts, 0.36″ a head, with the gains of 32 orders."""
+"""Largest RMS of a good correction. The readings are rounded to whole counts, 0.36″ per head, which
+the gains of 32 orders magnify."""
 
 
 def disc(**counts: float) -> Disc:
-    """Return the disc with changed orders: ``o5=-10`` sets order 5 to -10 counts."""
+    """Return the disc with changed orders; for example ``o5=-10`` sets order 5 to -10 counts."""
     sizes = SIZES | {int(name[1:]): size for name, size in counts.items()}
     orders = {n: (size * ARCSEC, PHASES.get(n, 0.7)) for n, size in sizes.items()}
     return Disc(orders, counts_per_rev=COUNTS)
 
 
 def turn(seed: int, of: Disc | None = None, samples: int = SAMPLES) -> NDArray[np.int64]:
-    """Return a turn whose start depends on the seed, so that its rounding differs."""
+    """Return a turn that starts at an angle given by the seed, so that turns differ in their
+    rounding."""
     start = 0.3 + 0.01 * seed
     counts: NDArray[np.int64] = counts_of(
         of or disc(), NOISE_ARCSEC, seed, samples=samples, start=start
@@ -58,7 +60,7 @@ def started(lanes: int = 32) -> Firmware:
 
 
 def file_of(force: bool = False, **counts: float) -> list[str]:
-    """Return the frames of a file with these orders, in counts."""
+    """Return the frames of a file that contains these orders, in counts."""
     sizes = {int(name[1:]): size for name, size in counts.items()}
     phases = [PHASES.get(n, 0.7) for n in sizes]
     made = Coefficients.from_harmonics(list(sizes), list(sizes.values()), phases, COUNTS, 32)
@@ -66,7 +68,8 @@ def file_of(force: bool = False, **counts: float) -> list[str]:
 
 
 def exact_file_of(of: Disc, orders: list[int]) -> list[str]:
-    """Return these orders of the disc as functions of the reading, from geometry."""
+    """Return the frames of a file with these orders of the disc as functions of the reading, from
+    geometry."""
     reading = np.arange(4096) * (2.0 * np.pi / 4096)
     error = np.rad2deg(reading - of.true_angle(reading)) * 3600.0 / ARCSEC
     lines = np.fft.rfft(error)[orders] * (2.0 / reading.size)
@@ -79,7 +82,7 @@ def load(made: Firmware, frames: list[str]) -> None:
 
 
 def left_rms_arcsec(made: Firmware, of: Disc) -> float:
-    """Return the RMS error of the corrected reading without its mean."""
+    """Return the RMS error of the corrected reading, without its mean."""
     reading = np.arange(0, COUNTS, 251)
     angle = reading * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - of.true_angle(angle)) * 3600.0
@@ -94,8 +97,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
         {"o5": -10.0},
         {"o9": 20.0},
         {"o1": 200.0, "o2": 50.0, "o9": 1.0},
-        # The order is smaller than half the noise of a reading, so that only the odds of this order
-        # show it.
+        # Order 9 is smaller than half the noise of a reading, so that only the likelihood of this
+        # order alone shows the error.
         {"o9": 0.1},
         {"o300": 3.0},
     ],
@@ -103,8 +106,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
 )
 @pytest.mark.parametrize("turns_before", [0, 2])
 def test_a_file_with_one_wrong_order_is_refused(wrong: dict[str, float], turns_before: int) -> None:
-    """The file is refused before the first turn too, when order 1 is twenty times as large,
-    uncorrected."""
+    """The file is also refused before any calibration, when order 1 is not yet corrected and twenty
+    times as large."""
     made = started()
     for seed in range(turns_before):
         made.turn(turn(100 + seed))
@@ -128,7 +131,8 @@ def test_a_true_file_is_active_with_the_first_turn(turns_before: int) -> None:
 
 
 def test_a_loaded_order_that_drifts_is_told() -> None:
-    """Order 5 drifts from 10 to 60 counts: 43.7″ RMS remain, and the device reports it."""
+    """Order 5 drifts from 10 to 60 counts. An error of 43.7″ RMS remains, and the device reports
+    it."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     made.turn(turn(1))
@@ -147,7 +151,8 @@ def test_a_loaded_order_that_drifts_is_told() -> None:
 
 
 def test_a_small_drift_is_told_from_the_scatter_after_three_turns() -> None:
-    """0.6 count is below ``alarm_error_arcsec``, but many times the scatter of the order."""
+    """A drift of 0.6 count is below ``alarm_error_arcsec``, but many times the scatter of the
+    order."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     for seed in range(8):
@@ -176,14 +181,14 @@ def test_a_saved_set_whose_order_5_has_reversed_is_not_confirmed(loaded: bool) -
     assert board.status("saved") == ["not_confirmed"]
     assert telemetry["alarms"] == ["not_confirmed"]
     assert left_rms_arcsec(board.firmware, now) < QUIET_RMS_ARCSEC
-    # The record is confirmed with the first turn, as before.
+    # After a power cycle the first turn confirms the record, as before.
     board.power_on()
     assert board.firmware.turn(turn(10))["result"] == "applied"
     assert board.status("saved") == ["confirmed"]
 
 
 def test_an_order_that_a_turn_cannot_judge_waits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """0.02 count of order 6, in a file with a good order 5, is hidden by the noise of a turn."""
+    """The noise of a turn hides 0.02 count of order 6; the file also has a good order 5."""
     made = started()
     load(made, file_of(o5=10.0, o6=0.02))
     made.turn(turn(1))
@@ -194,7 +199,7 @@ def test_an_order_that_a_turn_cannot_judge_waits(monkeypatch: pytest.MonkeyPatch
 
 
 def test_evidence_of_turns_adds_up() -> None:
-    """An order of two standard uncertainties needs more than one turn, and fewer than ten."""
+    """An order of two standard uncertainties needs more than one turn; the test allows 24."""
     weak = 0.018
     made = started()
     load(made, file_of(o8=weak))
@@ -242,7 +247,8 @@ def test_a_forced_order_is_saved_and_comes_back() -> None:
 
 
 def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> NDArray[np.int64]:
-    """Return a turn whose heads have their own error of a high order: Re(a e^{jmR}), counts."""
+    """Return a turn in which each head has its own error Re(a e^{jmR}) of a high order, in
+    counts."""
     counts = turn(seed)
     for head, amplitude in enumerate(amplitudes):
         phase = np.exp(1j * order * counts[head] * (2.0 * np.pi / COUNTS))
@@ -253,8 +259,8 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 @pytest.mark.parametrize("head2", [0.0, 3.0, 3.0j, -2.0])
 @pytest.mark.parametrize("order", [4096, 3600])
 def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: int) -> None:
-    """Order 3,600 is a multiple of 120, but the eccentricity changes the distance of the heads, so
-    that the order becomes visible."""
+    """Order 3,600 is a multiple of 120, which the heads read alike. The eccentricity changes their
+    distance, so that the order becomes visible."""
     made = started()
     made.send("set alarm_noise_arcsec 10")
     both = (4.0 + 0.0j, head2)
@@ -271,8 +277,8 @@ def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: 
 
 
 def test_samples_that_cannot_separate_an_order_decide_nothing() -> None:
-    """With 512 samples a turn, order 1,024 looks like a constant: no noise level allows a
-    decision."""
+    """With 512 samples per turn, order 1,024 looks like a constant: no turn can decide about it,
+    however small the noise is."""
     made = started()
     counts = subdivided(1, (4.0 + 0j, 0j), 1024)
     theta = 0.3 + np.arange(513) * (2.0 * np.pi / 512)
@@ -287,7 +293,8 @@ def test_samples_that_cannot_separate_an_order_decide_nothing() -> None:
 
 
 QUIET_TURNS = 200
-"""Turns in the suite; 2,000 by hand raised no alarm either. Noise alone: 32 e^-54 a turn."""
+"""Number of turns in this test. A run of 2,000 turns by hand raised no alarm either; noise alone
+raises one with a probability of 32 e^-54 per turn."""
 
 
 def test_quiet_turns_raise_no_alarm() -> None:

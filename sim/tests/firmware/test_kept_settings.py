@@ -1,5 +1,5 @@
-"""Tests that the operator's settings survive a fault, and that the output is safe if they do
-not."""
+"""Tests that the operator's settings survive a fault, and that the output is safe if they are
+lost."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FORGOTTEN_AFTER_TURNS = 20
 
 
 class Device:
-    """A core and the memory that survives a restart; ``firmware`` runs on them."""
+    """A core and the memory that survives a restart; ``firmware`` runs with both."""
 
     def __init__(self) -> None:
         ffi, _ = firmware()
@@ -41,7 +41,7 @@ class Device:
         self.settled += 1
 
     def start(self, *, after_fault: bool) -> None:
-        """Start as main() does; a fault has left the core as it was."""
+        """Start as main() does; after a fault the core has kept its state."""
         self.firmware = Firmware(self.core)
         library, application = self.firmware.library, self.firmware.application
         library.application_keep_settings(application, self.kept, self._settle)
@@ -96,7 +96,7 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
 
 
 def test_lost_settings_leave_the_output_uncorrected() -> None:
-    """An active correction continues, and the firmware processes no turn."""
+    """If the correction is active it continues, and the firmware processes no turn."""
     device = Device()
     device.firmware.send("set separation_deg 47.5")
     ffi, _ = firmware()
@@ -127,14 +127,15 @@ def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
     assert device.firmware.phase == "held"
     assert not device.core.writes
     assert device.firmware.status("compensation") == ["on"]
-    # The operator may switch it off; switching it on requires a re-arm.
+    # The operator may switch the correction off; only a re-arm switches it on.
     assert device.firmware.send("bypass on") == "ok\r\n"
     assert not controls(device.core)["compensate"]
     assert controls(device.core)["output_enable"]
 
 
 def test_another_turn_than_that_of_the_core_re_arms() -> None:
-    """The fabric was loaded again in the meantime, or the fault interrupted a command."""
+    """The core has another number of counts per turn, because the fabric was loaded again or the
+    fault interrupted a command."""
     device = Device()
     device.work(1)
     device.core.set("counts_per_rev_active", 1000)
@@ -207,7 +208,7 @@ def test_every_order_is_kept_before_it_is_confirmed() -> None:
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_a_write_that_a_fault_cuts_off_leaves_the_settings_before_or_after_it(data: Any) -> None:
-    """Only a subset of the memory's 32-byte lines is new: the others were still in a cache."""
+    """Only some of the memory's 32-byte lines are new, because the others were still in a cache."""
     device = Device()
     ffi, library = firmware()
     size = ffi.sizeof(device.kept[0])
@@ -244,7 +245,7 @@ def test_no_changed_bit_is_taken_for_an_order(data: Any) -> None:
 
 
 def test_values_out_of_range_are_no_settings() -> None:
-    """The checksum is right: an older firmware with other ranges would leave such values."""
+    """The checksum is right: an older firmware with other ranges could have written such values."""
     device = Device()
     ffi, library = firmware()
     made = ffi.new("struct settings *")

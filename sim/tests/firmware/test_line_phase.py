@@ -1,4 +1,5 @@
-"""Tests that the firmware finds and follows the phase of a line of a real order from the heads."""
+"""Tests that the firmware finds and follows the phase of a line whose order is not an integer, from
+the heads' readings."""
 
 from __future__ import annotations
 
@@ -31,13 +32,13 @@ NOISE_ARCSEC = 0.1
 LANES = 32
 SLIP = 0.001
 TOLERANCE = 1e-9
-"""Relative tolerance for double precision, because the sums of 1,500 samples have another order of
-addition."""
+"""Relative tolerance: C and Python add the 1,500 samples in different orders, in double
+precision."""
 
 
 class Table:
-    """A disc with whole orders, and a line whose order changes at random from turn to turn; its
-    phase continues."""
+    """A disc with integer orders and a line whose order changes at random from turn to turn; the
+    line's phase is continuous."""
 
     def __init__(self, order: float, amplitude_arcsec: float, turns: int, seed: int) -> None:
         self.amplitude = amplitude_arcsec
@@ -57,7 +58,7 @@ class Table:
         return np.asarray(whole + 1.2 * np.cos(7.0 * theta + 2.9) + self.line(place_turns))
 
     def turn(self, first_turns: float, side: int = 1) -> NDArray[np.int64]:
-        """Return the counts (2, n) of both heads over one turn, from the zero of turn 0."""
+        """Return the counts (2, n) of both heads over one turn, counted from the zero of turn 0."""
         place = first_turns + side * np.arange(SAMPLES + 1) / SAMPLES
         ahead = place + ALPHA_DEG / 360.0
         readings = np.stack([place, ahead]) * 1_296_000
@@ -68,7 +69,8 @@ class Table:
 
 @pytest.mark.parametrize("order", [0.42, 0.5, 7.3, 71.4])
 def test_the_firmware_computes_what_the_reference_computes(order: float) -> None:
-    """Return some turns upwards and downwards, from different starts, into negative turns."""
+    """The turns go in both directions, start at different places, and reach negative turn
+    numbers."""
     ffi, library = firmware()
     table = Table(order, 4.0, 12, 3)
     step = round((order % 1.0) * 2**48)
@@ -120,7 +122,8 @@ def file_of(order: float, amplitude_arcsec: float, source: PhaseSource) -> Coeff
 
 
 def capture(running: Firmware, counts: NDArray[np.int64]) -> None:
-    """Hand a turn over; the core's count of turns is that of the position in the end."""
+    """Hand a turn over; the core's registers have the turn number and the angle of the last
+    sample."""
     running.core.hand_over(counts)
     last = int(counts[0, -1])
     running.core.set("turn_number", last // COUNTS)
@@ -129,8 +132,8 @@ def capture(running: Firmware, counts: NDArray[np.int64]) -> None:
 
 
 def lane_arcsec(running: Firmware, order: float, place_turns: Float) -> Float:
-    """Return the correction of the active lane, computed from its words, at the places in the
-    turn."""
+    """Return the correction of the active lane at these places, in arcseconds, computed from its
+    words."""
     words = [running.core.active[COEFFICIENTS + 16 * (LANES - 1) + 4 * word] for word in range(4)]
     step = round((order % 1.0) * 2**48)
     offset = turn_offsets(int(place_turns[0] // 1.0), [step], [words[2]])[0]
@@ -140,8 +143,8 @@ def lane_arcsec(running: Firmware, order: float, place_turns: Float) -> Float:
 
 
 def followed(running: Firmware, order: float, turns: int) -> tuple[float, int]:
-    """Return the remaining RMS of the line over its own RMS, and the number of turns before the
-    lane was active."""
+    """Return the RMS error of the corrected line relative to the line's RMS, and the number of
+    turns before the lane was active."""
     amplitude = 4.0
     table = Table(order, amplitude, turns, 8)
     built(running)
@@ -173,14 +176,15 @@ def test_a_line_that_slips_is_found_and_followed(running: Firmware, order: float
 
 @pytest.mark.large
 def test_a_line_that_slips_is_followed_over_a_thousand_turns(running: Firmware) -> None:
-    """The order changes at random by 0.1 % in every turn; with a constant phase half of the line
-    would remain."""
+    """The order changes at random by 0.1 % in every turn; a constant phase would leave half of the
+    line."""
     share, _ = followed(running, 7.3, 1_000)
     assert share <= 0.25
 
 
 def probe_edge(running: Firmware, edges: int, edge_turns: float, now_turns: float) -> None:
-    """Latch an edge of the probe at ``edge_turns``; the table is at ``now_turns``, unwrapped."""
+    """Latch an edge of the probe at ``edge_turns`` while the table is at ``now_turns``; neither
+    wraps."""
     edge, now = round(edge_turns * COUNTS), round(now_turns * COUNTS)
     origin = 123_456
     for name, word in (
@@ -198,7 +202,7 @@ def probe_edge(running: Firmware, edges: int, edge_turns: float, now_turns: floa
 
 @pytest.mark.parametrize("side", [0, 1, -1])
 def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> None:
-    """At every edge the line has the probe's phase plus ``side`` times the table's angle."""
+    """At every edge the line has the probe's phase plus ``side`` times the angle of the table."""
     order, phase = 71.4 + side, 0.2
     built(running)
     probe_edge(running, 7, 0.3, 0.31)
@@ -211,13 +215,13 @@ def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> 
     assert "phase_unknown" in running.send("load status"), "nobody knows how old that edge is"
     probe_edge(running, 8, 1.36, 1.34)
     assert "phase_unknown" in running.send("load status"), "the table goes down"
-    # Edges in positive and negative turns, one from before the wrap.
+    # The edges are in positive and in negative turns; one of them came before the wrap.
     for number, (edge, now) in enumerate([(1.3, 1.32), (-2.7, -2.6), (4.99, 5.02)]):
         probe_edge(running, 9 + number, edge, now)
         assert f"real_order {order:.9f} phase_known" in running.send("load status")
         lane = lane_arcsec(running, order, np.array([edge]))[0]
         expected = 4.0 * np.cos(2.0 * np.pi * (phase + side * edge))
-        # Two words of 2⁻²⁴ turn, and 71.4 half counts.
+        # The bound is two words of 2⁻²⁴ turn, plus 71.4 times half a count.
         assert lane == pytest.approx(expected, abs=4.0 * 2.0 * np.pi * 72.4 / COUNTS)
     words = dict(running.core.active)
     probe_edge(running, 20, 0.5 / 16_777_216, 5.0 + 8 / COUNTS)

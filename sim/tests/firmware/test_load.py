@@ -1,5 +1,5 @@
-"""Tests that coefficients are loaded over the console completely or not at all, and work together
-with the calibration."""
+"""Tests that a file of coefficients is loaded over the console completely or not at all, and that
+the calibration continues with it."""
 
 from __future__ import annotations
 
@@ -25,16 +25,17 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients, phase_step
 
 HIGH = 4096
-"""Order above those of the calibration: once in 4,096 counts."""
+"""Order higher than those of the calibration; one period has 4,096 counts."""
 DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 SUBDIVISION_ARCSEC, SUBDIVISION_RAD = 0.5, 1.3
 READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
 LEFT_ARCSEC = 0.05
-"""Error that the calibration leaves: noise of 0.1″ over 1,500 samples, with gains below 2."""
+"""Largest error after the calibration, from noise of 0.1″ over 1,500 samples with gains below 2."""
 
 
 def turn(seed: int = 1, noise: float = 0.1, disc: Disc = DISC) -> Any:
-    """Return a turn in which head 1 also has a subdivision error, a function of its own reading."""
+    """Return a turn in which head 1 also has a subdivision error, which is a function of its own
+    reading."""
     counts = counts_of(disc, noise, seed, samples=SAMPLES)
     phase = HIGH * counts[0] * (2.0 * np.pi / COUNTS) + SUBDIVISION_RAD
     error = SUBDIVISION_ARCSEC * np.cos(phase) / ARCSEC_PER_COUNT
@@ -71,7 +72,8 @@ def send(running: Firmware, frames: list[str]) -> list[str]:
 
 
 def load(running: Firmware, coefficients: Coefficients) -> str:
-    """Send a bank and return the answer to the last frame; all frames before it are accepted."""
+    """Send a bank, check that all frames except the last are accepted, and return the answer to the
+    last one."""
     *before, last = send(running, load_frames(coefficients))
     assert set(before) == {"ok"}
     return last
@@ -99,7 +101,7 @@ def test_what_is_loaded_is_active_beside_the_calibration(running: Firmware) -> N
     assert state(running) == "load active"
     assert f"loaded_order {HIGH}\r\n" in running.send("load status")
     assert left(running) < LEFT_ARCSEC
-    # The calibration continues and does not touch that order.
+    # The calibration of the other orders continues and leaves the loaded order unchanged.
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     for seed in range(6, 30):
         running.turn(turn(seed, disc=moved))
@@ -107,7 +109,7 @@ def test_what_is_loaded_is_active_beside_the_calibration(running: Firmware) -> N
 
 
 def test_an_order_that_is_loaded_is_no_longer_the_calibrations(running: Firmware) -> None:
-    """The disc's order 2 changes: the loaded value stays until another one is loaded."""
+    """The disc's order 2 changes, but the loaded value stays until another file is loaded."""
     load(running, file_of({2: (6.0, 4.2)}))
     running.turn(turn(seed=5))
     assert state(running) == "load active"
@@ -120,7 +122,7 @@ def test_an_order_that_is_loaded_is_no_longer_the_calibrations(running: Firmware
     bank = active_coefficients(running.core)
     (lane,) = np.flatnonzero(bank.phase_steps == phase_step(2, COUNTS))
     assert bank.amplitudes[lane] == pytest.approx(6.0 / ARCSEC_PER_COUNT * 2048, abs=1.0)
-    # After its removal the order belongs to the calibration again.
+    # When a file without this order is loaded, the order belongs to the calibration again.
     assert load(running, file_of({})) == "ok"
     for seed in range(30, 34):
         running.turn(turn(seed, disc=moved))
@@ -181,7 +183,7 @@ def test_it_waits_for_a_turn_that_can_be_used(running: Firmware) -> None:
     ("lanes", "counts_per_rev", "reason"),
     [
         (SUBDIVISION, 3_600_000, "another_table"),
-        # 2π·65535·6.5″/1296000″ is more than 1.
+        # The slope 2π·65535·6.5″/1296000″ is larger than 1.
         ({65_535: (6.5, 0.0)}, COUNTS, "too_steep"),
     ],
 )
@@ -230,7 +232,7 @@ def frame(name: str, *values: int) -> str:
     ],
 )
 def test_what_no_lane_holds(running: Firmware, lane: tuple[int, ...], reason: str) -> None:
-    """The CRC is right, as if a faulty program had sent the frame."""
+    """The CRC is right: only the sending program could have made the error."""
     sent = [frame("begin", 2, COUNTS)]
     if reason == "order_twice":
         sent += [frame("lane", 0, 7, 0, 1)]
@@ -250,7 +252,7 @@ def test_a_set_that_is_not_whole(running: Firmware) -> None:
 @given(st.data())
 @settings(max_examples=150, deadline=None)
 def test_a_changed_character_is_noticed(data: Any) -> None:
-    """One changed character of one frame never makes another set acceptable."""
+    """If any single character of a frame changes, another set is never accepted."""
     made = Firmware(ModelCore())
     made.library.application_start(made.application)
     frames = load_frames(file_of({1: (150.0, 0.4), HIGH: (0.5, 1.0)}))
@@ -305,7 +307,8 @@ def test_every_reason_is_explained(running: Firmware) -> None:
 @given(st.integers(1, 65_535), st.integers(4, 2**24))
 @settings(max_examples=200, deadline=None)
 def test_phase_steps(order: int, counts_per_rev: int) -> None:
-    """Compare with Python's integers of any size; half a step may be rounded to either side."""
+    """Compare with Python's integers, which have any size. Half a step may be rounded up or
+    down."""
     step = c_library()[1].coefficients_phase_step(order, counts_per_rev)
     exact = order * 2**48
     apart = (step * counts_per_rev - exact) % (counts_per_rev * 2**48)

@@ -1,4 +1,4 @@
-"""Tests of lanes that follow a condition, from the console to the registers."""
+"""Tests of lanes whose amplitude follows a condition, from the console to the registers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CONDITIONS = Conditions(16 * 700, 4, 45.0)
 def with_direction(
     plain: dict[int, tuple[float, float]], conditions: Conditions = CONDITIONS
 ) -> Coefficients:
-    """Return the orders of ``plain`` and, in the last lane, order 0 × direction."""
+    """Return the orders of ``plain``; the last lane has order 0 × direction."""
     bank = file_of(plain)
     last = Coefficients.from_harmonics([0], [HALF_REVERSAL_COUNTS], [np.pi], COUNTS, 1)
     amplitudes, offsets = bank.amplitudes.copy(), bank.phase_offsets.copy()
@@ -54,7 +54,8 @@ def last_lane(bank: dict[int, int]) -> list[int]:
 
 
 def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> None:
-    """Words of the lane and the window are those of the file; the calibration keeps them."""
+    """The words of the lane and of the condition window are those of the file; the calibration
+    keeps them."""
     modulators(running)
     wanted = with_direction(SUBDIVISION)
     assert set(send(running, load_frames(wanted, force=True))) == {"ok"}
@@ -68,11 +69,11 @@ def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> Non
     assert running.core.get("conditions.dead_zone") == 4
     nominal = running.core.get("conditions.nominal_speed") / 2**32
     assert nominal == pytest.approx(45.0 / 360.0 * COUNTS / 1e8, abs=2.0**-32)
-    # The calibration's next turns keep the words, and also all of the calibration's own orders.
+    # In its next turns the calibration keeps these words and all of its own orders.
     for seed in (6, 7):
         running.turn(turn(seed))
         assert last_lane(running.core.active) == expected
-    # A set without such lanes removes them.
+    # A set without such lanes removes them from the core.
     assert set(send(running, load_frames(file_of(SUBDIVISION)))) == {"ok"}
     running.turn(turn(8))
     assert last_lane(running.core.active)[1] == 0
@@ -99,8 +100,8 @@ def test_alone_they_are_a_set_and_a_start_asks_again(running: Firmware) -> None:
 def test_what_cannot_be_is_refused(
     running: Firmware, conditions: Conditions, force: bool, built: bool, reason: str
 ) -> None:
-    """Loading fails without the generic, without force, and if the correction changes by 26 counts
-    within 50."""
+    """Loading is refused without the generic, without force, and if the correction changes by 26
+    counts within 50 counts."""
     if built:
         modulators(running)
     frames = load_frames(with_direction(SUBDIVISION, conditions), force=force)
@@ -122,11 +123,12 @@ def test_a_spoiled_frame_and_a_wrong_modulator_are_refused(running: Firmware) ->
 
 
 LOOSE = {1: (20.0, 1.1)}
-"""Size and phase of order 1 × direction, added to the disc's own with the direction's sign."""
+"""Amplitude and phase of order 1 × direction, which is added to the disc's own order 1 with the
+sign of the direction."""
 
 
 def loose_turn(seed: int, direction: int) -> Any:
-    """Return samples of a turn in one direction, in counts of both heads."""
+    """Return the samples of a turn in one direction, as counts of both heads."""
     own = cmath.rect(*DISC.orders[1])
     amplitude, phase = cmath.polar(own + direction * cmath.rect(*LOOSE[1]))
     disc = Disc({**DISC.orders, 1: (amplitude, phase)})
@@ -134,9 +136,11 @@ def loose_turn(seed: int, direction: int) -> Any:
 
 
 def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
-    """Return a file with the disc's own order 1 in a plain lane and the direction's in the last.
+    """Return a file with the disc's own order 1 in a plain lane, and order 1 × direction in the
+    last lane.
 
-    As functions of the reading these are the same to 0.1″: 150″ turn order 1 by 0.04°.
+    The file takes the orders as functions of the reading. This is right to 0.1″, because 150″ turn
+    the phase of order 1 by 0.04°.
     """
     bank = file_of({1: DISC.orders[1]})
     size, phase = loose
@@ -150,8 +154,8 @@ def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
 
 
 def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Firmware) -> None:
-    """Without force a turn up confirms nothing; after a turn down the set is active and stays
-    right."""
+    """Without force a forward turn confirms nothing. After a backward turn the set is active and
+    stays right."""
     modulators(running)
     assert set(send(running, load_frames(loose_file(), force=False))) == {"ok"}
     for seed in (5, 6):
@@ -160,7 +164,7 @@ def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Fi
         assert "waits_for the_other_direction" in running.send("load status")
     running.turn(loose_turn(7, -1))
     assert state(running) == "load active"
-    # The monitoring of loaded orders knows the direction of each turn.
+    # The firmware monitors the loaded orders with the direction of each turn.
     for seed, direction in ((8, 1), (9, -1)):
         telemetry = running.turn(loose_turn(seed, direction))
         assert "loaded_wrong" not in telemetry["alarms"], telemetry
@@ -168,7 +172,8 @@ def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Fi
 
 
 def test_a_wave_of_another_size_is_refused_by_the_turn_down(running: Firmware) -> None:
-    """In a turn up the sum with the disc's own order is right; in a turn down it is wrong."""
+    """In a forward turn the sum with the disc's own order is right; in a backward turn it is
+    wrong."""
     modulators(running)
     own = cmath.rect(*DISC.orders[1])
     loose = cmath.rect(*LOOSE[1])
@@ -202,7 +207,7 @@ def with_order_0(file: Coefficients) -> Coefficients:
 
 
 def test_the_unseen_scope_takes_order_0_and_turns_still_judge_the_rest(running: Firmware) -> None:
-    """Order 1 × direction waits for the turn down; with force the first turn accepts it."""
+    """Order 1 × direction waits for the backward turn; with force the first turn accepts it."""
     modulators(running)
     frames = load_frames(with_order_0(loose_file()))
     assert send(running, frames)[-1].startswith("error: load unseen_order")
@@ -237,11 +242,13 @@ def test_an_unknown_scope_is_refused(running: Firmware) -> None:
 
 
 def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> None:
-    """The disc has 20″, which is measured in either direction, whatever the file states.
+    """The disc has 20″ of order 1 × direction. Either direction measures this, whatever the file
+    states.
 
-    Bounds: order 1 of the reading and of the angle differ by 0.1″, the noise adds 4 · 0.02″. Before
-    the set is active, the calibration sees order 1 change by 2·20″ from turn to turn: as a change
-    within the turn this is 40″/4π in u, over √2 a component.
+    The bound has two parts: order 1 of the reading and of the angle differ by 0.1″, and the noise
+    adds 4 · 0.02″. Before the set is active, order 1 changes by 2·20″ from turn to turn, and the
+    calibration takes this for a change within the turn. Its u is then 40″/4π, divided by √2 for a
+    component.
     """
     by_change = 2.0 * LOOSE[1][0] / (4.0 * np.pi) / np.sqrt(2.0)
     modulators(running)
@@ -254,7 +261,7 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
         assert loaded == pytest.approx(size, abs=0.01)
         assert 0.0 < u < by_change + 0.2
         assert abs(measured - LOOSE[1][0]) < 0.2, (measured, u)
-    # The same holds for the active set, in each further turn.
+    # The same holds for the active set in every further turn.
     assert set(send(running, load_frames(loose_file()))) == {"ok"}
     for seed, direction in ((7, 1), (8, -1)):
         running.turn(loose_turn(seed, direction))
@@ -267,7 +274,8 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
 
 
 def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmware) -> None:
-    """Order 3 exists only with the direction: its plain lane is 0 in the file, and stays 0."""
+    """The disc has order 3 only with the direction. The file sets its plain lane to 0, and the
+    calibration must keep this 0."""
     modulators(running)
     bank = file_of({3: (0.0, 0.0)})
     last = Coefficients.from_harmonics([3], [20.0 * COUNTS / 1_296_000], [0.7], COUNTS, 1)
@@ -291,7 +299,7 @@ def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmwar
 
 @pytest.mark.parametrize(("word", "value"), [("a", 1.0), ("a", -0.3), ("b", -1.0), ("b", 0.0)])
 def test_a_word_goes_to_its_register(running: Firmware, word: str, value: float) -> None:
-    """The word is s1.16, rounded to the nearest."""
+    """The word has the format s1.16 and is rounded to the nearest value."""
     modulators(running)
     assert running.send(f"word {word} {value}").strip() == "ok"
     assert running.core.get(f"conditions.word_{word}") == round(value * 65536) % 2**32

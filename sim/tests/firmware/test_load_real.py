@@ -1,5 +1,5 @@
-"""Tests that lanes of real orders, loaded over the console, have amplitude 0 until their phase is
-known."""
+"""Tests that lanes of non-integer orders, loaded over the console, have amplitude 0 until their
+phase is known."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ REAL_ORDERS = 1 << 6
 
 
 def with_real_orders(plain: dict[int, tuple[float, float]]) -> Coefficients:
-    """Return the orders of ``plain`` and, in the last two lanes, a belt and a gear."""
+    """Return the orders of ``plain``; the last two lanes have the orders of a belt and a gear."""
     bank = file_of(plain)
     lines = Coefficients.from_harmonics([0, 0], [30.0, 12.0], [0.7, -2.0], COUNTS, 2)
     amplitudes, offsets = bank.amplitudes.copy(), bank.phase_offsets.copy()
@@ -77,7 +77,7 @@ def test_they_are_off_until_the_operator_gives_their_phase(running: Firmware) ->
         assert lane_words(running.core.active, lane)[3] == 0
         assert turn_step_at(running, lane) == turn_step(order)
     assert turn_step_at(running, 0) == 0
-    # Turn 0 of the file is turn -3 of the core.
+    # The core's turn -3 is turn 0 of the file.
     for line in phase_commands(wanted, -3):
         assert running.send(line).strip() == "ok"
     running.send("telemetry on")
@@ -88,13 +88,13 @@ def test_they_are_off_until_the_operator_gives_their_phase(running: Firmware) ->
         step = words[0] | words[1] << 32
         assert abs(step - phase_step(order, COUNTS)) <= 1
         assert words[3] == expected[4 * lane + 3]
-        # The degree has six digits, and the offset is rounded twice: 2⁻²³ turn.
+        # The command gives degrees with six decimals, and the offset is rounded twice: 2⁻²³ turn.
         assert abs(words[2] - expected[4 * lane + 2]) <= 2
-        # In turn -3 of the core the phase is that of the file.
+        # In turn -3 of the core the phase equals that of the file.
         there = turn_offsets(-3, [turn_step(order)], [words[2]])
         assert abs(int(there[0]) - int(wanted.phase_offsets[lane])) <= 2
     assert status(running)[0] == "real_order 0.500000000 phase_known"
-    # The calibration continues with its own lanes.
+    # The calibration continues with the lanes that it owns.
     before = lane_words(running.core.active, LANES - 1)
     running.turn(turn(9))
     assert lane_words(running.core.active, LANES - 1) == before
@@ -145,7 +145,7 @@ def test_a_phase_that_is_none_is_refused(running: Firmware, words: str) -> None:
 
 
 def test_in_every_turn_of_the_core_the_phase_is_the_equations(running: Firmware) -> None:
-    """Compare the firmware's arithmetic modulo 2⁴⁸, forwards and backwards, with the model."""
+    """The firmware computes modulo 2⁴⁸; compare it with the model, forwards and backwards."""
     from sim.tests.firmware.library import firmware
 
     ffi, library = firmware()

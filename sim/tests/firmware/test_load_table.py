@@ -1,4 +1,4 @@
-"""Tests that the local table is loaded over the console completely or not at all, and that turns
+"""Tests that a local table is loaded over the console completely or not at all, and that turns
 judge it."""
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
 
 
 def bump(theta: Float) -> Float:
-    """Return the scratch in arcseconds."""
+    """Return the height of the scratch in arcseconds."""
     away = np.angle(np.exp(1j * (theta - PLACE_RAD)))
     return np.asarray(HEIGHT_ARCSEC * np.exp(-0.5 * (away / SIGMA_RAD) ** 2))
 
 
 @dataclass(frozen=True)
 class Scratched(Disc):
-    """A disc with a scratch that passes every head."""
+    """A disc with a scratch, over which every head passes."""
 
     def error_rad(self, theta: Float) -> Float:
         return Disc.error_rad(self, theta) + bump(theta) * ARCSEC
@@ -50,7 +50,8 @@ SCRATCHED = Scratched(DISC.orders)
 
 
 def table_file(size: float = 1.0, shift_counts: int = 0) -> Coefficients:
-    """Return a file with only the table, ``size`` times the scratch, at its place plus a shift."""
+    """Return a file with only a local table: ``size`` times the scratch, shifted by this number of
+    counts."""
     width = COUNTS >> WIDTH_EXPONENT
     start = int(PLACE_RAD / (2.0 * np.pi) * COUNTS) - width // 2
     theta = (start + np.arange(POINTS) * width / POINTS) * (2.0 * np.pi / COUNTS)
@@ -73,7 +74,7 @@ def built(running: Firmware) -> None:
 
 
 def loaded(running: Firmware, coefficients: Coefficients, turns: int = 3) -> str:
-    """Load; run turns of the scratched disc; return the state."""
+    """Load the file, run turns of the scratched disc, and return the state."""
     built(running)
     assert set(send(running, load_frames(coefficients))) == {"ok"}
     assert state(running) == "load waiting"
@@ -95,12 +96,13 @@ def test_a_scratch_is_taken_away(running: Firmware) -> None:
     points = [running.core.words[LOCAL_POINTS_ADDRESS + 4 * number] for number in range(POINTS)]
     assert points == [int(point) & 0xFFFF_FFFF for point in bank.points]
     assert "loaded_table_crc" in running.send("load status")
-    # The calibration continues: lanes and table correct together.
+    # The calibration continues: its lanes and the table correct together.
     angle = READINGS * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - SCRATCHED.true_angle(angle)) * 3600.0
     lanes = active_coefficients(running.core).error_counts(READINGS) * ARCSEC_PER_COUNT
     corrected = lanes + local_table(READINGS, bank) * 2.0**-22 * ARCSEC_PER_COUNT
-    # The lanes also leave the subdivision error of test_load, and they contain a part of the bump.
+    # The lanes do not correct the subdivision error of test_load, and they contain a part of the
+    # scratch.
     assert np.abs(wrong - corrected).max() < HEIGHT_ARCSEC / 10.0
     assert np.abs(wrong - lanes).max() > 0.9 * HEIGHT_ARCSEC
 
@@ -143,7 +145,7 @@ def test_a_set_without_a_table_switches_it_off(running: Firmware) -> None:
 
 
 def test_a_table_from_before_a_fault_of_the_firmware_is_switched_off(running: Firmware) -> None:
-    """The firmware restarts and does not know the table; the gateware still applies it."""
+    """The restarted firmware does not know the table, which the gateware still applies."""
     assert loaded(running, table_file()) == "load active"
     anew = Firmware(running.core)
     anew.library.application_start(anew.application)
@@ -189,7 +191,8 @@ def after_power_off(board: Board) -> Firmware:
 
 
 def test_a_saved_table_outlives_the_power() -> None:
-    """The first turn that shows the scratch confirms it; the words are those that were loaded."""
+    """The first turn that shows the scratch confirms the table; its words are those that were
+    loaded."""
     board = saved_board()
     words = points_of(board.firmware)
     assert board.order("save").startswith("ok, record 1")
@@ -201,9 +204,9 @@ def test_a_saved_table_outlives_the_power() -> None:
     assert state(running) == "load active"
     assert place_words(running) == bank_of(table_file()).place_words()
     assert points_of(running) == words
-    # It is saved again from the gateware.
+    # The next save reads the table back from the gateware.
     assert board.order("save").startswith("ok, record 2")
-    # Without a table loaded the next record has none.
+    # After a file without a table has been loaded, the next record contains none.
     send(running, load_frames(file_of({})))
     board.work(range(11, 13), disc=SCRATCHED)
     assert board.order("save").startswith("ok, record 3")
@@ -239,7 +242,8 @@ def test_a_table_that_cannot_be_restored_is_not_taken(damage: str) -> None:
 
 
 def test_no_points_arrive_while_a_record_is_written() -> None:
-    """The record takes its points from the idle bank."""
+    """While a record is written, its points are read from the idle bank; therefore no new points
+    are accepted."""
     board = saved_board()
     board.firmware.send("save")
     frames = load_frames(table_file(0.5))
@@ -250,7 +254,8 @@ def test_no_points_arrive_while_a_record_is_written() -> None:
 
 @pytest.mark.parametrize("steps", [52, 70, 100])
 def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(steps: int) -> None:
-    """An erase takes 0.5 s, 50 steps; then 64 pages of points come before those of the record."""
+    """The erase takes 0.5 s, which is 50 steps. Then come 64 pages of points, and after these the
+    pages of the record."""
     board = Board()
     board.firmware.send("set orders 8")
     board.work(range(1, 5), disc=SCRATCHED)
@@ -268,7 +273,7 @@ def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(st
 
 
 def test_the_table_of_a_mean_of_four_heads_is_loaded_with_it() -> None:
-    """Turns of two heads judge neither the table nor the lanes; the table has a window for each
+    """Turns of two heads judge neither the table nor the lanes. The table has a window for each
     head."""
     running = Firmware(prepared.FailoverCore())
     running.library.application_start(running.application)

@@ -1,8 +1,8 @@
-"""Tests of the sets for a missing head that the device makes from its own calibration.
+"""Tests of the sets for a missing head that the device computes from its own calibration.
 
 The table has four heads with errors of mounting and index, an axis that moves, and noise; the
-firmware sees only its captures. numpy's solution of the same turn and the true angle judge the
-words that arrive in the gateware's windows.
+firmware reads only its captures. The words that arrive in the gateware's windows are judged by
+numpy's solution of the same turn and by the true angle.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ COEFFICIENT_OFFSET = 0x83C
 
 
 class FourHeadsCore(FailoverCore):
-    """The model of the core with four heads, whose readings come from the simulated world."""
+    """A model of the core with four heads, which read the simulated world."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -64,7 +64,7 @@ class FourHeadsCore(FailoverCore):
             self.set(f"{there}head{head}{last}angle", int(row[-1]) % COUNTS)
 
     def set_of(self, number: int) -> Coefficients:
-        """Return what the gateware would load from the window of a set."""
+        """Return the coefficients that the gateware would load from the window of a set."""
         words = self.window(number)
 
         def signed(at: int) -> int:
@@ -98,7 +98,7 @@ def set_places(made: Firmware, world: World) -> None:
 
 
 def started(world: World) -> Firmware:
-    """Return the firmware before its first turn, with the places of the heads set."""
+    """Return the firmware before its first turn; the places of the heads are set."""
     made = Firmware(FourHeadsCore())
     made.library.application_start(made.application)
     made.core.see_index()
@@ -122,7 +122,7 @@ def calibrated() -> Firmware:
 
 
 def lane_orders(words: Coefficients) -> dict[int, complex]:
-    """Return the complex amplitude of each lane by its order, arcseconds."""
+    """Return the complex amplitude of each lane in arcseconds, by its order."""
     orders = np.rint(words.phase_steps.astype(float) * COUNTS / 2.0**48).astype(int)
     amplitude = words.amplitudes / 2.0**11 * ARCSEC_PER_COUNT
     phase = 2.0 * np.pi * words.phase_offsets / 2.0**24
@@ -132,9 +132,9 @@ def lane_orders(words: Coefficients) -> dict[int, complex]:
 
 @pytest.mark.parametrize("missing", range(HEADS + 1))
 def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
-    """Carrier, weights and offsets agree in every bit, the lanes to their quantisation.
+    """Carrier, weights and offsets agree in every bit, and lanes agree within their quantisation.
 
-    A lane's amplitude is rounded to 2⁻¹¹ counts and its phase to 2⁻²⁴ turns.
+    The amplitude of a lane is rounded to 2⁻¹¹ counts and its phase to 2⁻²⁴ turns.
     """
     words = calibrated.core.set_of(missing)
     assert words.extension is not None
@@ -159,17 +159,19 @@ def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
         steps = np.sqrt(0.5) * ARCSEC_PER_COUNT / 2**11 + abs(value) * np.pi / 2**24
         assert abs(value - orders[order - 1]) < steps + 1e-9 * 144.0, order
     left = [n - 1 for n in range(1, ORDERS + 1) if n not in found]
-    # The set omits orders below the significance of one turn, 5 standard uncertainties.
+    # The set omits orders that one turn cannot show, that is, orders below 5 standard
+    # uncertainties.
     assert np.all(np.abs(orders[left]) < 5.0 * np.sqrt((noise + by_places)[left]))
     assert abs(words.offset / 2**11 * ARCSEC_PER_COUNT - constant) < ARCSEC_PER_COUNT / 2**11
 
 
 @pytest.mark.parametrize("missing", range(HEADS + 1))
 def test_each_set_corrects_another_turn(calibrated: Firmware, missing: int) -> None:
-    """The true angle of the table judges the words, with the gateware's mean bit for bit.
+    """The words correct another turn; the result of the bit-true mean is compared with the true
+    angle of the table.
 
-    The rounding of three heads to counts leaves up to 0.018″, and one turn of 0.1″ some 0.01″ of
-    each of six orders that have a lane: 0.03″ together. The zero of all sets is the same.
+    Rounding three heads to counts leaves up to 0.018″. One turn with 0.1″ of noise leaves about
+    0.01″ in each of the six orders that have a lane: 0.03″ together. All sets have the same zero.
     """
     fresh = replace(WORLD, seed=9, noise_arcsec=0.0)
 
@@ -200,7 +202,8 @@ def test_the_failover_is_on_and_off_while_words_change(calibrated: Firmware) -> 
 
 
 def test_telemetry_has_places_and_radii() -> None:
-    """Places and radii agree with the simulated world within 4 of their standard uncertainties."""
+    """Places and radii agree with the simulated world within 4 of their own standard
+    uncertainties."""
     world = replace(WORLD, ratios=(1.0, 1.001, 0.999, 1.0005), axis=())
     telemetry = started(world).turn(world.counts())
     places = np.degrees(world.true_rad)
@@ -214,7 +217,8 @@ def test_telemetry_has_places_and_radii() -> None:
 def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Without head 4 three heads stand within 60°: the mean would have 6 times the noise of one."""
+    """Without head 4 the other three stand within 60°: their mean would have 6 times the noise of
+    one head."""
     places = (0.0, 30.0, 60.0, 200.0)
     monkeypatch.setitem(PLACES, HEADS, places)
     running = started(WORLD)
@@ -237,15 +241,15 @@ def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
 def test_a_turn_while_a_head_is_left_out_takes_its_new_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Head 2 counts again but is left out until its index: the next turn's words come without
-    it."""
+    """Head 2 counts again but is left out until its index. The firmware therefore activates the new
+    set without head 2."""
     running = started(WORLD)
     running.turn(WORLD.counts())
     running.step(3)
     before = running.core.window(2)
     running.core.status(left_out=0b0010, active=2)
     running.core.writes.clear()
-    # The disc's second order grows by 1″: the new turn is better than the active lanes.
+    # The disc's order 2 grows by 1″, so that the new turn is better than the active lanes.
     monkeypatch.setitem(DISC, 2, (7.0, 4.2))
     assert running.turn(replace(WORLD, seed=5).counts())["result"] == "applied"
     running.step(3)
@@ -257,7 +261,7 @@ def test_a_turn_while_a_head_is_left_out_takes_its_new_set(
 
 
 class BoardWithFourHeads(Board):
-    """A board whose core has four heads; the chip survives a power cycle."""
+    """A board whose core has four heads; ``power_on`` keeps only the flash chip."""
 
     failover = True
 
@@ -282,7 +286,7 @@ def windows(board: BoardWithFourHeads) -> list[dict[int, int]]:
 
 
 def test_saved_sets_outlive_the_power() -> None:
-    """A turn confirms the saved mean, and every word of every window is the same as before."""
+    """A turn confirms the saved mean, and then every word of every window is the same as before."""
     board = BoardWithFourHeads()
     ready(board)
     before = windows(board)
@@ -290,7 +294,8 @@ def test_saved_sets_outlive_the_power() -> None:
     board.power_on()
     assert windows(board) == [{}] * HEADS, "the gateware was without power"
     assert board.status("saved") == ["waiting"]
-    # A second save before a turn has confirmed the record keeps the sets in the record.
+    # A second save, before a turn has confirmed the record, keeps the sets that the record
+    # contains.
     assert board.order("save").startswith("ok, record 2: ")
     board.power_on()
     board.core.writes.clear()
@@ -300,7 +305,7 @@ def test_saved_sets_outlive_the_power() -> None:
     assert windows(board) == before
     assert board.status("set_without_head") == ["1", "2", "3", "4"]
     assert failover_is_on(board.firmware)
-    # The set is a loaded one now; it is saved with its sets once more.
+    # The set now counts as a loaded one; a save stores it again with its sets.
     assert board.order("save").startswith("ok, record 3: ")
     board.power_on()
     board.firmware.turn(replace(WORLD, seed=8).counts())
@@ -309,8 +314,8 @@ def test_saved_sets_outlive_the_power() -> None:
 
 
 def test_a_record_without_sets_and_a_core_without_failover() -> None:
-    """A record as an older firmware writes it is read; a core without windows loads only the
-    mean."""
+    """A record from an older firmware has no sets and is still read; a core without windows loads
+    only the mean."""
     board = BoardWithFourHeads()
     board.failover = False
     board.power_on()
@@ -360,7 +365,7 @@ def kept_from(core: FourHeadsCore) -> Any:
 
 
 def test_kept_sets_that_do_not_fit_are_refused(calibrated: Firmware) -> None:
-    """Each change of the words gives a mean, a lane or a length that the gateware cannot hold."""
+    """Each of these changes gives a mean, a lane or a length that the gateware cannot hold."""
     ffi, library = firmware()
     good = kept_from(calibrated.core)
     assert library.kept_sets_are_valid(good, HEADS, COUNTS)
@@ -376,11 +381,11 @@ def test_kept_sets_that_do_not_fit_are_refused(calibrated: Firmware) -> None:
     for place, word in (
         (0, good.word[0] & ~0xFF),  # no head
         (0, good.word[0] & ~0xFF | 5),
-        (0, good.word[0] & ~0xFF | 2),  # weight of head 2 is not 0
+        (0, good.word[0] & ~0xFF | 2),  # the weight of head 2 is not 0
         (0, good.word[0] | 33 << 8),  # more lanes than words
-        (2, good.word[2] & ~3),  # head 1 is missing and the carrier
+        (2, good.word[2] & ~3),  # head 1 is both missing and the carrier
         (2, good.word[2] | 1 << 4),
-        (3, 1),  # weights without the sum 1
+        (3, 1),  # the sum of the weights is not 1
         (7, COUNTS * 16),
         (11, good.word[11] & 0xFFFFFF),  # a lane of order 0
     ):

@@ -1,4 +1,5 @@
-"""Tests trigger, sync, probe and compare: commands of the console, words written to the core."""
+"""Tests of trigger, sync, probe and compare: the commands of the console and the words that the
+firmware writes to the core."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ def test_presets_are_those_of_the_core(running: Firmware) -> None:
 
 
 def test_widths_edges_and_filter_reach_the_core_at_once(running: Firmware) -> None:
-    """The words change without a re-arm, so index and correction stay valid."""
+    """The words change without a re-arm, so that index and correction stay valid."""
     running.core.writes.clear()
     for line in (
         "trigger width 7",
@@ -56,10 +57,11 @@ def test_samples_at_the_edges_of_sync_in(running: Firmware) -> None:
     assert running.send("sync capture 1") == "ok\r\n"
     assert capture_mode(running.core) == MODES["sync_in"]
     assert "samples sync_in" in lines(running, "status")
-    # A turn sampled by sync_in is used like any other; a swinging speed does not change the mode.
+    # The firmware uses a turn sampled by sync_in like any other. A varying speed does not change
+    # this mode.
     assert running.turn(turn())["result"] == "applied"
     assert controls(running.core)["compensate"]
-    # While the table turns, no edge arrives at sync_in; this is not a fault of the capture.
+    # The table turns without an edge at sync_in; this is not a fault of the capture.
     for position in range(0, 40 * TURN, TURN // 2):
         running.core.stand_at(position % 2**31, 0)
         running.step()
@@ -173,7 +175,7 @@ def test_compare_follows_a_zero_that_moved(running: Firmware) -> None:
     running.core.hand_over(turn())
     running.step(4)
     assert len(running.core.armed) == 2
-    # A single place that has been passed is not armed again.
+    # The firmware does not arm a single place again that the table has passed.
     running.core.set("status", 0)
     running.core.moves_zero(-4)
     running.core.hand_over(turn())
@@ -182,7 +184,8 @@ def test_compare_follows_a_zero_that_moved(running: Firmware) -> None:
 
 
 def test_compare_begins_anew_with_a_zero_that_is_found_anew(running: Firmware) -> None:
-    """Head 1 lost counts, no index proves it for four turns, and the old places become invalid."""
+    """Head 1 loses counts and no index proves it for four turns; the zero is sought again, and the
+    old places become invalid."""
     running.turn(turn())
     running.send("compare on 1")
     begin = running.core.get("snapshot.head1_position")

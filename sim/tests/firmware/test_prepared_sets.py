@@ -1,7 +1,8 @@
-"""Tests of sets for a missing head: loaded over the console, and the effect of a failure.
+"""Tests of prepared sets for a missing head: how they are loaded over the console, and what a
+failure of a head does.
 
-The model of the core has four heads; heads 3 and 4 have the readings of heads 1 and 2. The
-firmware's check of places and its telemetry need four readings, but no simulated table.
+The model of the core has four heads. Heads 3 and 4 repeat the readings of heads 1 and 2, because
+the firmware's check of places and its telemetry need four readings but no simulated table.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ CAUSES = ("illegal", "overspeed", "swallowed", "missing_edges", "step", "index")
 
 
 class FailoverCore(ModelCore):
-    """The model with the registers of the failover: it accepts sets, and heads return."""
+    """A model of the core with the failover registers: it accepts sets, and failed heads can
+    return."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -78,7 +80,7 @@ class FailoverCore(ModelCore):
             self.set(angle, position % COUNTS)
 
     def window(self, number: int) -> dict[int, int]:
-        """Return the words of a prepared set by their place in it."""
+        """Return the words of a prepared set by their offset in its window."""
         first = FIRST_WINDOW + WINDOW * number
         return {at - first: self.words[at] for at in self.words if 0 <= at - first < WINDOW}
 
@@ -88,7 +90,7 @@ def lanes_of(amplitude: float) -> Coefficients:
 
 
 def without(missing: int) -> Coefficients:
-    """Return a set with distinct weights; head 1 is the carrier unless it is missing."""
+    """Return a set whose weights all differ; head 1 is the carrier unless it is missing."""
     weights = [0 if head == missing else 10_000 * head for head in range(1, HEADS + 1)]
     carrier = 2 if missing == 1 else 1
     weights[carrier - 1] += 65_536 - sum(weights)
@@ -121,7 +123,7 @@ def loaded(running: Firmware, coefficients: Coefficients) -> None:
 
 
 def words_by(coefficients: Coefficients, mean: MeanSet, number: int) -> dict[int, int]:
-    """Return the words that the register map of the workbench writes for a set."""
+    """Return the words that the workbench's register map gives for a set."""
     written: dict[int, int] = {}
 
     async def write(at: int, words: Sequence[int]) -> None:
@@ -158,7 +160,7 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
     every = sum(bit("failover", cause) for cause in CAUSES)
     assert running.core.get("failover") == every | bit("failover", "enable")
     assert [running.core.get(name) for name in names] == [48, 32, 9]
-    # The unit is 2^17 clocks of 10 ns; the wait is not shorter than requested.
+    # The unit is 2^17 clocks of 10 ns; the wait must not be shorter than requested.
     running.send("set failover_return_s 2")
     assert running.core.get("failover") >> 16 == int(np.ceil(2e8 / 2**17))
     running.send("set failover_causes 1")
@@ -172,7 +174,7 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
 
 
 def test_the_parity_has_the_weights_of_the_workbench() -> None:
-    """The test moves each head separately: the offsets then show the weights, to a unit of the
+    """The test moves each head alone: the offsets then show its weight, to one unit of the
     words."""
     places = np.radians([0.0, 64.3, 177.0, 257.9])
     offsets = tuple(int(word) for word in np.rint(places / (2.0 * np.pi) * COUNTS * 16))
@@ -230,7 +232,8 @@ def test_telemetry_has_the_parity(running: Firmware) -> None:
 def test_while_a_head_is_left_out_its_set_becomes_active_in_place_of_a_swap(
     running: Firmware,
 ) -> None:
-    """A new mean of all heads would include the dead head; the gateware refuses that too."""
+    """A new mean of all heads would include the dead head. The gateware would refuse to swap it,
+    too."""
     loaded(running, file_of(1, 2, 3, 4))
     running.core.status(left_out=0b0010, active=2)
     running.core.writes.clear()
@@ -263,7 +266,8 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
 
 
 def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: Firmware) -> None:
-    """The failover ends before a word of the sets changes; the gateware refuses a partial set."""
+    """The failover ends before any word of the sets changes; the gateware refuses an incomplete
+    set."""
     loaded(running, file_of(1, 2, 3, 4))
     frames = load_frames(file_of(1, 2))
     first = next(place for place, frame in enumerate(frames) if "load without " in frame)
@@ -283,8 +287,8 @@ def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: 
 
 @pytest.mark.parametrize("reason", ["out_of_range", "no_failover"])
 def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
-    """Refuse a set without head 2 whose heads include head 2, and any set where the core has no
-    windows for sets."""
+    """The firmware refuses a set without head 2 that still uses head 2, and every set if the core
+    has no windows for sets."""
     core = FailoverCore()
     if reason == "no_failover":
         core.set("capability", HEADS | 1 << 3)
@@ -336,8 +340,8 @@ def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
 
 
 def test_the_firmware_refuses_sets_beside_a_lane_of_a_real_order(running: Firmware) -> None:
-    """No tool writes these frames. The gateware's prepared sets have no turn step, which a real
-    order needs."""
+    """No tool sends these frames. A prepared set in the gateware has no turn step, which a lane of
+    a non-integer order needs."""
     core = running.core
     core.set("capability", core.get("capability") | 1 << 6)
     frames = load_frames(file_of(1), unseen=True)

@@ -1,4 +1,5 @@
-"""Tests of the ARM image in QEMU: start-up, console, timer, faults, a calibration of real size."""
+"""Tests of the ARM image in QEMU: start-up, console, timer, faults, and a calibration of realistic
+size."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ pytestmark = [
 
 GREETING = f"arctrue {BOARD}, help tells the commands\r\n"
 WRITTEN = 0.5e-9
-"""Rounding of the nine decimals that the console writes."""
+"""Largest rounding error of the console, which writes nine decimals."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -66,10 +67,12 @@ def test_start_up_and_console_without_a_core(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", ["fourier", "least_squares"])
 def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) -> None:
-    """With 12,000 samples of two heads the console prints the results of the host."""
+    """For 12,000 samples of two heads the console prints the same results as the C code on this
+    machine."""
     window = bytearray(core_window(counts))
     (flags,) = [r.address for r in REGISTERS if r.path == "head1.flags"]
-    # Without an index of head 1 the firmware calculates nothing: the operator chooses first.
+    # Until the index of head 1 is seen the firmware calculates nothing, so that the test can set
+    # the method first.
     window[flags] = 0
     with running(tmp_path, bytes(window)) as machine:
         machine.wait_for(GREETING)
@@ -91,7 +94,7 @@ def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) ->
 
 
 def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
-    """The bank stays ready, so that a turn follows at each tick of the timer."""
+    """The bank stays ready, so that each tick of the timer processes a turn."""
     with running(tmp_path, core_window(counts[:, :1])) as machine:
         machine.wait_for(GREETING)
         machine.send("telemetry on")
@@ -106,20 +109,20 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
     [
         # udf.w #0
         (bytes.fromhex("f0f700a0"), "undefined_instruction"),
-        # udf #0xA5: the instruction that a failed assertion executes.
+        # udf #0xA5: a failed assertion executes this instruction.
         (bytes.fromhex("a5de"), "assertion"),
-        # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped there.
+        # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped at this address.
         (bytes.fromhex("4ff050400068"), "data_abort"),
-        # mov.w r0, #0x31000; str r0, [r0]: the page below the stack.
+        # mov.w r0, #0x31000; str r0, [r0]: this page is below the stack.
         (bytes.fromhex("4ff444300060"), "stack_overflow"),
         # mov.w r0, #0xE0000000; ldr r0, [r0]: the bus address of the UART, which the page table
         # does not map.
         (bytes.fromhex("4ff060400068"), "data_abort"),
-        # mov.w r0, #0x1C000; str r0, [r0]: texts are read only.
+        # mov.w r0, #0x1C000; str r0, [r0]: constants are read only.
         (bytes.fromhex("4ff4e0300060"), "data_abort"),
-        # mov.w r0, #0x1C000; bx r0: texts are not executed.
+        # mov.w r0, #0x1C000; bx r0: constants cannot be executed.
         (bytes.fromhex("4ff4e0300047"), "prefetch_abort"),
-        # mov.w r0, #0x22000; bx r0: nor are data.
+        # mov.w r0, #0x22000; bx r0: data cannot be executed.
         (bytes.fromhex("4ff408300047"), "prefetch_abort"),
     ],
 )

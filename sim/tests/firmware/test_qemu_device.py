@@ -1,4 +1,4 @@
-"""Tests of the ARM image in QEMU with the chip's interrupts, watchdogs, flash and temperature."""
+"""Tests of the ARM image in QEMU with interrupts, watchdogs, flash and temperature of the chip."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ pytestmark = [
 
 READY = "help tells the commands\r\n"
 FABRIC_INPUT = 29
-"""Number of the shared input: IRQ_F2P[0] is interrupt 61, and shared inputs begin at 32."""
+"""Number of the shared input: IRQ_F2P[0] is interrupt 61, and the shared inputs begin at 32."""
 GIC_SET_PENDING = 0xF8F0_1204
 GIC_SET_ENABLE = 0xF8F0_1100
 GIC_ENABLED = 0xF8F0_1104
@@ -46,18 +46,19 @@ GIC_CLEAR_ENABLE = 0xF8F0_1180
 GIC_KIND = 0xF8F0_1C00
 GLOBAL_TIMER = 27
 SCRATCH = CORE_BASE + 0x3C000
-"""Address in the emulated window, after the capture."""
+"""Free address in the emulated window, behind the capture."""
 CAPTURE_READY = 1 << 2
 WATCHDOG_RESET = 1 << 17
 KEPT_FAULT = 24
-"""First bit of REBOOT_STATUS among those that survive a reset."""
+"""First of the REBOOT_STATUS bits that survive a reset."""
 FAULT_CODES = {"data_abort": 4, "hang": 7, "bus_error": 8}
 ASYNCHRONOUS_ABORTS_OFF = 1 << 8
 FLASH_BYTES = 16 << 20
 KEPT_MEMORY, KEPT_MEMORY_BYTES = 0x2F000, 4096
-"""The last page of on_chip_memory.ld, cleared by a reset of the system but not by a start."""
+"""Last page of on_chip_memory.ld. A reset of the system clears it, but a start of the firmware does
+not."""
 STAY_HERE = bytes.fromhex("feffffea")
-"""Branch to itself in ARM state, the state of `start`."""
+"""Instruction that branches to itself in ARM state, the state in which `start` runs."""
 IMAGE_OFFSET = 0x10_0000
 
 
@@ -72,7 +73,7 @@ def field(status: str, name: str) -> str:
 
 
 def assemble(folder: Path, text: str) -> bytes:
-    """Return the Thumb code of a text."""
+    """Return the Thumb code of an assembly text."""
     source, made, code = folder / "code.s", folder / "code.o", folder / "code.bin"
     source.write_text(f".syntax unified\n.thumb\n{text}\n", encoding="ascii")
     subprocess.run(["arm-none-eabi-as", "-mcpu=cortex-a9", source, "-o", made], check=True)
@@ -81,24 +82,24 @@ def assemble(folder: Path, text: str) -> bytes:
 
 
 def one_sample() -> bytes:
-    """Return a window whose bank is refused at once, and is not ready yet."""
+    """Return a window with a bank that the firmware refuses at once; the bank is not ready yet."""
     window = bytearray(core_window(counts_of(samples=600)[:, :1]))
     window[register_named("status").address] = 0
     return bytes(window)
 
 
 def hand_over(machine: Emulator) -> None:
-    """Make the bank ready without the processor, which QEMU 10 would wake after a debugger's
-    stop."""
+    """Make the bank ready by a bus access, not through the debugger: QEMU 10 wakes the processor
+    after a debugger's stop."""
     machine.write_register(CORE_BASE + register_named("status").address, CAPTURE_READY)
 
 
 def controller_is_on_the_bus(machine: Emulator) -> bool:
     """Tell whether the bus reaches the interrupt controller, as in QEMU 7.2.
 
-    There a debugger's write reaches no device. In QEMU 10 qtest is the non-secure side: all
-    interrupts belong to the secure side, as on the chip, so that the controller reads 0 and ignores
-    writes. A debugger's access is the processor's own, which is secure.
+    In QEMU 7.2 a debugger's write reaches no device. In QEMU 10 qtest accesses are non-secure, but
+    all interrupts belong to the secure side, as on the chip: the controller reads as 0 and ignores
+    the writes. A debugger's access counts as the processor's own access and is secure.
     """
     return machine.read_register(GIC_ENABLED) != 0
 
@@ -114,7 +115,7 @@ def write_controller(machine: Emulator, address: int, value: int) -> None:
 
 
 def stop_timer(machine: Emulator, write: Callable[[int, int], None]) -> None:
-    """Stop the timer, so that nothing wakes the processor; ``write`` is that of the processor."""
+    """Stop the timer, so that it cannot wake the processor; ``write`` writes as the processor."""
     to = machine.write_register if controller_is_on_the_bus(machine) else write
     to(GIC_CLEAR_ENABLE, 1 << GLOBAL_TIMER)
 
@@ -138,8 +139,8 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
 
 
 def test_a_command_that_comes_before_the_sleep_is_heard(tmp_path: Path) -> None:
-    """The command's interrupt comes before the processor sleeps, and no other event would wake
-    it."""
+    """The command's interrupt comes before the processor sleeps; no other event would wake the
+    processor."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -169,7 +170,7 @@ def interrupts(machine: Emulator) -> int:
 
 
 def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
-    """Wait until ``holds`` is true; return False after the time."""
+    """Wait until ``holds`` returns true; return False if the time is over first."""
     end = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > end:
@@ -179,7 +180,8 @@ def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
 
 
 def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
-    """The level stays high: one interrupt in each round of the main program, which continues."""
+    """The interrupt line stays high. The main program gets one interrupt in each round and
+    continues."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         (controller,) = [
@@ -200,7 +202,8 @@ def temperature_of(machine: Emulator) -> Any:
 
 
 def test_the_temperature_of_the_die(tmp_path: Path) -> None:
-    """QEMU's converter reads 0 K, which is no temperature, until its register is written."""
+    """Until its register is written, QEMU's converter reads 0 K, which the firmware takes for no
+    temperature."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -215,14 +218,15 @@ def test_the_temperature_of_the_die(tmp_path: Path) -> None:
         machine.ask("status", f"temperature_c {celsius:.9f}")
         machine.send("telemetry on")
         reported = temperature_of(machine)
-        # A line from before the write may still have been on its way.
+        # The first line may have been sent before the write.
         reported = reported if reported["temperature_c"] is not None else temperature_of(machine)
         assert reported["temperature_c"] == pytest.approx(celsius, abs=0.005)
         assert reported["alarms"] == ["temperature"], "87 °C is above the preset of 85"
 
 
 def flash_options(folder: Path, content: bytes) -> list[str]:
-    """Return the options of both chip selects of the controller: QEMU selects both at once."""
+    """Return the options for both chip selects of the controller, because QEMU selects both at
+    once."""
     options = []
     for number in (8, 9):
         file = folder / f"flash{number}.bin"
@@ -253,9 +257,10 @@ def test_the_flash_is_read_and_a_refusal_told(tmp_path: Path, content: bytes, st
 
 
 def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
-    """On a chip that is not configured, such an access would never end."""
+    """On a chip that is not configured, an access to the window would never end."""
     control = CORE_BASE + register_named("control").address
-    # The word has output_enable: without it the core counts as reset and is set up.
+    # The word includes output_enable; without this bit the firmware would think that the core was
+    # reset and set it up.
     canary = 0xCA9A_1236
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
@@ -273,7 +278,7 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
 
 
 def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
-    """The main program loops for ever: the timer's interrupt restarts it and reports the place."""
+    """The main program loops for ever. The timer's interrupt restarts it and reports the place."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -288,7 +293,8 @@ def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
 
 
 def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
-    """Do what the chip does and QEMU does not: clear the on-chip memory, keep one register."""
+    """Do what the chip does at such a reset and QEMU does not: clear the on-chip memory and keep
+    one register."""
     machine.machine_command("stop")
     machine.machine_command("system_reset")
     while machine.machine_command("query-status")["status"] != "prelaunch":
@@ -301,7 +307,7 @@ def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
 
 @pytest.mark.parametrize("name", ["data_abort", "hang"])
 def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str) -> None:
-    """The restart after a fault does not finish, and the watchdog resets the system."""
+    """After a fault the restart does not finish, and the watchdog resets the system."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.write_memory(symbol("start"), STAY_HERE)
@@ -318,7 +324,7 @@ def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str)
 
 
 def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
-    """QEMU's bus refuses no write: the handler is called with the state that the chip would
+    """QEMU's bus refuses no write. The test calls the handler with the state that the chip would
     give."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
@@ -350,17 +356,17 @@ def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
 
 
 def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
-    """The bus answers the first word with an error: the firmware reports that there is no core, and
-    does not repeat the fault."""
+    """The bus answers the first word with an error. The firmware reports that there is no core, and
+    does not fault again."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase wait_for_index")
         place = symbol("application_step")
         bad = assemble(tmp_path, "udf.w #0")
         original = machine_code(place, len(bad))
-        # No section is mapped there: in QEMU an abort of the load replaces the bus error. A restart
-        # discards the processor's copy of the tables; the emulator may discard it earlier, so that
-        # the processor must not reach the core in between.
+        # The test unmaps the section of the core: in QEMU an abort of the load stands for the bus
+        # error. A restart discards the processor's copy of the page table. The emulator may discard
+        # it earlier; therefore the processor must not reach the core in between.
         with machine.stopped_at(place) as write:
             write(symbol("translation_table") + 4 * (seen_at(CORE_BASE) >> 20), 0)
             write(place, int.from_bytes(bad, "little"))
@@ -373,7 +379,8 @@ def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
 
 
 def test_the_clocks(tmp_path: Path) -> None:
-    """The registers must fit the 50 MHz crystal of both boards. Bits are those of UG585, SLCR."""
+    """The clock registers must fit the 50 MHz crystal of both boards. The bits are those of UG585,
+    SLCR."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
 
@@ -383,7 +390,8 @@ def test_the_clocks(tmp_path: Path) -> None:
             return 50.0 * (control >> 12 & 0x7F)
 
         def divided(name: str) -> float:
-            """Return the clock by the first divisor, from the running input-output PLL."""
+            """Return the frequency of this clock: that of the running input-output PLL over the
+            first divisor."""
             control = machine.read_register(AT[name])
             assert control & 0x31 == 1
             return pll_mhz("SLCR_IO_PLL_CTRL") / (control >> 8 & 0x3F)
@@ -398,7 +406,7 @@ def test_the_clocks(tmp_path: Path) -> None:
         baud = divided("SLCR_UART_CLK_CTRL") * 1e6
         baud /= machine.read_register(AT["UART_BAUDGEN"])
         baud /= machine.read_register(AT["UART_BAUDDIV"]) + 1
-        # Half a bit in the ten bits of a character, shared by both ends.
+        # The two ends share half a bit of error over the ten bits of a character.
         assert baud == pytest.approx(115_200, rel=0.025)
         buses = machine.read_register(AT["SLCR_APER_CLK_CTRL"])
         assert buses >> 20 & buses >> 23 & 1, "UART 0 and flash"
@@ -407,8 +415,8 @@ def test_the_clocks(tmp_path: Path) -> None:
 
 
 def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
-    """A debugger or another program left the second UART's interrupt on, and the fabric's at an
-    edge."""
+    """A debugger or another program left the interrupt of the second UART on, and made that of the
+    fabric edge-sensitive."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -422,19 +430,21 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
         machine.write_memory(place, original)
         machine.ask("status", "reset undefined_instruction")
         enabled = [read_controller(machine, GIC_SET_ENABLE + 4 * i) for i in range(3)]
-        # Global timer 27, UART 59, fabric 61; SGIs are always on.
+        # Enabled are global timer 27, UART 59 and fabric 61; software interrupts (SGI) are always
+        # on.
         assert [enabled[0] >> 16, *enabled[1:]] == [1 << 27 - 16, 1 << 27 | 1 << FABRIC_INPUT, 0]
         kinds = read_controller(machine, GIC_KIND + 12)
         assert not kinds & (2 << 2 * (59 - 48) | 2 << 2 * (61 - 48)), "levels"
 
 
 def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
-    """QEMU's reset does not change the memory; this test uses it as a start without a reset."""
+    """QEMU's reset does not change the memory, so that this test uses it as a start without a
+    reset."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         control = CORE_BASE + register_named("control").address
         before = machine.read_register(control)
-        # The fault is taken, but the firmware does not restart: the operator resets the system.
+        # The firmware takes the fault but does not restart: the operator resets the system.
         machine.write_memory(symbol("start"), STAY_HERE)
         place = symbol("application_step")
         machine.write_memory(place, assemble(tmp_path, "udf.w #0"))
@@ -488,11 +498,9 @@ def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> Non
 
 
 def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
-    """QEMU's watchdog counts but does not reset: the test checks that its counter falls, because
-    the firmware no longer restarts it.
-
-    The test then makes the reset with the watchdog's flag that the chip would make.
-    """
+    """QEMU's watchdog counts but does not reset. The test checks that its counter falls, because
+    the firmware no longer restarts it. Then the test makes the reset that the chip would make, with
+    the watchdog's flag."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         code = assemble(
@@ -525,7 +533,7 @@ def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
 
 
 def test_what_is_saved_is_there_after_power_off(tmp_path: Path) -> None:
-    """The record goes through the emulated controller to this machine's flash, N25Q128, and
+    """The record goes through the emulated controller to a flash on this machine, N25Q128, and
     back."""
     options = flash_options(tmp_path, b"")
     with running(tmp_path, core_window(None), *options) as machine:

@@ -1,4 +1,4 @@
-"""Tests who is informed when a fault removes the line drivers' enable, and how the operator ends
+"""Tests who learns that a fault released the enable of the line drivers, and how the operator ends
 this state."""
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ DRIVEN = "ok, the line drivers are enabled again\r\n"
 
 
 def releases(running: Firmware, name: str) -> None:
-    """Raise the fault ``name`` as one of ``release_sources``."""
+    """Select the fault ``name`` in ``release_sources`` and raise it."""
     running.send(f"set release_sources {1 << FAULTS.index(name)}")
     if name == "cannot_keep_up":
         running.core.set("status", bit("status", name))
@@ -31,7 +31,8 @@ def releases(running: Firmware, name: str) -> None:
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_one_command_brings_the_drivers_back(running: Firmware, name: str) -> None:
-    """Clip and silence faults end by themselves, without the operator."""
+    """No command ends the faults correction_limited and processor_silent; they end by
+    themselves."""
     assert "released none\r\n" in running.send("status")
     releases(running, name)
     telemetry = json.loads(running.step(2))
@@ -102,7 +103,7 @@ def test_flags_of_a_head_are_cleared_only_where_they_hold_the_release(running: F
 
 
 def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmware) -> None:
-    """Head 2 lost 40 counts: the separation stays right, and the running turn is not used."""
+    """Head 2 lost 40 counts: the separation stays right, and the turn in progress is not used."""
     running.turn(turn())
     clean = running.turn(turn(seed=2))
     running.send("set release_sources 2")
@@ -120,7 +121,7 @@ def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmwar
 
 
 def test_a_held_core_is_only_cleared() -> None:
-    """After repeated faults the firmware processes no turn and changes neither capture nor
+    """After repeated faults the firmware processes no turn; it changes neither the capture nor the
     zeros."""
     core = ModelCore()
     core.see_index()

@@ -1,7 +1,7 @@
-"""Run the other tests of the firmware once more, with AddressSanitizer.
+"""Run the other tests of the firmware once more with AddressSanitizer.
 
-``test_fuzz_corpus.py`` runs the console and the checks of captures and records with it in each
-``make test``.
+``test_fuzz_corpus.py`` already runs the console and the checks of captures and records with it in
+each ``make test``.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def test_with_address_sanitizer() -> None:
         **os.environ,
         "LD_PRELOAD": preload,
         "ARCTRUE_SANITIZE": "address",
-        # Python does not free all of its own allocations.
+        # Python itself does not free all of its memory.
         "ASAN_OPTIONS": "detect_leaks=0",
     }
     environment.pop("PYTEST_XDIST_WORKER", None)

@@ -1,4 +1,4 @@
-"""Tests that parameters and coefficients in the flash survive a power loss at any byte of a
+"""Tests that parameters and coefficients in the flash survive a loss of power at any byte of a
 write."""
 
 from __future__ import annotations
@@ -44,13 +44,14 @@ from arctrue.gateware.coefficients import turn_step
 from arctrue.gateware.register_access import coefficient_words
 
 REGION = range(0xF0_0000, 0x100_0000)
-"""Sectors with one record each: 4 of 256 KB or 16 of 64 KB."""
+"""Region of the records, one record per sector: 4 sectors of 256 KB or 16 of 64 KB."""
 STEPS_MOST = 1_000
-"""Largest number of steps of 10 ms: an erase takes 0.5 s and is given up after 8 s."""
+"""Largest number of steps of 10 ms. An erase takes 0.5 s; the firmware gives it up after 8 s."""
 
 
 class Board:
-    """A board whose chip survives a power cycle; ``power_on`` starts as main() does."""
+    """A board whose flash chip survives a power cycle; ``power_on`` starts the firmware as main()
+    does."""
 
     def __init__(self, chip: Chip | None = None) -> None:
         self.chip = chip or Chip()
@@ -78,7 +79,7 @@ class Board:
         self.firmware.step()
 
     def order(self, line: str) -> str:
-        """Send a line; the answer of ``save`` comes when the record has been read back."""
+        """Send a line and return the answer; ``save`` answers after it has read the record back."""
         said = self.firmware.send(line)
         for _ in range(STEPS_MOST):
             if said:
@@ -130,14 +131,14 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
         == (bank.amplitudes[bank.amplitudes != 0][before]).tolist()
     )
     assert state(working.firmware) == "load active"
-    # The calibration continues and does not touch the loaded order.
+    # The calibration of the other orders continues and leaves the loaded order unchanged.
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     working.work(range(10, 34), disc=moved)
     assert left(working.firmware, moved) < 2 * LEFT_ARCSEC
 
 
 def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
-    """Words of lanes and window return with the first turn that confirms the other lanes."""
+    """The words of lanes and window return with the first turn that confirms the other lanes."""
     board = Board()
     with_modulators(board.firmware)
     board.firmware.send("set orders 8")
@@ -158,7 +159,7 @@ def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
     assert board.core.get("conditions.width") == CONDITIONS.width
     assert board.core.get("conditions.dead_zone") == CONDITIONS.dead_zone_counts
     assert board.core.get("conditions.nominal_speed") > 0
-    # The calibration's next turn and the next save keep the words.
+    # The next turn of the calibration and the next save keep the words.
     board.work(range(10, 12))
     assert last_lane(board.core.active) == words
     assert board.order("save").startswith("ok, record 2: parameters and ")
@@ -179,15 +180,15 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """A power cycle without a record is the counter-test: it shows the effect of the record in the
-    test above."""
+    """This test is the opposite of the one above: after a power cycle without a record, one turn
+    does not correct the loaded subdivision error."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4
 
 
 def test_another_table_does_not_get_them(working: Board) -> None:
-    """The disc was turned on its hub: order 1 has another phase."""
+    """The disc has been turned on its hub, so that order 1 has another phase."""
     working.order("save")
     working.power_on()
     other = Disc({n: (a, p + 2.0) for n, (a, p) in DISC.orders.items()})
@@ -198,7 +199,7 @@ def test_another_table_does_not_get_them(working: Board) -> None:
     assert left(working.firmware, other) < 0.7, "its own calibration went on in the same turn"
     bank = active_coefficients(working.core)
     assert bank.amplitudes[bank.phase_steps == HIGH * 2**48 // COUNTS].size == 0
-    # The disc is put back.
+    # The disc is put back into its old place.
     working.firmware.send("rearm")
     working.core.see_index()
     working.firmware.step()
@@ -240,8 +241,8 @@ def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
 
 
 def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: Board) -> None:
-    """A save right after power-on and one set parameter, before any turn was judged, must keep all
-    earlier content."""
+    """After power-on a parameter is set and saved before any turn was judged; the save must keep
+    all earlier content."""
     said = working.order("save")
     working.power_on()
     working.firmware.send("set keep 0.5")
@@ -265,8 +266,8 @@ def re_armed(board: Board, line: str) -> None:
 def test_a_save_after_a_re_arm_keeps_the_coefficients(
     working: Board, line: str, saved_before: bool
 ) -> None:
-    """No turn has come and no coefficients are active: the save keeps the former coefficients and
-    the file."""
+    """After the re-arm no turn has come, and no coefficients are active. The save keeps the former
+    coefficients and the loaded file."""
     if saved_before:
         working.order("save")
     bank = active_coefficients(working.core)
@@ -283,8 +284,8 @@ def test_a_save_after_a_re_arm_keeps_the_coefficients(
 
 
 def test_a_save_of_nothing_keeps_what_no_turn_has_confirmed(working: Board) -> None:
-    """The firmware is frozen at power-on with another disc: no coefficients are active, and the
-    save keeps the whole record."""
+    """The firmware is frozen before the save. After power-on the disc differs and no coefficients
+    are active; the next save keeps the whole record."""
     working.firmware.send("freeze on")
     said = working.order("save")
     working.power_on()
@@ -305,7 +306,7 @@ def test_a_counts_per_rev_that_is_set_back_has_lost_nothing(working: Board) -> N
 
 
 def test_fewer_orders_than_the_record_has_are_not_written(working: Board) -> None:
-    """Call `save_begin` directly with fewer orders than it has to keep; it must refuse."""
+    """`save_begin` is called with fewer orders than the record has; it must refuse."""
     ffi, library = c_library()
     working.order("save")
     kept = working.save.kept_lanes
@@ -370,7 +371,7 @@ def assert_only_records_are_written(chip: Chip) -> None:
 
 
 def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
-    """Save ``number`` records; ``keep`` of each is its number in hundredths."""
+    """Save ``number`` records; record n has the parameter ``keep`` at n hundredths."""
     board = Board(Chip(kind))
     for record in range(1, number + 1):
         board.firmware.send(f"set keep 0.{record:02}")
@@ -380,7 +381,8 @@ def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
 
 @pytest.mark.parametrize("silence", ["all", "after_its_id"])
 def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> None:
-    """The firmware used to start again with number 1, in the sector of the latest record."""
+    """An earlier firmware would have started again with number 1, in the sector of the latest
+    record."""
     board = saved_times(5)
     board.chip.fault = "silent" if silence == "all" else "silent_after_id"
     board.power_on()
@@ -423,7 +425,8 @@ def test_an_empty_flash_that_was_silent_at_the_start_is_written_at_once() -> Non
 @pytest.mark.parametrize("wear", ["erase", "program"])
 @pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
 def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
-    """Two neighbouring sectors are worn; each is tried once until the power is off."""
+    """Two neighbouring sectors are worn; until the next power-off the firmware tries each of them
+    once."""
     board = saved_times(1, kind)
     places = places_of(board.chip)
     board.chip.worn = {places[1]: wear, places[2]: wear}
@@ -442,7 +445,8 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
 
 
 def test_the_last_good_sector_keeps_its_record() -> None:
-    """All other sectors are worn: the save is refused, and the existing record stays."""
+    """All other sectors are worn: the save is refused, and the last good sector keeps its
+    record."""
     board = saved_times(2)
     good = places_of(board.chip)[1]
     board.chip.worn = {place: "program" for place in places_of(board.chip) if place != good}
@@ -455,7 +459,7 @@ def test_the_last_good_sector_keeps_its_record() -> None:
 
 
 def test_a_record_that_was_not_confirmed_is_not_preferred() -> None:
-    """The record is whole, but its reading back failed; the next save has a higher number."""
+    """The record is complete, but reading it back failed; the next save has a higher number."""
     board = saved_times(1)
     board.firmware.send("set keep 0.5")
     board.firmware.send("save")
@@ -507,7 +511,7 @@ def test_the_turns_go_on_while_the_flash_is_erased(working: Board) -> None:
 
 
 class Memory:
-    """The region of the records as bytes, for tests that read many of them."""
+    """The region of the records as plain bytes, for tests that read many contents."""
 
     def __init__(self, content: bytes | memoryview, sector: int = 4096) -> None:
         ffi, library = c_library()
@@ -526,14 +530,14 @@ class Memory:
         return True
 
     def found(self) -> int | None:
-        """Return the sequence number of the record that a power-on finds."""
+        """Return the sequence number of the record that the firmware finds at power-on."""
         if not c_library()[1].save_find(self.save):
             return None
         return int(self.save.sequence)
 
 
 def record_of(chip: Chip, place: int) -> bytes:
-    """Return the record of a sector, as long as the last programming there."""
+    """Return the record of a sector; its length is that of the last programming."""
     length = 0
     for address, data in chip.programmed:
         if place <= address < place + chip.sector:
@@ -543,7 +547,7 @@ def record_of(chip: Chip, place: int) -> bytes:
 
 
 def records(working: Board) -> tuple[bytes, bytes]:
-    """Return two consecutive records as the flash holds them."""
+    """Return two consecutive records as the flash stores them."""
     working.order("save")
     working.firmware.send("set keep 0.25")
     working.work(range(20, 22))
@@ -557,7 +561,8 @@ def flash_of(first: bytes, second: bytes) -> Memory:
 
 
 def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
-    """Record 3 replaces record 1: erased in part, erased, or written up to any byte."""
+    """Record 3 replaces record 1: the sector is erased in part or in full, or written up to any
+    byte."""
     first, second = records(working)
     working.order("save")
     third = record_of(working.chip, places_of(working.chip)[2])
@@ -565,7 +570,7 @@ def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
     first = first.ljust(length, b"\xff")
     draw = np.random.default_rng(1)
     for cut in range(length):
-        # The byte that is being written may have any of its bits.
+        # The byte that is being written may have any value of its bits.
         torn = bytes([third[cut] | int(draw.integers(256))])
         found = flash_of(third[:cut] + (torn if torn != third[cut : cut + 1] else b""), second)
         assert found.found() == 2, cut
@@ -609,8 +614,8 @@ def record_of_presets(**parameters: float) -> bytes:
 
 
 def with_words(record: bytes, **words: int) -> bytes:
-    """Return the record with changed words and a right checksum, as another firmware would
-    write."""
+    """Return the record with changed words and a correct checksum, as another firmware would write
+    it."""
     places = {"magic": 0, "version": 1, "sequence": 2, "length": 3, "switches": 4, "parameters": 5}
     changed = bytearray(record[:-4])
     for name, word in words.items():
@@ -648,7 +653,8 @@ def test_the_sequence_number_wraps() -> None:
 
 
 def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
-    """An older firmware's record lacks one parameter and has one that is unknown now."""
+    """The record of an older firmware lacks one parameter, and has another one that no longer
+    exists."""
     record = record_of_presets(keep=0.25, noise_limit=7.0)
     words = np.frombuffer(record, dtype="<u4").copy()
     ffi, library = c_library()
@@ -664,9 +670,9 @@ def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
 
 
 def test_lanes_of_real_orders_outlive_the_power_and_have_no_phase() -> None:
-    """Orders and amplitudes return with the first turn; the lanes are off until a phase is given.
+    """Orders and amplitudes return with the first turn; the lanes stay off until a phase is given.
 
-    Phases belong to the core's count of turns, which begins anew with the power.
+    A phase refers to the core's count of turns, which starts at 0 after power-on.
     """
     board = Board()
     built_with_real_orders(board.firmware)

@@ -1,4 +1,5 @@
-"""Test the limit of a correction's slope over its file's temperature range: C, Python, console."""
+"""Tests of the limit of a correction's slope over the temperature range of its file, in C, in
+Python and at the console."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ def following(
     range_c: tuple[float, float] = (NAN, NAN),
     amplitude: float = 21.0,
 ) -> Coefficients:
-    """Return order 40: |dε/dR| = 0.005 at 20 °C with 21 counts."""
+    """Return a file with order 40 and these thermal slopes; |dε/dR| = 0.005 at 20 °C with 21
+    counts."""
     cold = Coefficients.from_harmonics([ORDER], [amplitude], [0.0], COUNTS, 32)
     thermal = ThermalLanes.from_slopes({ORDER: np.array(slope_counts)}, COLD_C, 0.0, range_c)
     return dataclasses.replace(cold, thermal=thermal)
@@ -49,8 +51,8 @@ def answer(coefficients: Coefficients) -> str:
 
 
 STEEP = (1640.0, 0.0, 0.0, 0.0)
-"""Slopes that give 8,221 counts at 25 °C: |dε/dR| = 1.97, and the amplitude exceeds a lane's
-range."""
+"""Thermal slope that gives 8,221 counts at 25 °C: |dε/dR| = 1.97, and the amplitude exceeds the
+range of a lane."""
 
 
 def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
@@ -60,7 +62,7 @@ def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
     objections = of_steepness(steep)
     assert "too steep: |dε/dR| reaches" in objections[0]
     assert "between 10 and 30 °C" in objections[0]
-    # Within half a kelvin the slope stays below 1 and the amplitude below 8,192 counts.
+    # In a range of ± 0.5 kelvin the slope stays below 1 and the amplitude below 8,192 counts.
     narrow = following(STEEP, (19.5, 20.5))
     assert narrow.extent()[0] == pytest.approx(40 * 841.0 * 2 * np.pi / COUNTS, rel=1e-3)
     assert of_steepness(narrow) == []
@@ -68,7 +70,8 @@ def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
 
 
 def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> None:
-    """At order 1 the slope is small; an earlier version clipped the amplitude silently."""
+    """The slope of order 1 is small, but its amplitude leaves the range. An earlier version clipped
+    it without a message."""
     cold = Coefficients.from_harmonics([1], [7000.0], [0.0], COUNTS, 32)
     thermal = ThermalLanes.from_slopes({1: np.array([150.0, 0.0, 0.0, 0.0])}, COLD_C)
     warm = dataclasses.replace(cold, thermal=thermal)
@@ -86,7 +89,8 @@ def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> Non
 def test_the_bounds_hold_and_both_languages_have_the_same(
     orders: list[int], seed: int, reach: tuple[float, float]
 ) -> None:
-    """Compare the bounds with the largest slope at 2,001 temperatures, and C with Python."""
+    """Compare the bounds with the largest slope at 2,001 temperatures, and the C code with the
+    Python code."""
     ffi, library = c_library()
     random = np.random.default_rng(seed)
     cold = Coefficients.from_harmonics(
@@ -105,7 +109,8 @@ def test_the_bounds_hold_and_both_languages_have_the_same(
         exact_size = max(exact_size, float(np.abs(now).max()))
     assert exact_slope <= steepest * (1 + 1e-12) + 1e-15
     assert exact_size <= largest * (1 + 1e-12)
-    # The bounds use chords of a 32nd of the range and exceed the largest slope by at most c2 h^2/4.
+    # The bounds use chords over 1/32 of the range; they exceed the largest slope by at most c2
+    # h^2/4.
     assert steepest - exact_slope <= 0.25 * 0.6 * 4 * (80 / 32) ** 2 * sum(orders) * 6e-6 * 2
     model = ffi.new("struct thermal *")
     model.lanes, model.reference_mc = len(slopes), round(1000 * COLD_C)
@@ -151,7 +156,8 @@ def test_a_range_goes_through_file_console_and_flash(tmp_path: Path) -> None:
 
 
 def test_a_file_without_a_range_has_the_preset_one(tmp_path: Path) -> None:
-    """Older files have no range: ten kelvin to each side apply, and no frame is sent for it."""
+    """Older files state no range: ten kelvin to each side apply, and no frame with a range is
+    sent."""
     text = coefficient_file_text(following((5.0, 0.0, 0.0, 0.0)))
     old = "".join(
         line + "\n" for line in text.splitlines() if not line.startswith(("least_c", "most_c"))

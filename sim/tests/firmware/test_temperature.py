@@ -1,4 +1,5 @@
-"""Tests of the die's temperature: the conversion, and the serial port that delivers it."""
+"""Tests of the die's temperature: how the code is converted, and how the serial port delivers
+it."""
 
 from __future__ import annotations
 
@@ -20,11 +21,12 @@ def read(model: ZynqModel) -> float | None:
 @pytest.mark.parametrize(
     ("status", "celsius"),
     [
-        # UG480 (7 Series XADC), temperature sensor: 0x977 is 25 °C; here to the code's rounding.
+        # UG480 (7 Series XADC), temperature sensor: code 0x977 is 25 °C, here within the rounding
+        # of the code.
         (0x9770, 25.0),
         # The four low bits are not part of the code.
         (0x977F, 25.0),
-        # By hand: 2775 * 503.975 / 4096 - 273.15.
+        # The value is computed by hand: 2775 * 503.975 / 4096 - 273.15.
         (2775 << 4, 68.288140869140648),
     ],
 )

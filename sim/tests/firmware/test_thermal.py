@@ -1,4 +1,5 @@
-"""Tests of loaded lanes that follow the table's temperature, and of accepted thermometer values."""
+"""Tests of loaded lanes that follow the table's temperature, and of the thermometer values that are
+accepted."""
 
 from __future__ import annotations
 
@@ -23,19 +24,19 @@ from arctrue.table.temperature import TemperatureCourse
 
 COLD_C = 20.0
 RATE_ARCSEC, RATE_RAD = 1.5, 1.1
-"""Size (″) and phase of the change of order 1 per kelvin."""
+"""Amplitude (″) and phase by which order 1 changes per kelvin."""
 CLOCK_HZ = 100_000_000
 
 
 def warm(celsius: float) -> Disc:
-    """Return the disc with its centre shifted by the heat."""
+    """Return the disc at a temperature, which shifts its centre."""
     cold = 150.0 * np.exp(0.4j)
     now = cold + RATE_ARCSEC * (celsius - COLD_C) * np.exp(1j * RATE_RAD)
     return Disc({1: (abs(now), float(np.angle(now))), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 
 
 def following(time_constant_s: float = 0.0) -> Coefficients:
-    """Return a file with order 1 at 20 °C and its slope."""
+    """Return a file with order 1 at 20 °C and its change per kelvin."""
     cold = file_of({1: (150.0, 0.4)})
     per_k = RATE_ARCSEC / ARCSEC_PER_COUNT
     slope = np.array([per_k * math.cos(RATE_RAD), -per_k * math.sin(RATE_RAD), 0.0, 0.0])
@@ -46,7 +47,7 @@ def following(time_constant_s: float = 0.0) -> Coefficients:
 
 
 class Thermometer:
-    """The table's thermometer; with None it does not answer."""
+    """The thermometer of the table; with None it does not answer."""
 
     def __init__(self, made: Firmware) -> None:
         ffi, library = c_library()
@@ -65,13 +66,13 @@ class Thermometer:
         return True
 
     def pass_time(self, seconds: float, steps: int = 1) -> None:
-        """Advance the core's clock, with the main loop in between."""
+        """Advance the core's clock in steps, and run the main loop after each step."""
         for _ in range(steps):
             self.now_s += seconds / steps
             clocks = round(self.now_s * CLOCK_HZ)
             self.made.core.set("snapshot.time", clocks)
             self.made.core.words[address_of_upper_time()] = clocks >> 32
-            # One step for a swap, and one for the work after it.
+            # The first step may swap the bank, and the second does the work after the swap.
             self.made.step(2)
 
 
@@ -83,7 +84,8 @@ def address_of_upper_time() -> int:
 
 @pytest.fixture
 def running() -> Firmware:
-    """Return a firmware calibrated at 20 °C, with a thermometer and a model that follows it."""
+    """Return a firmware that is calibrated at 20 °C, with a thermometer and a loaded thermal
+    model."""
     made = Firmware(ModelCore())
     made.thermometer = Thermometer(made)
     made.library.application_start(made.application)
@@ -99,7 +101,8 @@ def running() -> Firmware:
 
 
 def order1_left(made: Firmware, celsius: float) -> float:
-    """Return the largest error of the corrected reading without the subdivision, in arcseconds."""
+    """Return the largest error of the corrected reading in arcseconds, without the subdivision
+    error."""
     angle = READINGS * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - warm(celsius).true_angle(angle)) * 3600.0
     applied = active_coefficients(made.core).error_counts(READINGS) * ARCSEC_PER_COUNT
@@ -111,7 +114,7 @@ def test_the_correction_follows_between_two_turns(running: Firmware) -> None:
         running.thermometer.celsius = celsius
         assert order1_left(running, celsius) > 0.4
         running.thermometer.pass_time(4.0, 8)
-        # Half a count is 0.04″; the calibration leaves 0.05″ of the other orders.
+        # Half a count is 0.04″, and the calibration leaves 0.05″ of the other orders.
         assert order1_left(running, celsius) < 0.12
     assert int(field(running, "temperature_swaps")) == 4
 
@@ -138,7 +141,7 @@ def test_a_change_below_the_step_is_not_worth_a_bank(running: Firmware) -> None:
 
 
 def test_the_calibration_goes_on_beside_it(running: Firmware) -> None:
-    """Order 2 changes while order 1 follows the heat."""
+    """Order 2 changes while order 1 follows the temperature."""
     running.send("set keep 0")
     running.thermometer.celsius = 20.9
     running.thermometer.pass_time(2.0, 4)
@@ -194,7 +197,7 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
         fault,
         20.8,
     )
-    # The advice on "jumped" is about the temperature, on the others about the thermometer.
+    # The advice about "jumped" names the temperature, all other advice names the thermometer.
     subjects = ("advice the thermometer", "advice the temperature")
     assert any(line.startswith(subjects) for line in running.send("status").splitlines())
     running.thermometer.celsius = 21.2
@@ -208,8 +211,8 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
 
 
 def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> None:
-    """The cable is off for two minutes while the table warms further; the firmware continues
-    without the operator."""
+    """The thermometer's cable is off for two minutes while the table warms further; then the
+    firmware continues without the operator."""
     running.thermometer.celsius = None
     running.thermometer.pass_time(120.0, 240)
     assert field(running, "thermometer_state") == "silent"
@@ -220,7 +223,7 @@ def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> 
 
 
 def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
-    """3 K a minute are accepted, but no table warms by 20 K in two minutes."""
+    """A change of 3 K per minute is accepted, but no table warms by 20 K in two minutes."""
     running.thermometer.celsius = None
     running.thermometer.pass_time(120.0, 240)
     running.thermometer.celsius = COLD_C + 20.0
@@ -232,7 +235,8 @@ def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
 
 
 def followed(readings: list[float | None], lag_s: float = 0.0, every_s: float = 0.5) -> Any:
-    """Return the table's temperature after these readings; None stands for no answer."""
+    """Return the state of the table's temperature after these readings; None stands for no
+    answer."""
     ffi, library = c_library()
     at = iter(readings)
 
@@ -251,7 +255,8 @@ def followed(readings: list[float | None], lag_s: float = 0.0, every_s: float = 
 
 
 def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
-    """An ADT7420 shows 0 °C until its first conversion."""
+    """An ADT7420 shows 0 °C until its first conversion, so that a single reading must not be
+    used."""
     _, library = c_library()
     table = followed([0.0, 21.0])
     assert not library.table_temperature_is_known(table)
@@ -263,8 +268,8 @@ def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
 
 @pytest.mark.parametrize("lag_s", [0.0, 3.0, 60.0])
 def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
-    """The observer's gains are not defined once the whole lag has decayed, so that it starts
-    again."""
+    """The gains of the observer are undefined once the lag has decayed completely; therefore the
+    observer starts again."""
     readings = [20.0] * 8 + [None] * 1200 + [20.5] * 3
     table = followed(readings, lag_s)
     assert table.celsius == pytest.approx(20.5, abs=0.1)
@@ -273,7 +278,7 @@ def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
 def test_a_core_whose_time_begins_again_does_not_freeze_the_thermometer(
     running: Firmware,
 ) -> None:
-    """After another bitstream or a reset of the fabric the clock of the readings is 0 again."""
+    """After another bitstream or a reset of the fabric the readings' clock starts again at 0."""
     running.thermometer.pass_time(100.0, 200)
     running.thermometer.now_s = 0.0
     running.thermometer.celsius = COLD_C + 0.8
@@ -317,8 +322,8 @@ def test_a_silent_thermometer_is_not_asked_all_the_time(running: Firmware) -> No
 
 
 def test_the_lag_is_taken_off() -> None:
-    """Compare T_s of an evenly warming table, in steps of 1/128 K, with the lag's exact
-    solution."""
+    """Compare the temperature found for an evenly warming table, read in steps of 1/128 K, with the
+    exact solution of the lag."""
     ffi, library = c_library()
     lag_s, rate = 60.0, 0.05
     course = TemperatureCourse((0.0, 300.0), (COLD_C, COLD_C + 300 * rate))
@@ -335,8 +340,8 @@ def test_the_lag_is_taken_off() -> None:
         found.append(table.celsius)
     behind = course.at(times) - np.array(found)
     assert (course.at(times) - shown)[-1] == pytest.approx(lag_s * rate, rel=0.02)
-    # Three equal poles leave (1 + x + x²/2)·e⁻ˣ of the start of the slope, x = t·16/τ; after x = 10
-    # this is below 0.003. Half a step, times the gains, adds some 0.05 K.
+    # Three equal poles leave (1 + x + x²/2)·e⁻ˣ of the start of the slope, with x = t·16/τ; after x
+    # = 10 this is below 0.003. Half a step of the readings, times the gains, adds about 0.05 K.
     late = behind[times > 37.5]
     assert abs(late.mean()) < 0.003
     assert late.std() < 0.02
@@ -353,7 +358,7 @@ def test_the_lag_is_taken_off() -> None:
 def test_a_lane_at_a_temperature(
     amplitude: float, phase: float, slopes: tuple[float, ...], warmth: float
 ) -> None:
-    """Compare with the sum of cosines itself, and with the bank of the host."""
+    """Compare a lane with the sum of cosines, and with the bank that the host computes."""
     ffi, library = c_library()
     thermal = ThermalLanes.from_slopes({3: np.array(slopes)}, COLD_C)
     cold = Coefficients.from_harmonics([3], [amplitude], [phase], COUNTS, 4)
@@ -373,7 +378,7 @@ def test_a_lane_at_a_temperature(
     )
     turned = 2.0 * np.pi * made.phase_offset / 2**24
     found = made.amplitude / 2048 * np.cos(3 * angle + turned)
-    # A word of the amplitude, and one of the phase at up to 4,096 counts.
+    # The bound is one word of the amplitude, plus one word of the phase at up to 4,096 counts.
     assert np.abs(found - expected).max() < 2 / 2048 + 1e-6 * abs(made.amplitude)
     host = cold.at(COLD_C + warmth)
     assert abs(int(host.amplitudes[0]) - made.amplitude) <= 1

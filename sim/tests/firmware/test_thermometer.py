@@ -1,4 +1,4 @@
-"""Tests of ADT7420 and TMP117 through the I2C controller's registers."""
+"""Tests of ADT7420 and TMP117, read through the registers of the I2C controller."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sim.tests.firmware.library import firmware
 
 BUS_HZ = 650_000_000 // 6
 HELD: list[I2cModel] = []
-"""Models that must stay alive: the C code holds pointers into them."""
+"""Models that must not be freed, because the C code holds pointers to them."""
 
 
 def found(model: I2cModel) -> Any:
@@ -101,7 +101,7 @@ def test_a_bus_that_is_stuck_is_given_up() -> None:
 @pytest.mark.parametrize("clocks", range(1, 10))
 @pytest.mark.parametrize(("made", "address"), [(Adt7420, "48"), (Tmp117, "49")])
 def test_a_device_that_holds_sda_is_brought_back(clocks: int, made: Any, address: str) -> None:
-    """The device was sending a byte when the master stopped: up to nine clocks and a STOP free the
+    """The master stopped while the device was sending a byte: up to nine clocks and a STOP free the
     bus."""
     model = I2cModel(**{f"at_{address}": made(21.5)})
     thermometer = found(model)
@@ -115,7 +115,7 @@ def test_a_device_that_holds_sda_is_brought_back(clocks: int, made: Any, address
 
 @pytest.mark.parametrize("clocks", range(1, 10))
 def test_a_device_that_holds_sda_at_the_start_is_found(clocks: int) -> None:
-    """The processor was reset during a transfer; the thermometer was not."""
+    """The processor was reset during a transfer, but the thermometer was not."""
     model = I2cModel(at_48=Tmp117(20.0))
     model.hold_sda(clocks)
     thermometer = found(model)

@@ -1,8 +1,8 @@
-"""Tests of the UART's own C code over a model of its registers, with timing that QEMU lacks.
+"""Tests of the UART's C code with a model of its registers, whose timing QEMU lacks.
 
 The model is written from UG585, chapter 19 and appendix B.33: FIFOs, a transmitter that still
-shifts when its FIFO is empty, resets that end by themselves, a receiver trigger that is set when
-its level is reached and stays until it is cleared.
+shifts when its FIFO is empty, resets that end by themselves, and a receiver trigger that is set
+when its level is reached and stays set until it is cleared.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ RX_OVERFLOW = 1 << 5
 FIFO = 64
 RESET_READS = 3
 CHARACTER_READS = 20
-"""Number of reads per character. Time advances with the reads; at 115,200 baud a character takes
-hundreds of reads."""
+"""Number of register reads per character. The model advances its time with each read; at 115,200
+baud a real character takes hundreds of reads."""
 
 SEAM = """
 #include <stdint.h>
@@ -60,7 +60,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> tuple[FFI, Any]:
 
 
 def compiled_for(folder: Path, *options: str) -> tuple[FFI, Any]:
-    """Compile board/uart.c with the model in place of the bus."""
+    """Compile board/uart.c with the model instead of the bus."""
     seam, made = folder / "seam.h", folder / "uart.so"
     seam.write_text(SEAM, encoding="ascii")
     places = folder / "places.c"
@@ -76,8 +76,8 @@ def compiled_for(folder: Path, *options: str) -> tuple[FFI, Any]:
 
 
 class Uart:
-    """The controller; ``arrivals`` maps the number of a read to the character that comes before
-    it."""
+    """The controller; ``arrivals`` maps the number of a register read to the character that arrives
+    before it."""
 
     def __init__(self, compiled: tuple[FFI, Any]) -> None:
         self.ffi, self.library = compiled
@@ -125,7 +125,7 @@ class Uart:
             self.shifting = self.waiting.popleft()
             self.shifted_at = self.reads + CHARACTER_READS
         if self.ticks_every and self.reads % self.ticks_every == 0:
-            # The timer's interrupt comes at any time, but not during its own service.
+            # The timer's interrupt comes at any time, but not during its own handler.
             every, self.ticks_every = self.ticks_every, 0
             self.library.uart_go_on(self.output)
             self.ticks_every = every
@@ -173,7 +173,7 @@ class Uart:
             self.library.uart_put(bytes([character]))
 
     def interrupts(self) -> None:
-        """Serve interrupts as long as the line is high."""
+        """Call the interrupt handler as long as the interrupt line is high."""
         for _ in range(10):
             if not self.status & self.words["UART_IER"]:
                 return
@@ -204,7 +204,8 @@ def test_the_rate_and_the_paths(uart: Uart) -> None:
 
 @pytest.mark.parametrize("baud", [9600, 57_600, 115_200, 230_400, 921_600, 2_000_000, 3_000_000])
 def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
-    """33⅓ clocks a bit at 3 Mbaud leave 1.01 %; both ends together may deviate by 5 %."""
+    """At 3 Mbaud a bit has 33⅓ clocks, which rounding changes by 1.01 %; both ends together may
+    deviate by 5 %."""
     uart = Uart(compiled_for(tmp_path, f"-DBOARD_BAUD={baud}U"))
     uart.set_up()
     divisor, samples = uart.words["UART_BAUDGEN"], uart.words["UART_BAUDDIV"] + 1
@@ -218,7 +219,7 @@ def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
 
 @pytest.mark.parametrize("length", [1, 70, 300])
 def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
-    """The message of a fault is followed by a restart, which resets both paths."""
+    """After the message of a fault the firmware restarts, which resets both paths of the UART."""
     text = bytes(32 + place % 90 for place in range(length))
     uart.say(text)
     uart.library.uart_drain()
@@ -229,7 +230,7 @@ def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
 @pytest.mark.parametrize("first", range(1, 12))
 @pytest.mark.parametrize("apart", [1, 2, 3])
 def test_a_character_that_comes_at_any_moment_is_heard(uart: Uart, first: int, apart: int) -> None:
-    """A character is received even between the handler's last read and its end."""
+    """The firmware receives a character even between the handler's last read and its end."""
     uart.arrive(ord("a"))
     uart.arrivals = {uart.reads + first: ord("b"), uart.reads + first + apart: ord("c")}
     for _ in range(30):
@@ -251,7 +252,7 @@ def test_more_than_the_ring_holds_is_lost_and_no_more(uart: Uart) -> None:
 
 @pytest.mark.parametrize("more", [1, 30])
 def test_a_fifo_that_overflows_is_told_where_it_did(uart: Uart, more: int) -> None:
-    """Interrupts were off for more than 64 characters."""
+    """Interrupts were off while more than 64 characters arrived."""
     for place in range(FIFO + more):
         uart.arrive(32 + place)
     uart.arrivals = {uart.reads + 9: ord("x")}
@@ -271,26 +272,26 @@ LINE = 2128
 
 
 def stall_us(uart: Uart, say: Callable[[], None]) -> float:
-    """Return for how many microseconds the main program is delayed."""
+    """Return for how many microseconds this output delays the main program."""
     before = uart.reads
     say()
     return (uart.reads - before) / CHARACTER_READS * CHARACTER_US
 
 
 def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
-    """Without the ring, sending takes the time of all characters on the wire except those in the
-    FIFO."""
+    """Without the output ring, a line delays the program by the time of all characters beyond those
+    that the FIFO holds."""
     text = bytes(32 + place % 90 for place in range(LINE))
     waited = stall_us(uart, lambda: uart.say(text))
     assert waited == pytest.approx((LINE - FIFO) * CHARACTER_US, rel=0.02)
     uart.library.uart_drain()
     uart.sent.clear()
-    # A read of the model takes 4 us; the chip's takes 0.1 us.
+    # A register read takes 4 us in the model, and 0.1 us on the chip.
     at_once = stall_us(uart, lambda: uart.library.uart_send(uart.output, text, LINE))
     assert at_once < 1.2 * FIFO / CHARACTER_READS * CHARACTER_US
     assert uart.library.uart_room(uart.output) == 4096 - LINE + uart.output.sent
     while uart.library.uart_room(uart.output) < 4096:
-        # The timer's interrupt, every 5 ms.
+        # The interrupt of the timer comes every 5 ms.
         for _ in range(int(5000 / CHARACTER_US * CHARACTER_READS)):
             uart.time_goes_on()
         assert uart.waiting, "the FIFO never runs empty, so that the line's rate is used"
@@ -301,7 +302,8 @@ def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
 
 @pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
 def test_the_order_is_kept_whenever_the_interrupt_comes(uart: Uart, every: int) -> None:
-    """The text is longer than the ring: the excess waits, and nothing is lost or sent twice."""
+    """The text is longer than the ring: the sender waits for room, and no character is lost or sent
+    twice."""
     text = bytes(32 + place * 7 % 90 for place in range(3 * 4096))
     uart.ticks_every = every
     for first in range(0, len(text), 37):

@@ -1,4 +1,5 @@
-"""Tests of the influence of earlier turns: the usual noise, and the running average."""
+"""Tests how earlier turns affect a new one, through the usual noise and through the running
+average."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from sim.tests.firmware.test_application import turn
 
 NOISE_ARCSEC = 0.2
 NOISY = 5.0
-"""Factor on the usual noise; the limit is 3."""
+"""Noise of a bad turn as a multiple of the usual noise; the limit is 3."""
 NOISY_TURNS_MOST = 5
 
 
@@ -20,8 +21,8 @@ def reason(running: Firmware, seed: int, noise: float) -> Any:
 
 
 def test_noise_that_rises_slowly_becomes_the_usual_one(running: Firmware) -> None:
-    """Each turn contributes a fifth to the usual noise. If the noise grows in steps of 1.6, no turn
-    reaches 3 times the usual noise."""
+    """Each turn has a weight of one fifth in the usual noise. If the noise grows in steps of 1.6,
+    no turn reaches 3 times the usual noise."""
     noise = NOISE_ARCSEC
     for seed in range(4):
         reason(running, seed, noise)
@@ -30,7 +31,7 @@ def test_noise_that_rises_slowly_becomes_the_usual_one(running: Firmware) -> Non
         found = [reason(running, 10 * step + seed + 10, noise) for seed in range(8)]
         assert "noise" not in found, f"at {noise:.2f}″"
     assert noise > 6 * NOISE_ARCSEC
-    # The usual noise also falls again.
+    # When the noise falls, the usual noise falls too.
     for seed in range(25):
         assert reason(running, 100 + seed, NOISE_ARCSEC) != "noise"
     assert reason(running, 200, NOISY * NOISE_ARCSEC) == "noise"
@@ -48,7 +49,8 @@ def test_only_noisy_turns_in_a_row_become_usual(running: Firmware) -> None:
 
 
 def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
-    """With equal weights the mean of n turns has a variance of 1/n, as `show harmonics` states."""
+    """With equal weights, the mean of n turns has 1/n of the variance of a turn, as `show
+    harmonics` states."""
     scatter = {}
     for keep in (0, 1):
         running.send(f"set keep {keep}")
@@ -59,7 +61,7 @@ def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
         scatter[keep] = order3[3]
         components = [item[1] for item in telemetry["harmonics"] if item[0] in (4, 5, 6)]
         scatter[keep, "found"] = float(np.sqrt(np.mean(np.square(components))))
-    # The contribution of the separation is not noise, so that the mean does not reduce it; order 3
-    # has no such contribution here.
+    # The part of the uncertainty that the separation causes is not noise, so that averaging does
+    # not reduce it. Order 3 has no such part here.
     assert scatter[1] == pytest.approx(scatter[0] / 4, rel=0.1)
     assert scatter[1, "found"] < 0.6 * scatter[0, "found"]

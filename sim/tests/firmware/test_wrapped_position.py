@@ -1,4 +1,4 @@
-"""Tests of positions of 32 bits that wrap where the counts a turn do not divide 2³²."""
+"""Tests of 32-bit positions that wrap, when 2³² is not a multiple of the counts per turn."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ ORDERS = {1: (150.0, 0.4), 2: (6.0, 4.2), 3: (1.2, 2.9)}
 SAMPLES = 600
 STEP_TURNS = 1.0 / SAMPLES
 WRAP = 1 << 31
-"""First count that a signed word of 32 bits does not hold."""
+"""First count that a signed 32-bit word cannot hold."""
 NUMBER_OF_WRAPS = [0, 1, 5]
-"""Number of complete wraps before the tested wrap."""
+"""Numbers of complete wraps before the tested wrap."""
 WRAPS_AT_TURNS = {
     "before the bank": -0.01,
     "in its first step": 0.5 * STEP_TURNS,
@@ -26,11 +26,12 @@ WRAPS_AT_TURNS = {
     "after it, before it is looked at": 1.2,
     "not yet": 1.6,
 }
-"""Travel between the first sample and the wrap of the word."""
+"""Travel in turns from the first sample to the wrap of the word."""
 LOOKED_AT_TURNS = 1.4
 NOISE_ARCSEC = 0.1
 LEFT_ARCSEC = 1.0
-"""Largest error: noise of 0.1″ leaves 0.3″ at gains below 20; a wrong turn leaves 13″ or more."""
+"""Largest error in arcseconds. Noise of 0.1″ leaves 0.3″ at gains below 20; a wrong turn would
+leave 13″ or more."""
 COUNTS_PER_REV = [10_000_000, 3_600_000]
 
 
@@ -46,13 +47,13 @@ def started(counts_per_rev: int, method: int) -> Firmware:
 
 
 def turn_at_wrap(disc: Disc, direction: int, wrap_at_turns: float, wraps: int) -> Any:
-    """Return counts (2, n) whose head 1 passes the last count of the word.
+    """Return counts (2, n) of a turn near the count at which the word of head 1 wraps.
 
-    This happens ``wrap_at_turns`` after the first sample, ``wraps`` wraps later than the first in
-    that direction.
+    Head 1 reaches this count ``wrap_at_turns`` after the first sample, in the wrap number ``wraps``
+    + 1 of that direction.
     """
     turn = disc.counts_per_rev
-    # Count at which the first sample has to be, and the true angle that is nearly there.
+    # ``first`` is the count that the first sample must have; ``start`` is nearly its true angle.
     first = direction * (WRAP * (1 + 2 * wraps) - round(wrap_at_turns * turn))
     start = 2.0 * np.pi * (first % turn) / turn
     counts = counts_of(disc, NOISE_ARCSEC, 1, samples=SAMPLES, direction=direction, start=start)
@@ -60,7 +61,7 @@ def turn_at_wrap(disc: Disc, direction: int, wrap_at_turns: float, wraps: int) -
 
 
 def left_arcsec(firmware: Firmware, disc: Disc) -> float:
-    """Return the largest error that the active coefficients leave."""
+    """Return the largest error that the active coefficients leave, in arcseconds."""
     turn = disc.counts_per_rev
     reading = np.arange(0, turn, turn // 997)
     angle = reading * (2.0 * np.pi / turn)
@@ -93,7 +94,8 @@ def test_a_turn_at_a_wrap_is_applied_at_its_place(
 def test_a_dump_at_a_wrap_has_angles(
     counts_per_rev: int, direction: int, where: str, wraps: int
 ) -> None:
-    """The dump counts on over the wrap and is the angle modulo the turn, for both heads."""
+    """The dump continues counting across the wrap; modulo the turn it shows the angle of both
+    heads."""
     disc = Disc(ORDERS, counts_per_rev=counts_per_rev)
     firmware = started(counts_per_rev, method=1)
     firmware.send("dump")

@@ -1,4 +1,4 @@
-"""A model of the Zynq's registers that load the fabric and read its temperature.
+"""A model of the Zynq registers that load the fabric and read its temperature.
 
 It is written from UG585 (device configuration interface, PS-XADC) and UG480, not from the C code:
 only the names of the addresses are read from its header.
@@ -23,19 +23,21 @@ PROG_B, LOOPBACK = 1 << 30, 1 << 4
 INIT, QUEUE_EMPTY, QUEUE_FULL = 1 << 4, 1 << 30, 1 << 31
 CONFIGURED, DMA_AND_PCAP_DONE, DMA_DONE, AXI_ERROR = 1 << 2, 1 << 12, 1 << 13, 1 << 22
 QSPI_LEFT = 0x8403_FDFE
-"""Word that a boot ROM may leave: manual, deselected, slave, divided by 256, other clock mode."""
+"""Register word that a boot ROM may leave: manual mode, deselected, slave, divided by 256, other
+clock mode."""
 QSPI_LINEAR = 0x8008_00C1
-"""Bits of flash interface, HOLD driven high, 32-bit words, master (UG585, qspi.Config_reg)."""
+"""Bits that linear reading needs: flash interface, HOLD driven high, 32-bit words, master (UG585,
+qspi.Config_reg)."""
 QSPI_NEVER = 0x0401_C506
-"""Bits that stay 0: byte order, start, manual modes, deselected, reference clock, phase,
+"""Bits that must stay 0: byte order, start, manual modes, deselected, reference clock, phase,
 polarity."""
 QSPI_REFERENCE_MHZ = 200
 QSPI_MOST_MHZ = 40
-"""Largest clock in MHz; beyond it the data are late and need the loop-back of MIO 8."""
+"""Largest clock in MHz; with a faster clock the data are late and need the loop-back of MIO 8."""
 
 
 def addresses() -> dict[str, int]:
-    """Return the addresses of zynq/registers.h by name."""
+    """Return the addresses that zynq/registers.h defines, by name."""
     text = (FIRMWARE / "zynq" / "registers.h").read_text("utf-8")
     bases = dict(re.findall(r"#define (\w+_BASE) (0x[0-9A-F]+)U\n", text))
     found = {name: int(value, 16) for name, value in bases.items()}
@@ -50,7 +52,7 @@ AT = addresses()
 
 
 def bitstream(length: int = 300_000, seed: int = 1) -> bytes:
-    """Return padding, the synchronisation word as the port takes it, and a body."""
+    """Return padding, the synchronisation word in the port's byte order, and a body."""
     head = b"\xff" * 48 + struct.pack("<I", SYNC_WORD)
     word = struct.pack("<I", 0x9E37_79B9 * seed & 0xFFFF_FFFF)
     body = word * ((length - len(head)) // 4)
@@ -58,14 +60,15 @@ def bitstream(length: int = 300_000, seed: int = 1) -> bytes:
 
 
 def image(body: bytes, **other: int) -> bytes:
-    """Return header and bitstream as the image builder writes them."""
+    """Return header and bitstream as the image builder would write them."""
     fields = {"magic": 0x53425441, "version": 1, "length": len(body), "crc": zlib.crc32(body)}
     fields |= other
     return struct.pack("<16I", *fields.values(), *[0] * 12) + body
 
 
 class ZynqModel:
-    """The registers; ``stuck`` fails: init_high, init_low, clear, dma, dma_error, done or queue."""
+    """A model of the registers. ``stuck`` names what fails: init_high, init_low, clear, dma,
+    dma_error, done or queue."""
 
     def __init__(self, flash: bytes = b"", boot_mode: int = 1, stuck: str = "") -> None:
         self.flash = flash
@@ -84,10 +87,10 @@ class ZynqModel:
         self.received = b""
         self.pieces: list[int] = []
         self.finished_us: int | None = None
-        # Time in us from the end of the DMA until the port has read all words.
+        # Microseconds from the end of the DMA until the port has read all words.
         self.port_us = 1000
         self.port_done_us: int | None = None
-        # Time in us from its end until a transfer leaves the queue.
+        # Microseconds from the end of a transfer until it leaves the queue.
         self.queue_us = 40
         self.queue_empty_us = 0
         self.temperature_code: int | None = 0x977
@@ -175,7 +178,7 @@ class ZynqModel:
         start = (source & ~1) - FLASH - IMAGE_OFFSET
         self.received = (self.received or b"") + self.flash[start : start + length]
         self.pieces.append(length)
-        # 5 MB/s, as from a slow flash.
+        # The flash is slow and delivers 5 MB/s.
         self.finished_us = self.now_us + length // 5
         self.last = bool(source & 1)
 

@@ -1,4 +1,4 @@
-"""Inputs of the ramp, clock by clock, shared by the tests of the model and of the VHDL."""
+"""Inputs of the ramp for each clock; the tests of the model and of the VHDL share them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ RATE_MAX = 2**32 - 1
 
 @dataclass(frozen=True)
 class RampScenario:
-    """A scenario: ``correction`` in 2⁻ᶠ count and ``marker``, one a clock; ``limit`` in counts."""
+    """A scenario: in each clock it has a value of ``correction`` in 2⁻ᶠ count and a value of
+    ``marker``; ``limit`` is in counts."""
 
     name: str
     correction: NDArray[np.int64]
@@ -25,9 +26,9 @@ class RampScenario:
     limit: int
     ramp_rate: int
     inserted: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """Counts by which the reading jumps with a marker, (clocks,); empty for no jump."""
+    """Counts by which the reading jumps at a marker, shape (clocks,); empty if it never jumps."""
     ramp_acceleration: int = 0
-    """Acceleration in 2⁻⁵⁹ count per clock²; 0 for no bound."""
+    """Acceleration in 2⁻⁵⁹ count per clock²; with 0 it is unlimited."""
 
     def __str__(self) -> str:
         return self.name
@@ -40,7 +41,7 @@ def _markers(clocks: int, *at: int) -> NDArray[np.bool_]:
 
 
 def _steps(*parts: tuple[int, int]) -> NDArray[np.int64]:
-    """Return levels in 2⁻ᶠ count, each for a number of clocks."""
+    """Return a course of levels in 2⁻ᶠ count; each level lasts for its number of clocks."""
     return np.concatenate([np.full(clocks, level, dtype=np.int64) for level, clocks in parts])
 
 
@@ -52,8 +53,8 @@ def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int
 def _smooth(
     name: str, counts: float, ticks: int, rate: int, acceleration: int, *at: int
 ) -> RampScenario:
-    """Return a scenario with one step of this number of counts, and with markers to another level
-    at some ticks of 256 clocks."""
+    """Return a scenario with one step of this number of counts. At each of the ticks ``at``, which
+    are 256 clocks long, a marker leads to another level."""
     clocks = 256 * ticks
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -72,8 +73,8 @@ def _smooth(
 
 
 def _marked_every_tick(counts: float, first: int, phase: int) -> RampScenario:
-    """Return a scenario with a step; from tick ``first`` on, one clock of each 256 has a marker
-    with the same ε."""
+    """Return a scenario with one step. From tick ``first`` on, one clock in each 256 has a marker
+    that leaves ε unchanged."""
     clocks = 256 * 120
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -100,7 +101,8 @@ def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
 
 
 def _healed_again_and_again(sense: int) -> RampScenario:
-    """Counts are put back faster than the ramp absorbs them, beyond the range of the total."""
+    """Return a scenario that puts counts back faster than the ramp absorbs them, until the total
+    leaves its range."""
     clocks, period = 3000, 40
     marker = np.arange(clocks) % period == 7
     return RampScenario(
@@ -126,8 +128,7 @@ def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -
     )
 
 
-# Largest sum of 64 lanes and the offset, with cosines that are too large by one unit of the last
-# bit.
+# Largest sum of 64 lanes and the offset, when each cosine is too large by one unit of its last bit.
 LARGEST = 64 * (8192 * COUNT + COUNT // 2) + 8192 * COUNT
 
 SCENARIOS = [

@@ -1,4 +1,4 @@
-"""Equation (9) in double precision, and the allowed deviation of the gateware."""
+"""Equation (9) in double precision, and the largest deviation that the gateware may have."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
 
 
 def cosine_bound(bits: int = COSINE_WIDTH) -> float:
-    """Return δ_max of (A.1) + ε_max of (A.5) of the paper, as printed."""
+    """Return δ_max of (A.1) plus ε_max of (A.5) as the paper prints them."""
     iterations = CORDIC_ITERATIONS
     gains = [
         math.prod(math.sqrt(1 + 2.0 ** (-2 * i)) for i in range(j, iterations))
@@ -22,14 +22,15 @@ def cosine_bound(bits: int = COSINE_WIDTH) -> float:
 
 
 def correction_bound_counts(coefficients: Coefficients, bits: int = COSINE_WIDTH) -> float:
-    """Return half a count for the single rounding plus the cosine's error at every amplitude."""
+    """Return half a count for the single rounding, plus the cosine's largest error times the sum of
+    all amplitudes."""
     return 0.5 + float(np.abs(coefficients.amplitudes_counts).sum()) * cosine_bound(bits)
 
 
 def error_of_words_counts(
     coefficients: Coefficients, angle: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return ε in counts with the phase steps as they are, even if they have no whole order.
+    """Return ε in counts for these phase steps, even if a step belongs to no integer order.
 
     A bank that is swapped in while it is being written can have such a step.
     """
@@ -40,7 +41,7 @@ def error_of_words_counts(
         coefficients.phases_rad,
         strict=True,
     ):
-        # 64-bit products wrap; the low 48 bits are right.
+        # The 64-bit products wrap; their low 48 bits are right.
         turns = (angle.astype(np.uint64) * step & np.uint64(2**48 - 1)) / 2.0**48
         error += amplitude * np.cos(2.0 * math.pi * turns + phase)
     return error

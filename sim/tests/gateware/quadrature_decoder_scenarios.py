@@ -1,7 +1,7 @@
-"""Motions, faults and settings for the decoder, shared by the tests of the model and the VHDL.
+"""Motions, faults and settings for the decoder; the tests of the model and of the VHDL share them.
 
-Scenarios know the true place of the disc in every clock, in fractions of a count: the expected
-output of the decoder follows from it without decoding a pin.
+Scenarios know the true place of the disc in every clock, in fractions of a count. The expected
+output of the decoder follows from this place, so that the tests need not decode a pin.
 """
 
 from __future__ import annotations
@@ -13,30 +13,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNITS = 2520
-"""Parts of a count: every speed of 1 to 10 clocks a count is exact."""
+"""Parts of a count. With this number every speed of 1 to 10 clocks per count is exact."""
 
 
 @dataclass(frozen=True)
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks per count; 0: the disc does not move."""
+    """Clocks per count; with 0 the disc does not move."""
     down: bool = False
     wander: bool = False
-    """Random speed that changes at random times, up to a count a clock in either direction."""
+    """Whether the speed is random and changes at random times; it is at most a count per clock in
+    either direction."""
     jitter: Fraction = Fraction(0)
-    """Largest random displacement of the disc in counts, drawn again in each clock."""
+    """Largest random displacement of the disc in counts; a new one is drawn in each clock."""
     jump: int = 0
     """Counts that the disc skips in the first clock."""
     glitch_clocks: int = 0
-    """Clocks for which A, B or Z is inverted, at random times away from edges."""
+    """Length in clocks of each inversion of A, B or Z; inversions come at random times away from
+    edges."""
     filter_length: int = 1
     minimum_edge_spacing: int = 0
     index_tolerance: int = 0
     counts_per_rev: int = 0
-    """Counts per turn; 0 selects the scenario's counts per turn."""
+    """Counts per turn in this segment; with 0 the value of the scenario holds."""
     clear: bool = False
-    """Clear for one clock at the start."""
+    """Whether ``clear`` is set in the first clock."""
     rearm: bool = False
     zero_again: bool = False
     heal: bool = False
@@ -52,13 +54,13 @@ class Scenario:
     segments: list[Segment]
     counts_per_rev: int
     start: int = 0
-    """Place of the disc at the start, counts from the index."""
+    """Place of the disc at the start, in counts from the index."""
     index_at: Fraction = Fraction(0)
-    """Distance in counts from the edge of A or B to the index edge; 0: the edges coincide."""
+    """Distance in counts from the edge of A or B to the index edge; with 0 both edges coincide."""
     index_width: Fraction = Fraction(1)
     """Number of counts for which Z is high."""
     index_scatter: int = 0
-    """Largest displacement of the index in whole counts, drawn again at each passage."""
+    """Largest displacement of the index in whole counts; a new one is drawn at each passage."""
     skew_clocks: tuple[int, int, int] = (0, 0, 0)
     """Delays of A, B and Z in clocks."""
     first_timestamp: int = 0
@@ -67,29 +69,30 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Stimuli:
-    """A scenario clock by clock; arrays of shape (clocks,)."""
+    """The inputs of a scenario in each clock; arrays of shape (clocks,)."""
 
     columns: dict[str, NDArray[np.int64]] = field(repr=False)
-    """The entity's inputs by name."""
+    """The inputs of the entity by name."""
     timestamp: NDArray[np.uint64] = field(repr=False)
     place: NDArray[np.int64] = field(repr=False)
-    """True place of the disc from the index of its turn 0, 1 / UNITS count."""
+    """True distance of the disc from the index of its turn 0, in 1 / UNITS count."""
 
     mark_scatter: NDArray[np.int64] = field(
         repr=False, default_factory=lambda: np.zeros(0, np.int64)
     )
-    """Displacement of the nearest index mark in counts."""
+    """Displacement of the nearest index mark, in counts."""
 
     @property
     def count(self) -> NDArray[np.int64]:
-        """Number of edges of A and B to the left of the true place."""
+        """Return the number of edges of A and B that lie before the true place."""
         return self.place // UNITS
 
 
 def _there_and_back(clocks_a_count: int, counts: int, **settings: object) -> list[Segment]:
-    """Go up, back beyond the start, and up to the start again: each stretch crosses the index.
+    """Return segments that go up, back beyond the start, and up to the start again; each stretch
+    crosses the index.
 
-    The disc turns back in the middle of a count, unless a count lasts one clock only.
+    The disc turns back in the middle of a count, unless a count lasts only one clock.
     """
     clocks = clocks_a_count * counts
     return [
@@ -155,7 +158,7 @@ LOSSLESS: dict[str, Scenario] = {
     "wanders_turn_of_100": Scenario([RESET, Segment(4000, wander=True)], 100, start=-20, seed=3),
     "timestamp_wraps": Scenario(_there_and_back(3, 40), 100, start=-5, first_timestamp=2**64 - 150),
 }
-"""Scenarios without a lost edge: position, angle and index are those of the disc."""
+"""Scenarios that lose no edge: position, angle and index are those of the disc."""
 
 SCATTERED: dict[str, Scenario] = {
     "index_repeats_to_1_count": Scenario(
@@ -194,7 +197,7 @@ SCATTERED: dict[str, Scenario] = {
         seed=7,
     ),
 }
-"""Scenarios in which the index does not repeat exactly; no count is lost."""
+"""Scenarios in which the index does not repeat exactly and no count is lost."""
 
 FAULTY: dict[str, Scenario] = {
     "lost_count_between_index_marks": Scenario(
@@ -348,7 +351,7 @@ FAULTY: dict[str, Scenario] = {
         [
             RESET,
             Segment(20, filter_length=16),
-            # Levels last 18 clocks, then 14 and 10: the filter no longer shows any of them.
+            # Levels last 18 clocks at first, then 14 and 10, which the filter suppresses.
             Segment(180, 9, filter_length=16),
             Segment(280, 7, filter_length=16),
             Segment(60, filter_length=16),
@@ -420,16 +423,17 @@ FAULTY: dict[str, Scenario] = {
         start=-5,
     ),
 }
-"""Scenarios with faults, or with settings that change on the way."""
+"""Scenarios with faults, or with settings that change during the run."""
 
 RANDOM_SEEDS: dict[str, int] = {f"random_pins_{seed}": seed for seed in range(4)}
-"""Seeds of random pins and settings, only for the comparison of model and VHDL."""
+"""Seeds of random pins and settings, used only to compare model and VHDL."""
 
 
 def skewed(
     skew_clocks: tuple[int, int, int], width: int = 17, dwell: int = 4, half_count_clocks: int = 8
 ) -> Scenario:
-    """Pass a mark from both sides, and tremble by one count on both its edges.
+    """Return a scenario that passes a mark from both sides and moves back and forth over both edges
+    of the mark.
 
     ``dwell`` is the number of half counts before the disc turns back.
     """
@@ -459,18 +463,19 @@ SKEWED: dict[str, Scenario] = {
     f"skewed_pins_{a}{b}{z}_mark_of_{width}": skewed((a, b, z), width)
     for a, b, z, width in ((0, 3, 1, 17), (3, 0, 2, 17), (1, 1, 0, 2), (2, 3, 3, 1), (1, 0, 3, 17))
 } | {
-    # Just above and below the spacing at which skew leaves every mark in its place.
+    # These spacings lie just above and below the smallest spacing at which skew displaces no mark.
     f"skewed_pins_330_{2 * half_count}_clocks_a_count": skewed(
         (3, 3, 0), 17, half_count_clocks=half_count
     )
     for half_count in (4, 3, 2)
 }
-"""Pins that change up to three clocks apart where they should change together."""
+"""Scenarios whose pins, at a step that should change them together, change up to three clocks
+apart."""
 
 
 def scenarios_to_run(default_generics: bool) -> list[str]:
-    """Return the scenarios of a bench: all for the default generics, otherwise those in which the
-    generics make a difference."""
+    """Return the scenarios of a bench: all for the default generics; for other generics those whose
+    result depends on the generics."""
     if default_generics:
         return [*LOSSLESS, *SCATTERED, *FAULTY, *SKEWED, *RANDOM_SEEDS]
     return [
@@ -482,7 +487,7 @@ def scenarios_to_run(default_generics: bool) -> list[str]:
 
 
 def _moves(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
-    """Return the units by which the disc moves in each clock, without jitter."""
+    """Return by how many units the disc moves in each clock, without jitter."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.wander:
         lengths = random.integers(1, 40, segment.clocks)
@@ -507,7 +512,8 @@ def _jitter(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
 def _glitches(
     pins: NDArray[np.int64], scenario: Scenario, random: np.random.Generator
 ) -> NDArray[np.int64]:
-    """Return the pins to invert in each clock, shape (clocks, 3), away from every true change."""
+    """Return which pins to invert in each clock, shape (clocks, 3). Inversions keep away from every
+    true change."""
     changes = np.flatnonzero((np.diff(pins, axis=0) != 0).any(axis=1)) + 1
     turned_over = np.zeros_like(pins)
     end = 0
@@ -533,16 +539,16 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
     )
     place += np.concatenate([_jitter(s, random) for s in segments])
 
-    # The disc itself keeps its turn; only the setting counts_per_rev changes within a scenario.
+    # The disc keeps its counts per turn; only the setting counts_per_rev changes within a scenario.
     from_index = place - int(scenario.index_at * UNITS)
     turn = scenario.counts_per_rev * UNITS
-    # A visit of the index lasts from half a turn before it to half a turn after it.
+    # A visit to the index lasts from half a turn before the index to half a turn after it.
     visit = np.cumsum(np.diff((from_index + turn // 2) // turn, prepend=0) != 0)
     scatter = random.integers(-scenario.index_scatter, scenario.index_scatter + 1, visit[-1] + 1)[
         visit
     ]
     in_turn = (from_index - scatter * UNITS) % turn
-    # (A, B) of the paper's figure 4: 00, 10, 11, 01 with the count.
+    # (A, B) follow figure 4 of the paper: 00, 10, 11, 01 as the count rises.
     quarter = place // UNITS % 4
     pins = np.column_stack(
         [
@@ -585,7 +591,7 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
 def _held(
     random: np.random.Generator, values: list[int], clocks: int, mean: int
 ) -> NDArray[np.int64]:
-    """Return random values, each held for a random time of ``mean`` clocks."""
+    """Return random values; each one is held for a random time of ``mean`` clocks on average."""
     changes = random.random(clocks) < 1 / mean
     return random.choice(values, clocks + 1)[np.cumsum(changes)]
 

@@ -1,4 +1,5 @@
-"""Motions and settings for the quadrature output, shared by the tests of the model and the VHDL."""
+"""Motions and settings for the quadrature output; the tests of the model and of the VHDL share
+them."""
 
 from __future__ import annotations
 
@@ -12,10 +13,10 @@ from numpy.typing import NDArray
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks per count; 0: the table does not move."""
+    """Clocks per count; with 0 the table does not move."""
     down: bool = False
     tremble: int = 0
-    """Counts after which the table turns back; 0: it never turns back."""
+    """Counts after which the table turns back; with 0 it never turns back."""
     jump: int = 0
     """Counts by which position and angle jump at the start."""
     angle_jump: int = 0
@@ -23,14 +24,14 @@ class Segment:
     referenced: bool = True
     """Whether the angle counts from an index."""
     phase_of_zero: int = 0
-    """Place of A and B at position 0."""
+    """Place of A and B in their cycle at position 0."""
     z_gated: bool = False
     z_state: int = 0
     z_width: int = 0
     enable: bool = True
     reset: bool = False
     clear: bool = False
-    """Clear for one clock at the start."""
+    """Whether ``clear`` is set in the first clock."""
     minimum_spacing: int = 1
     following_limit: int = 100
 
@@ -40,7 +41,8 @@ class Scenario:
     segments: list[Segment]
     counts_per_rev: int
     start: int = 0
-    """Position at the start in counts; the angle is the same modulo counts_per_rev."""
+    """Position at the start in counts; the angle at the start is this position modulo
+    counts_per_rev."""
     keeps_up: bool = True
     """Whether the output must stay within one count of the position while it is enabled."""
 
@@ -90,7 +92,7 @@ SCENARIOS: dict[str, Scenario] = {
     "too_fast_then_standing": Scenario(
         [
             Segment(600, 1, minimum_spacing=3, following_limit=50),
-            # The output is still behind, so that the fault returns after the clear.
+            # The output still lags, so that the fault returns after the clear.
             Segment(100, minimum_spacing=3, following_limit=50, clear=True),
             Segment(1500, minimum_spacing=3, following_limit=50),
             Segment(200, minimum_spacing=3, following_limit=50, clear=True),
@@ -199,7 +201,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(200, 2, angle_jump=13),
             Segment(200, 1, down=True, angle_jump=-7),
             Segment(50),
-            # The angle jumps to the zero and away from it while the table stands.
+            # While the table stands, the angle jumps to its zero and away from it.
             Segment(50, angle_jump=-17),
             Segment(50, angle_jump=5),
             Segment(50, angle_jump=-5),
@@ -210,7 +212,7 @@ SCENARIOS: dict[str, Scenario] = {
         [
             Segment(200, 1, referenced=False),
             Segment(200, 1, angle_jump=13),
-            # At zero the reference is lost; the angle stays zero as in a re-arm.
+            # The reference is lost at angle zero; the angle stays zero, as in a re-arm.
             Segment(100, 2, down=True, referenced=False),
             Segment(100, 2, down=True, angle_jump=5),
             Segment(40, enable=False, referenced=False),
@@ -269,7 +271,7 @@ SCENARIOS: dict[str, Scenario] = {
 
 
 def random_scenario(seed: int) -> Scenario:
-    """Return segments of random motion and settings."""
+    """Return a scenario of segments with random motion and settings."""
     random = np.random.default_rng(seed)
     segments = [
         Segment(
@@ -304,7 +306,7 @@ SCENARIOS |= {f"random_{seed}": random_scenario(seed) for seed in range(5)}
 
 
 def _moves(segment: Segment) -> NDArray[np.int64]:
-    """Return the counts moved in each clock of a segment."""
+    """Return by how many counts the position moves in each clock of a segment."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.clocks_a_count:
         edges = moves[:: segment.clocks_a_count]
@@ -316,14 +318,14 @@ def _moves(segment: Segment) -> NDArray[np.int64]:
 
 
 def _at_start(values: list[int], lengths: list[int]) -> NDArray[np.int64]:
-    """Return each segment's value in its first clock, 0 in all others."""
+    """Return the value of each segment in its first clock, and 0 in all other clocks."""
     pulses = np.zeros(sum(lengths), dtype=np.int64)
     pulses[np.cumsum([0, *lengths[:-1]])] = values
     return pulses
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """Return the scenario clock by clock by names of the entity's inputs; shape (clocks,)."""
+    """Return the entity's inputs in each clock of a scenario, by name; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     turned = scenario.start + np.cumsum(np.concatenate([_moves(s) for s in scenario.segments]))
     offset = np.cumsum(_at_start([s.angle_jump for s in scenario.segments], lengths))

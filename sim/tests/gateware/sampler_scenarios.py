@@ -1,8 +1,8 @@
-"""Motions and settings for the sampler, shared by the tests of the model and of the VHDL.
+"""Motions and settings for the sampler; the tests of the model and of the VHDL share them.
 
-A scenario is a list of segments; in each, head 1 moves one count every so many clocks (or stands)
-and the settings hold. Head 2 follows head 1 with an offset and a small error of its own, which
-exposes a pair of values from different clocks or samples.
+A scenario is a list of segments. In a segment the settings are constant, and head 1 moves one count
+every few clocks or stands. Head 2 follows head 1 with an offset and a small error of its own, so
+that a pair of values from different clocks or samples would be detected.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ INDEX_SEEN = 0b11
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks per count; 0: the table does not move."""
+    """Clocks per count; with 0 the table does not move."""
     down: bool = False
     enable: bool = True
     mode: int = 0
@@ -30,7 +30,7 @@ class Segment:
     flags: int = INDEX_SEEN
     reset: bool = False
     tremble: bool = False
-    """Alternate one count up and one down, every clocks_a_count clocks."""
+    """Whether head 1 moves one count up and one down in turn, at each clocks_a_count clocks."""
     zero_slip: int = 0
     """Counts by which the zero of head 1 moves in the first clock of the segment."""
 
@@ -41,11 +41,12 @@ class Scenario:
     counts_per_rev: int
     depth: int = 16
     start: int = 0
-    """Head 1 at the start, counts."""
+    """Position of head 1 at the start, in counts."""
     hold: tuple[int, int] = (0, 120)
-    """Least and largest number of clocks for which the processor keeps a READY bank."""
+    """Smallest and largest number of clocks for which the processor keeps a READY bank."""
     expect: dict[str, int] = field(default_factory=dict)
-    """Expected numbers of captures, of overruns, and of banks that were full before a turn."""
+    """Expected numbers of captures, of overruns, and of banks that were full before the end of a
+    turn."""
 
 
 def repeated(count: int, *segments: Segment) -> list[Segment]:
@@ -59,7 +60,7 @@ SCENARIOS: dict[str, Scenario] = {
     "up": Scenario([_UP], counts_per_rev=60, expect={"captures": 20, "overruns": 0, "full": 0}),
     "down": Scenario([_DOWN], counts_per_rev=60, start=7, expect={"captures": 20, "overruns": 0}),
     "turn_closed_by_the_last_word_of_the_bank": Scenario(
-        # With a sample every 4 counts, the 16th lies 60 counts from the first.
+        # Samples come every 4 counts, so that the 16th lies 60 counts after the first.
         [Segment(3000, clocks_a_count=2, sample_period=8)],
         counts_per_rev=60,
         expect={"captures": 20, "full": 0},
@@ -102,7 +103,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(777, clocks_a_count=3, sample_period=25),
             Segment(500, clocks_a_count=3, sample_period=7),
             Segment(300, clocks_a_count=3, sample_period=400),
-            # The current interval is longer than the new period: it ends at once.
+            # The current interval is already longer than the new period and ends at once.
             Segment(400, clocks_a_count=3, sample_period=5),
             Segment(100, clocks_a_count=3, sample_period=1),
             Segment(100, clocks_a_count=3, sample_period=0),
@@ -120,7 +121,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(3000, clocks_a_count=2, mode=1, angle_step=10, down=True),
         ],
         counts_per_rev=120,
-        # A turn with a reversal in it does not close in time.
+        # A turn that contains a reversal does not close in time.
         expect={"captures": 15, "full": 1},
     ),
     "equal_angle_step_on_every_clock": Scenario(
@@ -161,15 +162,15 @@ SCENARIOS: dict[str, Scenario] = {
     "equal_angle_zero_moves": Scenario(
         [
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16),
-            # The lost counts are whole periods, a number that two bits of a jump do not show, and a
-            # single count.
+            # The first loss is a number of whole periods, the second a number that two bits of a
+            # jump cannot show, and the third a single count.
             Segment(1201, clocks_a_count=2, mode=1, angle_step=16, zero_slip=4),
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16, zero_slip=-7),
             Segment(1201, clocks_a_count=1, mode=1, angle_step=16, zero_slip=1, down=True),
-            # The zero moves twice, the second time during the search for the grid.
+            # The zero moves twice; the second move comes during the search for the grid.
             Segment(20, clocks_a_count=1, mode=1, angle_step=16, zero_slip=5000, down=True),
             Segment(1203, clocks_a_count=1, mode=1, angle_step=16, zero_slip=2, down=True),
-            # The zero moves to a multiple and next to it, while the table stands.
+            # While the table stands, the zero moves first to a multiple and then next to it.
             Segment(200, mode=1, angle_step=16, zero_slip=3),
             Segment(800, clocks_a_count=3, mode=1, angle_step=16, zero_slip=-2),
             Segment(300, clocks_a_count=2, sample_period=7, zero_slip=4),
@@ -244,7 +245,8 @@ SCENARIOS["two_banks_of_the_default_depth"] = Scenario(
 
 
 def random_scenario(seed: int) -> Scenario:
-    """Return segments of random motion and settings, with a bank of 13 words: no power of two."""
+    """Return a scenario of segments with random motion and settings; the bank has 13 words, which
+    is no power of two."""
     random = np.random.default_rng(seed)
 
     def pick(values: list[int]) -> int:
@@ -279,7 +281,7 @@ SCENARIOS |= {f"random_{seed}": random_scenario(seed) for seed in range(4)}
 
 
 def _moves(segment: Segment) -> NDArray[np.int64]:
-    """Return the counts moved in each clock of a segment."""
+    """Return by how many counts head 1 moves in each clock of a segment."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.clocks_a_count:
         edges = moves[:: segment.clocks_a_count]
@@ -294,7 +296,7 @@ def _signed32(counts: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """Return the scenario clock by clock by names of the sampler's inputs; shape (clocks,)."""
+    """Return the sampler's inputs in each clock of a scenario, by name; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     first = np.cumsum([0, *lengths[:-1]])
     slips = np.array([segment.zero_slip for segment in scenario.segments])
@@ -311,9 +313,9 @@ def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
         **columns,
         "turn_position1": _signed32(turned),
         "zero_moved1": np.repeat(np.cumsum(slips != 0) % 2, lengths),
-        # Head 2 has another value in every clock, whether or not head 1 moves.
+        # Head 2 has another value in every clock, whether head 1 moves or not.
         "turn_position2": _signed32(3 * turned - 7 * clock + 0x1234_5678),
         "counts_per_rev": np.full(len(turned), scenario.counts_per_rev),
-        # The time stamp uses both words.
+        # The time stamp changes in both of its words.
         "timestamp": clock + 2**32 - len(turned) // 2,
     }

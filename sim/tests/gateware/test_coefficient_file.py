@@ -1,4 +1,5 @@
-"""Tests that a coefficient file is read back as written, and that an error names its faults."""
+"""Tests that a coefficient file is read back as it was written, and that an error names what is
+wrong with a file."""
 
 from __future__ import annotations
 
@@ -124,7 +125,8 @@ def test_files_that_are_none(tmp_path: Path, content: bytes | None) -> None:
 
 
 def thermal() -> Coefficients:
-    """Return order 1 at 20 °C, its slope, and order 2, which is zero at 20 °C."""
+    """Return a bank with order 1 at 20 °C, its thermal slope, and order 2, which is zero at 20
+    °C."""
     lanes = ThermalLanes.from_slopes(
         {1: np.array([18.5, -7.25, 0.01, 0.0]), 2: np.array([0.0, 3.0, 0.0, -0.5])}, 20.0, 60.0
     )
@@ -140,7 +142,7 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
     assert read_coefficient_file(path) == thermal()
     assert "schema = 2\n" in path.read_text("utf-8")
     assert "schema = 1\n" in GOOD, "what needs no new reader stays readable for old ones"
-    # Equation: c0 + c1 (T - T0) + c2 (T - T0)^2, at different angles.
+    # The expected course is c0 + c1 (T - T0) + c2 (T - T0)^2, here at different angles.
     angle = np.arange(0, 2**24, 99_991)
     turn = angle * 2.0 * np.pi / 2**24
     expected = (
@@ -151,7 +153,8 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
         + 0.5 * np.cos(16_384 * turn + 1.0)
     )
     found = thermal().at(24.0).error_counts(angle)
-    # Half a word of the amplitude a lane, and of the phase at 2,000 counts.
+    # The bound is half a word of the amplitude for each lane, and half a word of the phase at 2,000
+    # counts.
     assert np.abs(found - expected).max() < 3 / 4096 + 2000 * np.pi / 2**24
     assert thermal().at(20.0).error_counts(angle) == pytest.approx(
         dataclasses.replace(thermal(), thermal=None).error_counts(angle), abs=1 / 2048

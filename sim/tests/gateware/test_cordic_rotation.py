@@ -1,4 +1,4 @@
-"""Tests of the cosine's error against the bounds of the paper's appendix, and of the constants."""
+"""Tests of the cosine's error against the bounds in the paper's appendix, and of the constants."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ TURN = 1 << PHASE_WIDTH
 
 
 def test_every_phase_of_20_bits_stays_within_the_bound() -> None:
-    """The bound is (A.1) + (A.5) as printed; the statement of the entity's page holds too."""
+    """The error is below (A.1) + (A.5) as printed, and near the value that the page of the entity
+    states."""
     phase = swept_phases(20)
     assert phase.size == 2**20
     bound = cosine_bound()
@@ -51,7 +52,8 @@ def test_other_widths_and_iterations_stay_within_their_bounds(width: int, iterat
 
 
 def test_rotation_against_equation_10_in_fractions() -> None:
-    """Exact arithmetic with the same directions differs only by the roundings of ten iterations."""
+    """Exact arithmetic with the same directions of rotation differs only by the roundings of ten
+    iterations."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     folded = np.arange(0, TURN // 4, 49_999, dtype=np.int32)
     found = cordic_rotation(folded)
@@ -62,19 +64,19 @@ def test_rotation_against_equation_10_in_fractions() -> None:
             d = -1 if z < 0 else 1
             x, y = x - d * y / 2**i, y + d * x / 2**i
             z -= d * tables.steps[i]
-        # Half a unit a rounding: one of the constant, one an iteration; y's roundings and its
-        # second-order part count 2⁻⁶ and less.
+        # Each rounding adds half a unit: one of the constant, and one in each iteration. The
+        # roundings of y and its second-order part add at most 2⁻⁶.
         assert abs(cosine - x * 2**COSINE_WIDTH) < 0.5 * (1 + CORDIC_ITERATIONS - 6) + 1
 
 
 def test_constants() -> None:
-    """Equation (11) holds, and arctangents are right to half a unit of 2⁻²¹ turn."""
+    """Equation (11) holds, and the arctangents are right to half a unit of 2⁻²¹ turn."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     assert start_radius() == pytest.approx(0.60725, abs=5e-6)
     assert tables.angle_fraction == 21
     for i, step in enumerate(tables.steps):
         assert abs(step / 2**21 * 2 * math.pi - math.atan2(1, 2**i)) <= math.pi / 2**21
-    # Each tabulated vector has the radius that results from the first iterations.
+    # Each tabulated vector has the radius that the first iterations would give.
     gain = math.prod(math.hypot(1, 2.0**-i) for i in range(TABULATED_ITERATIONS))
     assert np.allclose(
         np.hypot(tables.x, tables.y) / 2**COSINE_WIDTH, start_radius() * gain, atol=2.0**-18
@@ -83,8 +85,8 @@ def test_constants() -> None:
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine; half a turn further it has exactly the negative
-    value."""
+    """A mirrored phase has the same cosine; a phase half a turn further has exactly the negative
+    cosine."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase)
     assert np.array_equal(lane_cosine(TURN - 1 - phase), cosine)
@@ -105,7 +107,7 @@ def test_what_is_not_built_is_refused(width: int, iterations: int) -> None:
 
 
 def test_picture(tmp_path: Path) -> None:
-    """The function draws the picture and returns the largest error of the sweep."""
+    """``draw_cordic_error`` draws the picture and returns the largest error of its sweep."""
     picture = tmp_path / "reports" / "error.png"
     phase = swept_phases(12)
     largest = draw_cordic_error(picture, (phase, lane_cosine(phase)))

@@ -1,4 +1,4 @@
-"""Tests of the ramp's model against its specification, independent of the implementation."""
+"""Tests of the ramp's model against its specification, without use of the implementation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TICK = 256
 """Number of clocks in which the velocity does not change."""
 CLOCK_HZ = 1e8
 HOLDS_COUNTS = 2**19
-"""Bound of a total of s19."""
+"""Range of the total, which has the format s19: its size is below this number of counts."""
 
 
 def run(scenario: RampScenario) -> np.ndarray:
@@ -51,7 +51,7 @@ def jumps(scenario: RampScenario) -> np.ndarray:
 def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     total = run(scenario)
     before = np.concatenate(([0], total[:-1])) + jumps(scenario) * COUNT
-    # If the jump exceeds the range of the total, the total ends at its limit.
+    # If a jump would leave the range of the total, the total stops at its limit.
     fits = scenario.marker & (np.abs(before + 0.5) < HOLDS_COUNTS * COUNT)
     assert np.array_equal(total[fits], before[fits])
     clipped = scenario.marker & ~fits
@@ -62,14 +62,16 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     behind[2:] |= scenario.marker[:-2]
     behind &= ~scenario.marker
     assert np.array_equal(total[1:][behind[1:]], total[:-1][behind[1:]])
-    # The ramp moves at most by the rate in one clock, rounded up to a whole unit of 2⁻²⁷ count.
+    # In one clock the ramp moves at most by its rate, rounded up to a whole unit of 2⁻²⁷ count.
     rate = -(-scenario.ramp_rate * UNIT // RATE_ONE)
     change = np.abs(np.diff(total))
     ends = UNIT if scenario.ramp_acceleration else 0
-    # After a hold, the change of ε in two clocks comes at once; one more unit at the lower limit.
+    # After a hold, the change of ε over two clocks comes at once; the lower limit allows one unit
+    # more.
     moved = np.abs(np.diff(scenario.correction))
     moved[1:] += np.abs(np.diff(scenario.correction[:-1]))
-    # A jump beyond the range of the total changes the total by less than a count beyond its limit.
+    # If a jump would leave the range of the total, the total may change by less than one count
+    # beyond its limit.
     at_limit = np.abs(total[:-1] + 0.5) > scenario.limit * COUNT
     jumped = at_limit & np.any(clipped)
     assert np.all((change <= moved + rate + ends + 1 + COUNT * jumped)[~scenario.marker[1:]])
@@ -77,7 +79,8 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
 
 @pytest.mark.parametrize("scenario", LINEAR, ids=str)
 def test_equals_a_plain_walk(scenario: RampScenario) -> None:
-    """Compare with a walk clock by clock that has the time since the marker as a fraction."""
+    """Compare with a calculation for each clock that keeps the time since the marker as a
+    fraction."""
     held = 0
     caught, age = 0, 3
     top = scenario.limit * COUNT
@@ -103,7 +106,8 @@ def test_equals_a_plain_walk(scenario: RampScenario) -> None:
 
 
 def test_ramp_ends_at_the_correction() -> None:
-    """2 counts at 32 units a clock, 2048 units a count: 128 clocks, 5 clocks after the marker."""
+    """2 counts at 2048 units per count and 32 units per clock take 128 clocks; the ramp starts 5
+    clocks after the marker."""
     clocks = 200
     correction = np.full(clocks, 2 * COUNT, dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -138,7 +142,7 @@ def test_limited_flag_says_clipped() -> None:
     result = correction_ramp(correction, np.zeros(clocks, dtype=bool), 4, 0)
     assert result.limited.tolist() == [False, False, False, True, False, True, False, False]
     assert (result.total[:5] // COUNT).tolist() == [0, 3, 4, 4, -4]
-    # The lower limit allows one unit more, which is rounded to the limit.
+    # The lower limit allows one unit more; rounding brings it to the limit.
     assert result.total[5:].tolist() == [-4 * COUNT - 1, 0, 0]
 
 
@@ -161,7 +165,7 @@ def test_acceleration_outside_the_format_is_refused(acceleration: int) -> None:
 
 
 def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarray:
-    """Return r in counts after a step of ε."""
+    """Return the ramp's remainder r in counts after a step of ε."""
     clocks = TICK * ticks
     level = np.full(clocks, round(counts * COUNT), dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -173,7 +177,8 @@ def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarra
 @pytest.mark.parametrize("counts", [2.5, -0.9])
 @pytest.mark.parametrize("clocks_to_rate", [1e4, 4e4])
 def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> None:
-    """Velocity and acceleration of r are compared with d/v + v/a and the bounds at constant a."""
+    """The velocity and the acceleration of r stay within their bounds, and its duration is near d/v
+    + v/a, as with constant acceleration."""
     rate, ticks = 1_500_000, 600
     velocity = rate / 2**35
     acceleration = round(rate / clocks_to_rate * 2**24)
@@ -185,12 +190,12 @@ def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> No
     speed = np.diff(at) / TICK
     assert np.all(speed * np.sign(counts) >= 0), "it never goes back"
     assert np.abs(speed).max() <= velocity * (1 + 1e-9)
-    # The grid of the samples is shifted against that of the ticks: one difference has two changes.
+    # The samples are not taken at the ticks, so that one difference can contain two changes.
     assert np.abs(np.diff(speed)).max() <= acceleration_clocks * TICK * (1 + 1e-3) + 2**-27
     assert np.abs(speed[:2]).max() <= 2 * acceleration_clocks * TICK
     last = np.flatnonzero(speed)[-1]
     assert np.abs(speed[last]) <= 2 * acceleration_clocks * TICK
-    # The ramp is as fast as constant acceleration allows, up to a margin of a few ticks.
+    # The ramp is as fast as constant acceleration allows, except for a few ticks.
     reached = min(velocity, np.sqrt(abs(counts) * acceleration_clocks))
     shortest = abs(counts) / reached + reached / acceleration_clocks
     took = np.flatnonzero(r)[-1]
@@ -206,9 +211,10 @@ def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
 
 @pytest.mark.parametrize("phase", [0, 100, 238, *range(239, 256, 2)])
 def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
-    """2 counts: from half the way on each 256 clocks have a marker in the same clock, then none.
+    """The step has 2 counts. From half the way on, each 256 clocks have a marker at the same place;
+    later there are none.
 
-    The total reaches 2 and not more, wherever in the tick the markers fall, and its velocity never
+    The total reaches 2 and never more, wherever in the tick the markers fall. Its velocity never
     changes by more than the acceleration allows.
     """
     counts, rate, acceleration, ticks = 2.0, RATE_ONE * 24, 2**32 - 1, 600
@@ -228,14 +234,14 @@ def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
     assert not done.busy[-1]
     near = np.convolve(marker, np.ones(6))[:clocks] > 0
     speed = np.diff(done.total)[~near[1:]] / COUNT
-    # Each clock moves whole units: a mean over a tick is that of two velocities at most.
+    # Each clock moves by whole units. A mean over a tick contains at most two velocities.
     mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
     change = np.abs(mean[TICK:] - mean[:-TICK]).max()
     assert change <= 3 * acceleration / 2**59 * TICK + 2**-27
 
 
 def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> None:
-    """The total stays at its limit on the same side instead of wrapping to the other side."""
+    """The total stays at its limit and does not wrap to the other side."""
     for sense in (1, -1):
         (scenario,) = [s for s in SCENARIOS if s.name == f"healed again and again, {sense}"]
         result = correction_ramp(
@@ -250,23 +256,23 @@ def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> N
         moved = np.diff(sense * total)
         assert moved.min() > -1, "it never jumps back"
         asked = 50 + np.cumsum(np.abs(scenario.inserted))
-        # Since the last marker r has lost a count in 2,048 clocks; ε is up to 50 counts.
+        # Since the last marker r has lost one count in 2,048 clocks; ε is at most 50 counts.
         assert sense * total[-1] > scenario.limit - 52
         assert np.array_equal(result.limited.any(), asked[-1] > scenario.limit)
 
 
 def test_a_marker_on_the_way_leaves_the_velocity() -> None:
-    """ε is swapped back and forth while r moves: r brakes, turns and returns."""
+    """ε is swapped back and forth while r moves: r slows down, reverses and returns."""
     (scenario,) = [s for s in SCENARIOS if s.name == "smooth, markers on the way"]
     total = run(scenario)
     rest = total - scenario.correction
-    # The jumps of ε are no motion of the total.
+    # The jumps of ε do not count as motion of the total.
     near = np.convolve(scenario.marker, np.ones(4))[: scenario.marker.size] > 0
     speed = np.diff(total)[~near[1:]]
     mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
     change = np.abs(mean[TICK:] - mean[:-TICK]).max()
-    # The velocity changes twice: in the 512 clocks between the two markers, and in the clocks that
-    # a marker holds.
+    # The velocity changes in two places: in the 512 clocks between the two markers, and in the
+    # clocks in which a marker holds the total.
     of_a_tick = scenario.ramp_acceleration / 2**59 * TICK * COUNT
     held = 7 * scenario.ramp_rate / 2**8 / TICK
     assert change <= 3 * of_a_tick + held

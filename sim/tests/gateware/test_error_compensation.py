@@ -56,7 +56,7 @@ def test_offset_is_aligned() -> None:
 
 
 def test_switching_on_and_off_never_steps() -> None:
-    """With ε constant at 100 counts the output moves by at most one count a clock."""
+    """With ε constant at 100 counts the output moves by at most one count per clock."""
     clocks = 4000
     rate_units = 255
     apply = np.zeros(clocks, dtype=bool)

@@ -1,4 +1,5 @@
-"""Schema 3 of the coefficient file: each part reads back; a missing generic is named."""
+"""Tests of schema 3 of the coefficient file: each part reads back, and an error names a missing
+generic."""
 
 from __future__ import annotations
 
@@ -37,7 +38,7 @@ PARTS = {
     "MODULATORS = true": Extension(
         modulators=((0, "direction"), (1, "word_a")), conditions=Conditions(2560, 4, 90.0)
     ),
-    # 71.4 and 0.5: the fraction of the order in 2⁻⁴⁸ turn.
+    # The orders 71.4 and 0.5; ``turn_steps`` holds the fraction of an order in 2⁻⁴⁸ turn.
     "REAL_ORDERS = true": Extension(
         turn_steps=((2, round(0.4 * 2**48)), (3, 1 << 47)),
         phase_sources=((2, PhaseSource("probe", -1, 12345)), (3, PhaseSource("heads"))),
@@ -77,8 +78,9 @@ def test_each_part_is_read_as_written_and_refused_without_its_generic(
 
 @pytest.mark.parametrize("has_sets", [False, True])
 def test_all_parts_in_one_file_with_temperature(tmp_path: Path, has_sets: bool) -> None:
-    """Sets for a missing head and lanes of real orders exclude each other."""
-    # The prepared set belongs to the file's heads: it has their delays and conditions.
+    """The file has either sets for a missing head or lanes of non-integer orders, because they
+    exclude each other."""
+    # The prepared set belongs to the heads of the file: it has their delays and conditions.
     conditions = Conditions(16, 0, 30.0)
     of_set = Extension(
         mean=dataclasses.replace(THREE, delays_clocks=FOUR.delays_clocks), conditions=conditions
@@ -179,8 +181,8 @@ def test_weights_that_leave_the_format_are_refused() -> None:
 
 @pytest.mark.parametrize("of_set", [False, True])
 def test_prepared_sets_exclude_lanes_of_real_orders(of_set: bool) -> None:
-    """The gateware's prepared sets contain no turn steps, so that a lane of a set would keep the
-    turn step of another lane."""
+    """A prepared set in the gateware contains no turn steps; its lanes would keep the turn steps of
+    other lanes."""
     steps = ((3, 1 << 47),)
     extension = Extension(THREE, turn_steps=steps if of_set else ())
     entry = dataclasses.replace(HALF_ORDER, extension=extension)

@@ -1,4 +1,4 @@
-"""The synchroniser model is a delay."""
+"""Tests that the model of the synchroniser is a delay."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ def test_levels_come_stages_clocks_later(stages: int) -> None:
     assert delayed.shape == levels.shape
     assert (delayed[stages:] == levels[:-stages]).all()
     assert not delayed[:stages].any()
-    # The input is shorter than the delay.
+    # The input has fewer samples than the delay.
     assert input_synchroniser([1], stages).tolist() == [0]
 
 

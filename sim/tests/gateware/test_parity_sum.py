@@ -1,4 +1,4 @@
-"""Tests of the weights of the parity, and of the head to which a step is assigned."""
+"""Tests of the parity weights, and of the decision which head made a step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
 
 
 def test_parity_holds_no_motion() -> None:
-    """The parity of a motion of 2 µm (54 counts) is only the rounding of weights and counts."""
+    """For a motion of 2 µm (54 counts) the parity contains only the rounding of weights and
+    counts."""
     weights = parity_weights(PLACES)
     assert weights.sum() == 0
     assert np.abs(weights).max() <= WEIGHT_ONE
@@ -32,7 +33,8 @@ def test_three_heads_have_no_parity() -> None:
 
 
 def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
-    """Random directions of the motion: 13.4 counts of a reading, 3.8 of eccentricity."""
+    """The axis moves by 13.4 counts and the eccentricity adds 3.8 counts peak to peak, each in a
+    random direction."""
     rng = np.random.default_rng(2)
     for _ in range(2000):
         way = rng.uniform(0.0, 2.0 * np.pi)
@@ -43,8 +45,8 @@ def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
         head = int(rng.integers(0, 4))
         rounded[head] += int(rng.choice([-1, 1])) * (2 * STEP_COUNTS + int(rng.integers(0, 4000)))
         assert stepped_head(rounded, STEP_COUNTS) == head
-        # Between the limit and twice the limit, the answer is the right head or no head, never
-        # another head.
+        # For a step between the limit and twice the limit the answer is the right head or no head,
+        # never another head.
         small = np.rint(moved).astype(np.int64)
         small[head] += int(rng.integers(STEP_COUNTS, 2 * STEP_COUNTS))
         assert stepped_head(small, STEP_COUNTS) in (None, head)

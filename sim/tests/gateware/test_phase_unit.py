@@ -15,7 +15,8 @@ from arctrue.gateware.phase_unit import phase_unit
 from arctrue.generated.number_formats import PHASE_WIDTH
 
 TURN = 1 << PHASE_WIDTH
-# K is rounded to half a unit, 2⁻⁴⁹ turn, per count of an angle below 2²⁴; then one rounding.
+# K is rounded to half a unit, that is 2⁻⁴⁹ turn for each count of an angle below 2²⁴. The phase is
+# rounded once more.
 STEP_ERROR = Fraction(1, 2**25)
 ROUNDING = Fraction(1, 2**25)
 COUNTS = [4, 5, 7, 1000, 65_535, 65_536, 1_000_003, 12_345_677, 2**24 - 3, 2**24 - 1, 2**24]
@@ -46,18 +47,20 @@ def test_phase_against_fractions(counts_per_rev: int) -> None:
 
 @pytest.mark.parametrize("counts_per_rev", COUNTS)
 def test_every_order_at_the_end_of_the_turn(counts_per_rev: int) -> None:
-    """Check all 65,536 orders at the largest angle, before the rounding, in units of 2⁻⁴⁸ turn."""
+    """Check all 65,536 orders at the largest angle, before the rounding of the phase, in units of
+    2⁻⁴⁸ turn."""
     angle = counts_per_rev - 1
     steps = [phase_step(order, counts_per_rev) for order in range(65_536)]
     offset = 123_456
     found = phase_lane(angle, np.array(steps, dtype=np.uint64), offset)
     for order, step, phase in zip(range(65_536), steps, found.tolist(), strict=True):
         turns = angle * step
-        # |θ·K − n·θ·2⁴⁸ / counts_per_rev| < 2²³, multiplied by counts_per_rev, modulo the turn.
+        # The bound |θ·K − n·θ·2⁴⁸ / counts_per_rev| < 2²³ is multiplied by counts_per_rev and taken
+        # modulo the turn.
         error = (turns * counts_per_rev - order * angle * 2**48) % (counts_per_rev * 2**48)
         error = min(error, counts_per_rev * 2**48 - error)
         assert error < counts_per_rev * 2**23
-        # The phase is rounded half up, once.
+        # The phase is rounded only once, half up.
         assert phase == ((turns + offset * 2**24 + 2**23) // 2**24) % TURN
 
 
@@ -85,7 +88,7 @@ def test_words_that_change_with_the_angle() -> None:
 
 
 def test_speed_of_phases_and_harmonics() -> None:
-    """12,000 angles × 32 lanes take 0.12 s of the 0.2 s allowed for the whole pipeline's model."""
+    """12,000 angles × 32 lanes take 0.12 s; the model of the whole pipeline may take 0.2 s."""
     rng = np.random.default_rng(7)
     angles = np.arange(12_000, dtype=np.int64) * 1398
     steps = rng.integers(0, 2**48, 32)

@@ -1,4 +1,5 @@
-"""Tests of the decoder model against the true place of the disc, known without decoding a pin."""
+"""Tests of the decoder model against the true place of the disc, which the tests know without
+decoding a pin."""
 
 import itertools
 from dataclasses import replace
@@ -36,14 +37,14 @@ def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
 
 
 def latency(given: Stimuli) -> int:
-    """Return the clocks from the pins to the position; lossless scenarios keep one filter
-    length."""
+    """Return the clocks from the pins to the position; a scenario without losses has only one
+    filter length."""
     return latency_clocks(int(given.columns["filter_length"][-1]))
 
 
 def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarray]:
-    """Return the clocks in which the disc has just passed its index, and the directions (+1,
-    -1)."""
+    """Return the clocks in which the disc has just passed its index, and the directions of passage
+    (+1, -1)."""
     index = int(scenario.index_at * UNITS)
     turns = (given.place - index) // (scenario.counts_per_rev * UNITS)
     passed = np.diff(turns)
@@ -52,8 +53,8 @@ def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarr
 
 
 def told_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and last clock in which each mark is reported: with a step, or shortly
-    after."""
+    """Return the first and the last clock in which each mark may be reported: with a step, or
+    shortly after it."""
     steps = np.append(np.flatnonzero(np.diff(given.count)) + 1, 2 * len(given.count))
     step = np.searchsorted(steps, marks)
     settled = np.minimum(steps[step] + INDEX_SKEW, steps[np.minimum(step + 1, len(steps) - 1)])
@@ -88,7 +89,8 @@ def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
     turn = scenario.counts_per_rev
     marks, _ = true_marks(scenario, given)
     assert marks.size >= 2, "a scenario without the index tests nothing here"
-    # The angle counts from the start before the first index, from the index (in count 0) after it.
+    # Before the first index the angle counts from the start, after it from the index, which is at
+    # count 0.
     before = (given.count - given.count[2]) % turn
     after = given.count % turn
     seen = int(np.argmax(trace.index_seen))
@@ -97,7 +99,7 @@ def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
     assert trace.index_seen[seen:].all()
     expected = np.where(np.arange(len(after)) < seen - delay, before, after)[2:-delay]
     assert trace.angle[2 + delay : -1].tolist() == expected.tolist()
-    # turn_position is the same without the modulo; its zero is one zero of the disc.
+    # turn_position is the angle without the modulo; it keeps the zero of one turn of the disc.
     zeros = (given.count[:-delay] - trace.turn_position[delay:-1])[seen - delay :]
     assert len(set(zeros.tolist())) == 1
     assert zeros[0] % turn == 0
@@ -142,7 +144,7 @@ def test_time_of_the_last_edge(name: str) -> None:
     delay = latency(given)
     edges = np.flatnonzero(np.diff(given.count)[2:]) + 3
     edges = edges[edges + delay < len(trace.step)]
-    # The time stamp is that of delay - 1 clocks after the pin's change, modulo 2**64.
+    # The time stamp is that of delay - 1 clocks after the change of the pin, modulo 2**64.
     expected = given.timestamp[edges] + np.uint64(delay - 1)
     assert (trace.last_edge_time[edges + delay] == expected).all()
     held = trace.last_edge_time[edges[0] + delay :]
@@ -153,7 +155,7 @@ def test_time_of_the_last_edge(name: str) -> None:
 @pytest.mark.parametrize("stages", [2, 3, 4])
 @pytest.mark.parametrize("filter_length", [1, 2, 7])
 def test_no_edge_after_reset_with_any_levels(filter_length: int, stages: int) -> None:
-    # The pins change in the clock of a reset that is one clock long.
+    # The reset lasts one clock, and the pins change in this clock.
     clock = np.arange(60)
     for before, during, at in itertools.product(range(8), range(8), (0, 20)):
         levels = np.where(clock < at, before, during)
@@ -183,12 +185,12 @@ def test_every_edge_after_the_last_clock_of_reset_counts(way: int, stages: int) 
 
 def test_illegal_transitions_are_told_and_not_counted() -> None:
     _, given, trace = played("illegal_in_every_clock")
-    # Thirteen jumps by half a period, eight of them before the clear.
+    # The disc makes thirteen jumps of half a period, eight of them before the clear.
     assert trace.illegal_count.max() == 8
     assert (trace.position == 0).all()
     assert not trace.step.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
-    # A jump counted in the clock of the clear stays.
+    # A jump in the clock of the clear is still counted afterwards.
     assert trace.illegal_count[cleared - 1 : cleared + 1].tolist() == [8, 1]
     assert trace.illegal_count[-1] == 13 - 8
     assert trace.illegal[cleared:].all()
@@ -198,17 +200,17 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     scenario, given, trace = played("lost_count_between_index_marks")
     marks, _ = true_marks(scenario, given)
     intervals = trace.index_interval[np.flatnonzero(trace.index_strobe)]
-    # The decoder counts a jump over two counts as 0, or as a loss if the next step is upwards.
+    # The decoder counts a jump over two counts as 0, or as a loss if the next step goes up.
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
-    # The error shows three clocks after the strobe, and stays until the clear.
+    # The error is reported three clocks after the strobe and stays until the clear.
     strobes = np.flatnonzero(trace.index_strobe)[wrong]
     cleared = int(np.flatnonzero(given.columns["clear"])[-1]) + 1
     assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 3, cleared))
     assert not trace.index_error_count[cleared:].any()
     assert not trace.illegal[cleared:].any()
-    # The angle of the first index is kept: the lost and added counts cancel in the end.
+    # The angle keeps the zero of the first index: the lost and the added counts cancel in the end.
     assert trace.index_strobe.sum() == marks.size
 
 
@@ -224,7 +226,8 @@ def test_a_lost_period_shows_only_at_the_index() -> None:
 
 
 def marks_of_scattered_index(name: str) -> tuple[Scenario, Stimuli, DecoderTrace, np.ndarray]:
-    """Return the run of a scenario and the true places of the passed marks, in counts."""
+    """Run a scenario; return it with its inputs, its outputs and the true places of the passed
+    marks in counts."""
     scenario, given, trace = played(name)
     shifted = given.place - int(scenario.index_at * UNITS) - given.mark_scatter * UNITS
     turns = shifted // (scenario.counts_per_rev * UNITS)
@@ -241,8 +244,8 @@ def test_a_scattered_index_moves_no_count(name: str) -> None:
     at = np.flatnonzero(trace.index_strobe)
     assert (trace.index_position[at] + given.count[2]).tolist() == places[: len(at)].tolist()
     assert len(set((places % scenario.counts_per_rev).tolist())) > 1, "the index does not scatter"
-    # The first mark sets the zero at the place where the disc reached it; the other marks do not
-    # change the zero.
+    # The first mark sets the zero at the place where the disc reached it; later marks do not move
+    # the zero.
     seen = int(np.argmax(trace.index_seen))
     expected = given.count[seen - delay : -delay] - places[0]
     assert trace.turn_position[seen:-1].tolist() == expected.tolist()
@@ -256,7 +259,7 @@ def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
     steps = np.abs(np.diff(places[: len(at)]))
     off = np.minimum(steps, np.abs(steps - scenario.counts_per_rev))
     assert off.max() == 2 * scenario.index_scatter
-    # The mark is judged in the clock after the strobe.
+    # The decoder judges the mark in the clock after the strobe, with the tolerance of that clock.
     tolerance = given.columns["index_tolerance"][at[1:] + 1]
     wrong = off > tolerance
     assert trace.index_error_count[-1] == wrong.sum()
@@ -279,24 +282,25 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
     off = (trace.angle[delay:-1] - given.count[:-delay]) % turn
     off = np.where(off > turn // 2, off - turn, off)
     ends = np.cumsum([segment.clocks for segment in scenario.segments]) - delay - 1
-    # At the end of each stretch the zero is right again after a loss of counts, except where it
-    # must not be found; the index stays seen, so that the correction continues.
+    # After each loss the zero is right again at the end of the stretch, except in the stretches in
+    # which it must not be found. The index stays seen, so that the correction continues.
     assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
     first = int(np.argmax(trace.index_seen))
     assert trace.index_seen[first:].all()
-    # The error of the angle never exceeds the lost counts, and is 0 again within two turns.
+    # The angle is never wrong by more than the lost counts, and it is right again within two turns.
     assert set(off[first:].tolist()) <= {0, -4, 8, -12}
     wrong_clocks = np.diff(np.flatnonzero(np.diff(off[first:]) != 0))[::2]
     assert (wrong_clocks[:2] <= 2 * turn * 3 + 20).all()
-    # The position still contains the loss.
+    # The position still lacks the lost counts.
     assert trace.position[-1] == given.count[-delay] - given.count[2] + (-4 + 8 - 12)
-    # The angle is turn_position modulo the turn throughout.
+    # The angle equals turn_position modulo the turn in every clock.
     assert (trace.turn_position[first:] % turn == trace.angle[first:]).all()
 
 
 @pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
 def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
-    """The false marks are at most 5 counts from a whole turn, and each is seen once."""
+    """The false marks are at most 5 counts from a whole turn apart, and each of them is seen only
+    once."""
     count = np.repeat(np.arange(700), 8)
     mark = (count % 100 == 0) | np.isin(count, false_at)
     clock = np.arange(count.size)
@@ -326,7 +330,7 @@ def test_overspeed_is_an_edge_nearer_than_the_spacing() -> None:
     delay = latency(given)
     edges = np.flatnonzero(np.diff(given.count)) + 1
     distances = np.diff(edges)
-    # The settings act on the edge where it is counted, and the flag follows one clock later.
+    # The decoder applies a setting when it counts the edge; the flag follows one clock later.
     counted = edges[1:] + delay - 1
     too_near = distances < given.columns["minimum_edge_spacing"][counted]
     shown = counted[too_near] + 2
@@ -345,15 +349,16 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
     _, given, trace = played("faster_than_the_filter")
     too_fast = np.flatnonzero(np.diff(given.count) != 0)
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
-    # The report comes at the fifth excess count of levels before the filter, after the
-    # synchroniser.
+    # The overspeed must be reported at the fifth count that is too fast. It is detected in the
+    # levels after the synchroniser, before the filter.
     reported = int(np.argmax(trace.overspeed))
     assert too_fast[0] < reported <= too_fast[5] + latency_clocks()
     assert not trace.illegal.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
     assert not trace.overspeed[cleared + 1 : cleared + 20].any()
     assert trace.overspeed[-1]
-    # The reported periods are the lost ones, without the current one when the levels came to rest.
+    # The decoder reports the lost periods, possibly without the last one, in which the levels came
+    # to rest.
     lost = abs(int(given.count[cleared] - given.count[2] - trace.position[cleared])) // PERIOD
     assert lost >= 8
     assert abs(int(trace.overspeed_count[cleared - 1]) - lost) <= 1
@@ -374,7 +379,8 @@ def test_what_the_filter_is_for_is_no_overspeed(name: str) -> None:
 
 @pytest.mark.parametrize("pulse", range(1, 9))
 def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
-    """The pulse is at any place between the edges of the other pin, twelve clocks apart."""
+    """The pulse lies at any place between two edges of the other pin, which are twelve clocks
+    apart."""
     clock = np.arange(400)
     count = clock // 12
     for at in range(150, 198):
@@ -383,14 +389,14 @@ def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
         edges = np.flatnonzero(np.diff(b) != 0) + 1
         inputs = DecoderInputs(a ^ spoilt, b, filter_length=9, reset=clock < 3)
         trace = quadrature_decoder(inputs)
-        # A pulse in which B changes, also in its first clock, looks like a period.
+        # A pulse during which B changes, also in its first clock, looks like a period of A and B.
         if not ((edges >= at) & (edges <= at + pulse)).any():
             assert not trace.overspeed.any(), at
 
 
 def test_spacing_up_to_its_end() -> None:
     _, _, trace = played("edges_65535_clocks_apart")
-    # Edges are 65,534, 65,535 and 66,001 clocks apart; the required spacing is 65,535.
+    # The edges are 65,534, 65,535 and 66,001 clocks apart, and the required spacing is 65,535.
     assert trace.position[-1] == 4
     assert trace.overspeed_count[-1] == 1
 
@@ -413,12 +419,12 @@ def test_rearm_forgets_the_index_and_starts_the_angle_at_zero() -> None:
     after = np.flatnonzero(rearm) + 1
     for output in ("angle", "turn_position", "index_seen", "index_strobe", "index_interval"):
         assert not getattr(trace, output)[after].any(), output
-    # The re-arm never changes the position.
+    # A re-arm never changes the position.
     delay = latency(given)
     expected = given.count[2:-delay] - given.count[2]
     assert trace.position[2 + delay : -1].tolist() == expected.tolist()
-    # Each stretch uses the counts per turn that were set at its re-arm, even if the setting changes
-    # later.
+    # Each stretch uses the counts per turn that were set at its re-arm; a later change of the
+    # setting has no effect.
     ends = [*after[np.diff(after, append=10**9) > 1], len(rearm) + 1]
     turns = set()
     for start, end in itertools.pairwise(ends):
@@ -435,7 +441,7 @@ def test_index_before_a_rearm_is_no_measure_for_the_one_after_it() -> None:
     pins = {
         "a": np.isin(count % 4, (1, 2)),
         "b": np.isin(count % 4, (2, 3)),
-        # The mark after the re-arm lies 33 counts after the one before it.
+        # The mark after the re-arm lies 33 counts after the mark before it.
         "z": np.isin(count, (100, 133, 183)),
     }
     rearm = count == 120
@@ -483,8 +489,8 @@ def test_z_without_a_step_is_no_index() -> None:
 
 @pytest.mark.parametrize("width", [1, 2, 17])
 def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
-    """A, B and Z come in every order within three clocks; the disc trembles on both edges of a
-    mark."""
+    """A, B and Z change in any order within three clocks; the disc moves back and forth over both
+    edges of a mark."""
     for skew in itertools.product(range(4), repeat=3):
         given = stimuli_of(skewed(skew, width))
         trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
@@ -497,10 +503,11 @@ def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
 
 
 def marks_off(clocks_a_count: int, skew: tuple[int, int, int], width: int) -> tuple[int, int]:
-    """Return the number of reported marks, and their largest distance from the place in counts.
+    """Return the number of reported marks, and their largest distance from the true place in
+    counts.
 
-    The disc turns up and down past a mark, and trembles by one and two counts about both its edges.
-    A, B and Z come ``skew`` clocks late.
+    The disc passes a mark in both directions, and moves back and forth by one and two counts over
+    both edges. A, B and Z change ``skew`` clocks late.
     """
     first, last = 20, 20 + width
     ways = [40, -40, 40, -40]
@@ -529,10 +536,12 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """The pins change up to ``most`` clocks apart. At the spacing that the header states every mark
-    is placed correctly; below it some marks are displaced. The header derives the spacing: the
-    decoder reads Z INDEX_SKEW clocks after a step, and the Z of the next step comes up to ``most``
-    clocks before that step."""
+    """The pins change up to ``most`` clocks apart. At the spacing that the header states, every
+    mark is at its place; below it some marks are displaced.
+
+    The header derives the spacing: the decoder reads Z INDEX_SKEW clocks after a step, and the Z of
+    the next step may come ``most`` clocks before that step.
+    """
     least = most + INDEX_SKEW + 1
     skews = [skew for skew in SKEWS if max(skew) <= most]
     for clocks in (least, least + 1, least + 4):
@@ -550,8 +559,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """Z changes half a count after its step. At 14 clocks per count every mark is placed correctly;
-    at 12 some marks are displaced."""
+    """Z changes half a count after its step. At 14 clocks per count every mark is at its place; at
+    12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),
@@ -568,8 +577,8 @@ def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> N
 
 @pytest.mark.parametrize("z_early", [0, 1])
 def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
-    """The disc moves up through a mark of 6 counts, back by one, and further up; the far edge must
-    not become the zero."""
+    """The disc moves up through a mark of 6 counts, moves back and forth by one count, and moves
+    on; the far edge of the mark must not become the zero."""
     ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5
     count = np.repeat(np.concatenate([[0], np.cumsum(ways)]), 20)
     mark = np.roll((count >= 10) & (count < 16), -z_early)
@@ -581,11 +590,12 @@ def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> Non
 
 
 def test_a_reversal_within_a_count_leaves_no_trace() -> None:
-    """At both edges of the mark, Z changes within a count and the table reverses there."""
+    """At both edges of the mark, Z changes in the middle of a count and the table reverses
+    there."""
     half_counts = [*range(40), *range(39, 37, -1), *range(39, 60), *range(59, 10, -1)]
     half_counts = np.repeat(half_counts, 12)
     count = half_counts // 2
-    # From the middle of count 5 to the middle of count 19.
+    # The mark reaches from the middle of count 5 to the middle of count 19.
     mark = (half_counts >= 11) & (half_counts < 39)
     pins = (np.isin(count % 4, (1, 2)), np.isin(count % 4, (2, 3)), mark)
     trace = quadrature_decoder(
@@ -603,7 +613,7 @@ def test_position_wraps_and_its_readers_do_not() -> None:
     assert np.abs(np.diff(wrapping.position)).max() == 2**32 - 1
     for output in ("angle", "turn_position", "index_interval", "index_error"):
         assert (getattr(wrapping, output) == getattr(plain, output)).all(), output
-    # Differences modulo 2**32 are the counts.
+    # The differences modulo 2**32 equal the moved counts.
     differences = (np.diff(wrapping.position) + 2**31) % 2**32 - 2**31
     assert differences[4:].tolist() == np.diff(plain.position)[4:].tolist()
 

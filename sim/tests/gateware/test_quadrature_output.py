@@ -1,4 +1,4 @@
-"""Tests of the quadrature output model against the count of a receiver of its edges."""
+"""Tests of the quadrature output's model: a receiver counts the edges of the output."""
 
 import itertools
 
@@ -16,7 +16,7 @@ from arctrue.gateware.quadrature_output import (
 from arctrue.generated import number_formats
 
 STARTED = 60
-"""Clocks after which the output has started."""
+"""Number of clocks after which the output has started."""
 
 
 def played(scenario: Scenario) -> tuple[dict[str, np.ndarray], OutputTrace]:
@@ -25,9 +25,10 @@ def played(scenario: Scenario) -> tuple[dict[str, np.ndarray], OutputTrace]:
 
 
 def decoded(trace: OutputTrace) -> np.ndarray:
-    """Return the count of a receiver in each clock, A leading B upwards; check every transition.
+    """Return the count of a receiver in each clock; check that every transition is legal. A leads B
+    upwards.
 
-    The state's place in 00, 10, 11, 01 is the count modulo 4, by the paper's rule.
+    By the rule of the paper, the place of (A, B) in 00, 10, 11, 01 is the count modulo 4.
     """
     place = np.array([0, 3, 1, 2])[2 * trace.a + trace.b]
     steps = np.diff(place) % 4
@@ -47,20 +48,21 @@ def without_reset(names: dict[str, Scenario]) -> list[str]:
 def test_edges_are_legal_and_spaced(name: str) -> None:
     columns, trace = played(SCENARIOS[name])
     at = edges(trace)
-    # The spacing is the setting at the decision about the edge, three clocks before the edge
-    # appears.
+    # The spacing in force is that of the clock in which the output decides on the edge, three
+    # clocks before the edge appears.
     spacing = np.maximum(columns["minimum_spacing"], 1)[at[:-1] - 3]
     assert (np.diff(at) >= spacing).all()
 
 
 def turned(columns: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the position without its wrap, from 0."""
+    """Return the position without its wrap, counted from 0."""
     moves = np.diff(columns["corrected_position"])
     return np.concatenate([[0], np.cumsum((moves + 2**31) % 2**32 - 2**31)])
 
 
 def turned_from(columns: dict[str, np.ndarray], trace: OutputTrace) -> int:
-    """Return the position, from its start, that the output shows while its pins are reset."""
+    """Return the position, counted from the start, whose levels the output shows while its pins are
+    reset."""
     to_phase = -columns["phase_of_zero"][0] - columns["corrected_position"][0]
     return int((to_phase + 2) % 4 - 2)
 
@@ -75,13 +77,13 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
     shown = decoded(trace)[LATENCY:] + turned_from(columns, trace)
     position = turned(columns)[: len(shown)]
     behind = position - shown
-    # First the output goes to the levels that belong to the position, by at most two edges.
+    # First the output moves to the levels of the position, with at most two edges.
     assert np.abs(behind[:STARTED]).max() <= 3
     assert np.abs(behind[STARTED:]).max() <= 1
     if (columns["minimum_spacing"] > 1).any():
         return
-    # After two counts in the same direction and a clock without motion, the output holds no count
-    # back.
+    # After two counts in the same direction and a clock without motion, the output is not allowed
+    # to lag.
     last_way = 0
     for clock, move in enumerate(np.diff(position), start=1):
         if move == 0 and last_way in (-2, 2) and clock > STARTED:
@@ -91,7 +93,7 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
 
 
 def never_stops(name: str) -> bool:
-    """Tell whether the output is enabled throughout and has no fault."""
+    """Tell whether the output is always enabled and never has a fault."""
     return always_enabled(name) and not played(SCENARIOS[name])[1].cannot_keep_up.any()
 
 
@@ -104,7 +106,8 @@ def test_following_error_is_what_the_pins_lack_of_the_position_two_clocks_ago(na
 
 
 def settings_of(name: str) -> tuple[bool, int, int]:
-    """Return z_gated, z_state and the counts of Z, if they do not change within the run."""
+    """Return z_gated, z_state and the width of Z in counts, which must not change within the
+    run."""
     (found,) = {(g.z_gated, g.z_state, g.z_width) for g in SCENARIOS[name].segments}
     return found[0], found[1], (1, 2, 4)[found[2]]
 
@@ -114,7 +117,7 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
     scenario = SCENARIOS[name]
     columns, trace = played(scenario)
     gated, state, width = settings_of(name)
-    # The pins, and the place of the angle's zero three clocks ago.
+    # Compare the pins with the place where the angle had its zero three clocks earlier.
     shown = decoded(trace)[4:] + turned_from(columns, trace)
     turn = scenario.counts_per_rev
     zero = (turned(columns) - columns["corrected_angle"])[: len(shown)][:-1]
@@ -133,7 +136,8 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
 @pytest.mark.parametrize("way", [-1, 1])
 @pytest.mark.parametrize("of_zero", range(4))
 def test_the_zero_lies_in_one_state_whatever_the_start(start: int, way: int, of_zero: int) -> None:
-    """After power-up at any count, Z comes in the state of the head's own A and B at its index."""
+    """After a power-up at any count, Z is high in the state that the head's own A and B have at its
+    index."""
     position = start + way * (np.arange(2000) // 3)
     enable = np.arange(2000) > 40  # enabled after a move, not at the start
     trace = quadrature_output(
@@ -176,7 +180,7 @@ def test_a_reset_moves_neither_a_nor_b() -> None:
         trace = quadrature_output(
             OutputInputs(position, position % 40, 40, reset=reset, enable=enable)
         )
-        # An edge may still be in the pipeline; after that the output stops until it is enabled
+        # One more edge may come out of the pipeline; then the output makes none until it is enabled
         # again.
         assert edges(trace)[-1] <= at + 2
         held.add((int(trace.a[-1]), int(trace.b[-1])))
@@ -189,11 +193,11 @@ def test_what_was_missed_is_not_replayed() -> None:
     assert trace.cannot_keep_up[stands_from]
     at = edges(trace)
     fault = int(np.argmax(trace.cannot_keep_up))
-    # The limit is 100 counts; the output is behind in six of ten clocks.
+    # The limit is 100 counts, and the lag grows by six counts in ten.
     assert fault < 20 + 4 * (100 / 0.6 + 10)
     assert not ((at > fault + 5) & (at < stands_from + 3000)).any()
-    # The clear comes while the output is stopped: it makes at most two edges to the levels of the
-    # present position.
+    # The clear comes while the table stands: the output makes at most two edges, to the levels of
+    # the present position.
     assert ((at > fault + 5) & (at < stands_from + 3060)).sum() <= 2
     resumed = decoded(trace)[stands_from + 3080 :]
     position = turned(columns)[stands_from + 3080 - LATENCY :][: len(resumed)]
@@ -203,7 +207,7 @@ def test_what_was_missed_is_not_replayed() -> None:
 @pytest.mark.parametrize("turn", [4, 5, 37, 1000])
 @pytest.mark.parametrize("down", [False, True])
 def test_z_comes_once_a_turn_together_with_an_edge(turn: int, down: bool) -> None:
-    # The position has no reference: a receiver counts exactly one turn from Z to Z.
+    # The position has no reference, but a receiver must count exactly one turn from Z to Z.
     position = np.arange(20 * turn) // 3 * (-1 if down else 1)
     trace = quadrature_output(OutputInputs(position, position % turn, turn))
     shown = decoded(trace)
@@ -212,8 +216,8 @@ def test_z_comes_once_a_turn_together_with_an_edge(turn: int, down: bool) -> Non
     rising = changes[trace.z[changes + 1] == 1]
     assert len(rising) >= 5
     assert (np.abs(np.diff(shown[rising + 1])) == turn).all()
-    # Both directions have the same physical edge: upwards Z rises at the step to 0, downwards Z
-    # falls at the step from 0.
+    # Z has the same physical edge in both directions: upwards it rises at the step to 0, downwards
+    # it falls at the step from 0.
     assert (shown[rising + 1] % turn == 0).all()
 
 
@@ -228,7 +232,7 @@ def test_no_edge_at_enable_and_none_while_disabled() -> None:
     columns, trace = played(SCENARIOS["enable_without_burst"])
     enable = columns["enable"].astype(bool)
     at = edges(trace)
-    # Edges on their way when enable fell come within the three clocks that the entity states.
+    # Edges that were on their way when enable fell come within three clocks, as the entity states.
     recent = np.array([enable[max(0, t - 3) : t + 1].any() for t in range(len(enable))])
     assert recent[at].all()
     for start in np.flatnonzero(np.diff(enable.astype(int)) == 1):
@@ -239,8 +243,8 @@ def test_no_edge_at_enable_and_none_while_disabled() -> None:
 
 def test_output_forgets_its_lag_when_disabled() -> None:
     _, trace = played(SCENARIOS["enable_while_far_behind"])
-    # The output is almost a thousand counts behind before the seven disabled clocks, and makes no
-    # edge after them.
+    # Before the seven disabled clocks the output lags by almost a thousand counts; after them it
+    # makes no edge.
     assert trace.following_error[79] > 900
     assert (trace.following_error[83:87] == 0).all()
     at = edges(trace)
@@ -253,7 +257,8 @@ def test_cannot_keep_up_is_set_beyond_the_limit_and_stays() -> None:
     flag = trace.cannot_keep_up
     assert not flag[:70].any()
     assert flag[75:110].all()
-    # Cleared in clock 110, when the output has caught up; 9 is allowed, -10 is not.
+    # The flag is cleared in clock 110, when the output has caught up. A lag of 9 is allowed; one of
+    # -10 sets the flag.
     assert not flag[111:190].any()
     assert flag[-1]
 
@@ -277,7 +282,8 @@ def test_flag_stays_through_disable() -> None:
 @pytest.mark.parametrize("fold", [1, 2, 4, 8])
 @pytest.mark.parametrize("clocks_a_count", [11.0, 17.3, 71.5])
 def test_jitter_of_a_folded_pipeline(fold: int, clocks_a_count: float) -> None:
-    """A reading is held for FOLD clocks: edges come 0 to FOLD - 1 clocks late, and no later."""
+    """The pipeline holds a reading for FOLD clocks. Hence edges come 0 to FOLD - 1 clocks late, and
+    never later."""
     clock = np.arange(20_000)
     position = np.floor(clock / clocks_a_count).astype(np.int64)
     at = edges(quadrature_output(OutputInputs(position[clock // fold * fold], 0, 2**24)))[4:]
@@ -296,10 +302,12 @@ HEAL_AT = 300
 
 
 def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
-    """Return the place of the output's (A, B) less the head's, long after 2 counts were put back.
+    """Return the place of the output's (A, B) minus that of the head's, long after 2 counts were
+    put back.
 
-    Head 1 lost 2 counts by an illegal transition: its levels are 2 places on. The output starts in
-    the clock ``start``; the counts are put back in HEAL_AT and reach it through the ramp.
+    Head 1 lost 2 counts by an illegal transition, so that its levels are 2 places ahead. The output
+    starts in the clock ``start``; the counts are put back in the clock HEAL_AT and reach the output
+    through the ramp.
     """
     clocks, turn = 3000, 1000
     clock = np.arange(clocks)
@@ -337,9 +345,10 @@ def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
 
 
 def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
-    """Starts follow from the clock after the heal, while the counts are in the pipeline."""
+    """The output starts in any clock after the counts were put back, while they are still in the
+    pipeline."""
     starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)
     assert {place_after_a_heal(start) for start in starts} == {0}
-    # If the phase were as late as the position, the output would keep the earlier phase in all
-    # later turns.
+    # If the phase came as late as the position, the output would keep the old phase in all later
+    # turns.
     assert place_after_a_heal(HEAL_AT + 5, phase_late_clocks=PIPELINE) == 2

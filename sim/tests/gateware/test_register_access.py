@@ -1,4 +1,4 @@
-"""Test of registers by name: the message for a name that is not in the map."""
+"""Test of registers by name: the message names a register that is not in the map."""
 
 from __future__ import annotations
 

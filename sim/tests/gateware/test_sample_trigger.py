@@ -1,4 +1,4 @@
-"""Tests of the trigger model against the definition of its two modes over a whole run."""
+"""Tests that the trigger model follows the definition of its two modes over a whole run."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from arctrue.gateware.sample_trigger import sample_trigger, wrapped
 
 SETTLED = 40
-"""Clocks after which the grid is found (38 are specified)."""
+"""Number of clocks after which the grid is found; the specification allows 38."""
 
 
 def sampled(trigger: np.ndarray) -> list[int]:
@@ -49,7 +49,8 @@ def test_enable_restarts_the_interval() -> None:
 
 
 def walk(seed: int, clocks: int, start: int) -> np.ndarray:
-    """Return a random motion of at most one count a clock that keeps its direction for a while."""
+    """Return a random motion of at most one count per clock, which keeps its direction for a
+    while."""
     random = np.random.default_rng(seed)
     drift = np.repeat(random.choice([-1, 0, 1], clocks // 50 + 1), 50)[:clocks]
     moves = np.where(random.random(clocks) < 0.3, random.integers(-1, 2, clocks), drift)
@@ -60,7 +61,7 @@ def walk(seed: int, clocks: int, start: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("step", [1, 2, 3, 7, 31])
 def test_equal_angle_is_the_next_multiple_in_either_direction(seed: int, step: int) -> None:
-    # The test finds the multiples by floor division; the model only adds and compares.
+    # The test finds the multiples by floor division, while the model only adds and compares.
     start = int(np.random.default_rng(seed).integers(-(2**30), 2**30))
     position = walk(seed, 3000, start)
     clocks = sampled(sample_trigger(position, mode=1, angle_step=step))
@@ -102,8 +103,8 @@ def test_grid_is_found_while_the_table_turns_with_an_edge_every_clock() -> None:
 
 
 def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
-    # Every count is a multiple, and the table moves by one count in every clock, so that only the
-    # search delays the trigger.
+    # Every count is a multiple and the table moves one count in every clock: only the search delays
+    # the trigger.
     position = np.arange(200)
     enable = position >= 20
     assert sampled(sample_trigger(position, enable=enable, mode=1, angle_step=1))[0] == 20 + 36
@@ -115,7 +116,8 @@ def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
 @pytest.mark.parametrize("slip", [-4, 4, 1, 2, 3, -7, 1 << 20])
 @pytest.mark.parametrize("clocks_a_count", [1, 3])
 def test_after_a_zero_move_the_grid_is_that_of_the_new_zero(slip: int, clocks_a_count: int) -> None:
-    """No trigger comes in the clock of the move and the 38 after it; then at every multiple."""
+    """No trigger comes in the clock of the move and in the 38 clocks after it; then one comes at
+    every multiple."""
     clock = np.arange(6000)
     moves = 3001
     position = 5 + clock // clocks_a_count + slip * (clock >= moves)

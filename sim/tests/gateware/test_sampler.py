@@ -1,4 +1,5 @@
-"""Tests of the sampler model against the definition of a capture, from the inputs alone."""
+"""Tests that the sampler model follows the definition of a capture, which the tests apply to the
+inputs alone."""
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ def played(scenario: Scenario, seed: int) -> tuple[dict[str, np.ndarray], Sample
 
 
 def turned(columns: dict[str, np.ndarray], clocks: np.ndarray) -> np.ndarray:
-    """Return the distance of head 1 in counts from its first sample, across the wrap too."""
+    """Return the distance of head 1 from its first sample in counts, also across the wrap."""
     counts = columns["turn_position1"][clocks]
     return (counts - counts[0] + 2**31) % 2**32 - 2**31
 
@@ -34,20 +35,19 @@ def check_capture(
 ) -> None:
     clocks = capture.sample_clocks
     inside = slice(clocks[0], clocks[-1] + 1)
-    # Both heads' values come from the same clock, and no trigger between the first and the last
-    # sample is missing.
+    # The values of both heads come from the same clock, and no trigger is missing between the first
+    # and the last sample.
     assert (capture.samples[:, 0] == columns["turn_position1"][clocks]).all()
     assert (capture.samples[:, 1] == columns["turn_position2"][clocks]).all()
     assert clocks.tolist() == (clocks[0] + np.flatnonzero(trace.trigger[1:][inside])).tolist()
     assert capture.start_time == columns["timestamp"][clocks[0]]
-    # A turn ends with the first sample that is a turn away, or with the bank.
+    # The capture ends with the first sample that is a turn away, or with the last word of the bank.
     away = np.abs(turned(columns, clocks)) >= scenario.counts_per_rev
     assert not away[:-1].any()
     assert away[-1] or len(clocks) == scenario.depth
     assert len(clocks) <= scenario.depth
     assert bool(capture.flags & FULL_BEFORE_TURN) == (not away[-1])
-    # Check that sampling was enabled, that both indices were seen, and that the capture has every
-    # fault flag.
+    # Sampling was enabled, both indices had been seen, and the capture contains every fault flag.
     assert columns["enable"][inside].all()
     assert (columns["flags"][inside] & 0b11 == 0b11).all()
     assert capture.flags & 0xFF == np.bitwise_or.reduce(columns["flags"][inside])
@@ -64,7 +64,7 @@ def test_captures_are_whole_and_owned(name: str, seed: int) -> None:
         assert trace.bank_ready[capture.clock]
         assert not trace.bank_ready[capture.clock - 1]
         assert trace.ready_bank[capture.clock] == capture.bank
-    # A bank is filled only while the processor does not own it.
+    # The sampler fills a bank only while the processor does not own it.
     for earlier, later in zip(trace.captures, trace.captures[1:], strict=False):
         if later.sequence:
             assert later.sequence == earlier.sequence + 1
@@ -95,7 +95,7 @@ def test_release_is_in_time_up_to_the_clock_after_the_closing_sample() -> None:
 
 
 def test_a_jump_in_the_clock_after_the_first_sample_closes_no_turn() -> None:
-    # A decoder makes no such jump: the entity's distance starts with the second clock.
+    # No decoder makes such a jump. The entity measures the distance only from the second clock on.
     position = np.where(np.arange(20) < 3, 0, 100)
     trace = sampler(SamplerInputs(position, position, counts_per_rev=50, sample_period=1), depth=16)
     assert trace.captures[0].sample_clocks.tolist() == [0, 1, 2, 3]
@@ -113,7 +113,8 @@ def test_unread_bank_stays_as_it_is() -> None:
 
 
 def test_twelve_thousand_a_turn_fit_a_bank() -> None:
-    # 30 degrees a second at 1 kHz: 2**24 / 12,000 counts between samples; time is scaled.
+    # At 30 degrees a second and 1 kHz there are 2**24 / 12,000 counts between samples; the test
+    # scales the time.
     position = np.arange(13_000) * 2**24 // 12_000
     trace = sampler(SamplerInputs(position, position + 5, counts_per_rev=2**24, sample_period=1))
     assert len(trace.captures) == 1

@@ -1,4 +1,4 @@
-"""Compare the table's cosine with float64 within its bound, and with exact products."""
+"""Tests of the table's cosine: against float64 within its bound, and against exact products."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ from arctrue.studies.paper.appendix import cosine_bound
 TURN = 1 << PHASE_WIDTH
 BLOCK = 1 << 20
 SWEPT = 2.1e-5
-"""Largest error over all phases, from a sweep; the page of the entity states it."""
+"""Largest error over all phases, found by a sweep; the page of the entity states it."""
 
 
 def test_every_phase_stays_within_the_bound() -> None:
-    """Compare all 2**24 phases with numpy's cosine; the head of the entity derives the bound."""
+    """Compare all 2**24 phases with numpy's cosine. The comment at the head of the entity derives
+    the bound."""
     largest = 0.0
     for start in range(0, TURN, BLOCK):
         phase = np.arange(start, start + BLOCK, dtype=np.int32)
@@ -38,15 +39,15 @@ def test_every_phase_stays_within_the_bound() -> None:
         largest = max(largest, float(error.max()))
     assert largest <= error_bound() < 2.7e-5
     assert largest <= SWEPT
-    # The error is less than half of the CORDIC's, which is 5.2e-5 in a sweep and 1.18e-4 by the
-    # paper's bound.
+    # The error is less than half of that of the CORDIC, which is 5.2e-5 in a sweep and 1.18e-4 by
+    # the paper's bound.
     assert largest < 5.2e-5 / 2
     assert error_bound() < cosine_bound() / 4
 
 
 def test_rows_are_a_product() -> None:
-    """The error of the truncated partial products is less than one unit of the last row of slope
-    times place."""
+    """The product slope times place is a sum of truncated rows; its error is less than one unit of
+    the last row."""
     table = tangent_table()
     folded = np.arange(0, TURN // 4, 4_999, dtype=np.int32)
     unit = Fraction(1, 2**ROW_FRACTION)
@@ -61,15 +62,16 @@ def test_rows_are_a_product() -> None:
 
 
 def test_lines_meet_their_neighbours() -> None:
-    """At an interval's end its line differs from the next by at most the sum of both errors."""
+    """At the end of an interval its line differs from the next line by at most the sum of both
+    errors."""
     last = np.arange(1, 1 << ADDRESS_WIDTH, dtype=np.int32) << OFFSET_WIDTH
     step = table_rotation(last - 1) - table_rotation(last)
     assert np.abs(step).max() * 2.0**-COSINE_WIDTH <= 2 * error_bound()
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine; half a turn further it has exactly the negative
-    value."""
+    """A mirrored phase has the same cosine; a phase half a turn further has exactly the negative
+    cosine."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase, rotation="table")
     assert np.array_equal(lane_cosine(TURN - 1 - phase, rotation="table"), cosine)

@@ -1,4 +1,5 @@
-"""Tests of the model of the mean against its equation in exact numbers, and against its purpose."""
+"""Tests that the model of the mean follows its equation in exact numbers, and that a translation of
+the axis is not in the mean."""
 
 from __future__ import annotations
 
@@ -15,14 +16,14 @@ PLACES_DEG = np.array([0.0, 33.0, 162.5, 300.5])
 
 
 def mean_angle(angles: np.ndarray, mean: MeanSet, counts: int) -> np.ndarray:
-    """Return θ for E = 0 in counts: the carrier's whole reading minus the term."""
+    """Return θ in counts for E = 0: the whole reading of the carrier minus the term."""
     whole = whole_readings(angles, mean, counts)
     return whole[:, mean.carrier - 1] - weighted_mean(whole, mean, counts).term * TERM_LSB_COUNTS
 
 
 def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
-    """Return weights with Σw = 1, Σw·e^{jβ} = 0 and the least Σw², rounded; the first absorbs the
-    rounding."""
+    """Return the rounded weights with Σw = 1, Σw·e^{jβ} = 0 and the least Σw²; the first weight
+    absorbs the rounding."""
     places = np.radians(places_deg)
     rows = np.array([np.ones(places.size), np.cos(places), np.sin(places)])
     words = np.rint(np.linalg.pinv(rows) @ [1.0, 0.0, 0.0] * WEIGHT_ONE).astype(int)
@@ -32,7 +33,7 @@ def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
 
 @pytest.mark.parametrize("carrier", [1, 2, 3, 4])
 def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
-    """Fractions are exact: the term has no rounding."""
+    """The test compares with fractions, because the term has no rounding."""
     rng = np.random.default_rng(carrier)
     mean = MeanSet((20000, 45536, -30000, 30000), (3, 1600 * 16 + 5, 15, 4097 * 16), carrier)
     true = rng.integers(2000, COUNTS - 9000, 500)
@@ -48,7 +49,8 @@ def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
 
 
 def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
-    """The readings wrap between the heads; the mean has no step with any carrier."""
+    """The heads' readings wrap at different angles; the mean makes no step, whichever head is the
+    carrier."""
     weights, offsets = (16384,) * 4, (8, 777 * 16, 5, 16 * (COUNTS - 900) + 9)
     true = np.arange(-3000, 3000, 7)
     whole = np.array(offsets) // 16
@@ -61,9 +63,12 @@ def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
 
 
 def test_a_translation_of_the_axis_is_not_in_the_mean() -> None:
-    """The axis moves by 2 µm under heads at 0/33/162.5/300.5° with a radius of 52 mm: more than
-    5.4″ at head 1. The mean contains the weighted rounding of each head to one count, and the
-    rounding of the weights (2⁻¹⁷ of the motion each)."""
+    """The axis moves by 2 µm under heads at 0/33/162.5/300.5° with a radius of 52 mm, which is more
+    than 5.4″ at head 1.
+
+    The mean contains only the weighted rounding of each head to one count, and the rounding of the
+    weights (2⁻¹⁷ of the motion each).
+    """
     weights = weights_for(PLACES_DEG)
     mean = MeanSet(weights, (0,) * 4)
     turn = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)

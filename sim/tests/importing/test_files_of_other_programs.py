@@ -39,7 +39,8 @@ def _text(header: str = HEADER) -> str:
 
 
 def checked(tmp_path: Path, *words: str | Path) -> tuple[Reference, str]:
-    """Check that an import gives the table's own rows; return its reference run and the output."""
+    """Check that an import gives the table's own rows; return the imported reference run and the
+    output."""
     done = arctrue(*words, tmp_path / "out")
     assert done.exit_code == 0, done.output
     found = read_measurement_set(tmp_path / "out").reference
@@ -47,7 +48,7 @@ def checked(tmp_path: Path, *words: str | Path) -> tuple[Reference, str]:
     assert found.time_s is not None
     np.testing.assert_allclose(found.time_s, TIME_S, atol=1e-9)
     np.testing.assert_allclose(found.target_deg, ANGLE, atol=1e-6)
-    # Two angles of 1e-6 °, each rounded to half of that: 0.0036″.
+    # The error is the difference of two angles of 1e-6 °, each rounded to half a unit: 0.0036″.
     np.testing.assert_allclose(found.error_arcsec, ERROR_DEG * 3600.0, atol=0.0037)
     return found, " ".join(done.output.split())
 
@@ -70,7 +71,7 @@ def test_every_encoding(tmp_path: Path, encoding: str, said: str) -> None:
 
 
 def test_a_latin_1_letter_after_a_megabyte(tmp_path: Path) -> None:
-    # The decision needs the whole file.
+    # Only the whole file shows its encoding.
     rows = "".join(f"{i};{i % 360};{i % 360}\n" for i in range(120_000))
     (tmp_path / "log.csv").write_bytes(
         (HEADER.replace("°", "deg") + "\n" + rows).encode() + b"# \xb0\n"
@@ -117,7 +118,8 @@ def _mat_73(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, values in {"Zeit": TIME_S, "Soll": ANGLE, "Ist": ANGLE + ERROR_DEG}.items():
-            data = file.create_dataset(name, data=values[np.newaxis, :])  # 1 × n in HDF5: n × 1
+            # n × 1 in MATLAB is 1 × n in HDF5
+            data = file.create_dataset(name, data=values[np.newaxis, :])
             data.attrs["MATLAB_class"] = np.bytes_("double")
         who = file.create_dataset("who", data=np.array([[98], [51]], dtype=np.uint16))
         who.attrs["MATLAB_class"] = np.bytes_("char")
@@ -155,7 +157,8 @@ def test_a_damaged_mat_file_is_a_sentence(tmp_path: Path) -> None:
     for length in range(130, len(whole), 97):
         (tmp_path / "cut.mat").write_bytes(whole[:length])
         with contextlib.suppress(MeasurementError):
-            # A part that was whole before the cut may be read; any other exception fails the test.
+            # A variable that lies before the cut may be read; any exception except MeasurementError
+            # fails the test.
             found = read_recording(tmp_path / "cut.mat", "", ReadSettings(), Choices())
             assert set(found.columns) <= {"Zeit", "Soll", "Ist"}
 
@@ -185,7 +188,7 @@ def test_parts_of_sixty(text: str, degrees: float | None) -> None:
 
 
 def _sixty(angle: float, form: str) -> str:
-    units = round(abs(angle) * 3_600_000.0)  # 0.001″
+    units = round(abs(angle) * 3_600_000.0)  # units of 0.001″
     degrees, left = divmod(units, 3_600_000)
     minutes, left = divmod(left, 60_000)
     return ("-" if angle < 0.0 else "") + form.format(degrees, minutes, left / 1000.0)
@@ -197,7 +200,7 @@ def _sixty(angle: float, form: str) -> str:
 )
 @pytest.mark.parametrize("comma", [False, True])
 def test_angles_in_degrees_minutes_and_seconds(tmp_path: Path, form: str, comma: bool) -> None:
-    moved = ANGLE - 20.0  # some are negative
+    moved = ANGLE - 20.0  # some angles are negative
     lines = [
         f"{t:.3f};{_sixty(a, form)};{_sixty(a + e, form)}"
         for t, a, e in zip(TIME_S, moved, ERROR_DEG, strict=True)
@@ -328,7 +331,7 @@ def test_runs_that_begin_anew_are_not_mixed(tmp_path: Path) -> None:
 
 
 def test_an_order_that_nobody_can_know_is_asked_for(tmp_path: Path) -> None:
-    # Both explanations give smooth rows: the second half was recorded before the first, or is
+    # Two explanations give smooth rows: the second half was recorded before the first, or it is
     # another run.
     late = np.concatenate([TIME_S[:180] + 500.0, TIME_S[180:]])
     (tmp_path / "log.csv").write_text("\n".join([HEADER, *_rows(late)]) + "\n")

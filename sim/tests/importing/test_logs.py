@@ -1,4 +1,5 @@
-"""Tests of logs of PHD2, LinuxCNC and EPICS, written here in their public layouts."""
+"""Tests that logs of PHD2, LinuxCNC and EPICS are imported; the tests write the logs in their
+public layouts."""
 
 from __future__ import annotations
 
@@ -32,12 +33,13 @@ def read(path: Path, name: str = "", **settings: object) -> FileContent:
 
 
 def worm(time_s: float) -> float:
-    """Return the periodic error of the axis in pixels on the sky, without guiding."""
+    """Return the periodic error of an unguided axis, in pixels on the sky."""
     return 1.3 * math.sin(2 * math.pi * time_s / 120.0)
 
 
 def guide_log(path: Path, *, dither_at: int = -1, begin: str = "") -> None:
-    """Write a guided mount's log: each pulse is half of the seen error, at most 100 ms long."""
+    """Write the log of a guided mount: each pulse corrects half of the measured error and lasts at
+    most 100 ms."""
     lines = [
         "PHD2 version 2.6.9, Log version 2.5. Log enabled at 2026-01-31 20:00:00",
         "",
@@ -83,7 +85,7 @@ def test_a_guide_log_gives_the_error_without_guiding(tmp_path: Path) -> None:
     expected = np.array([worm(t) for t in found.time_s]) * on_axis
     # The log has six decimals of a pixel.
     np.testing.assert_allclose(found.error_arcsec, expected - expected.mean(), atol=1e-4)
-    # The sidereal rate is 15.041″ of rotation a second.
+    # The sidereal rate is 15.041″ of rotation per second.
     np.testing.assert_allclose(found.target_deg * 3600.0 / found.time_s, 15.041067, rtol=1e-6)
 
 
@@ -148,7 +150,7 @@ def test_a_log_of_epics_variables(tmp_path: Path) -> None:
     )
     reference = import_recordings([found], settings, Choices()).measurement.reference
     assert reference is not None
-    # A straight line is interpolated exactly; the log has six decimals of a degree.
+    # Interpolation of a straight line is exact; the log has six decimals of a degree.
     assert np.abs(reference.error_arcsec).max() < 1e-6 / 360.0 * ARCSEC_PER_TURN
 
 

@@ -1,4 +1,4 @@
-"""A long recording does not use up the machine's memory."""
+"""Test that the import of a long recording does not use up the memory of the machine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ import pytest
 
 ROWS = 1_000_000
 MOST_BYTES_A_ROW = 1e9 / 5e6 - 30.0
-"""Bytes a row: 5 · 10⁶ rows within 1 GB, of which the program itself has 150 MB."""
+"""Largest number of bytes per row: 5 · 10⁶ rows must fit into 1 GB, of which the program itself
+takes 150 MB."""
 _PEAK = """
 import resource, sys
 from arctrue.cli import main

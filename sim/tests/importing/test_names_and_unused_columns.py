@@ -23,7 +23,8 @@ def arctrue(*words: str | Path) -> Result:
 
 
 def _late_reading(path: Path, header: str) -> np.ndarray:
-    """Write a set up and down at two speeds whose reading is DELAY_S late."""
+    """Write a set in both directions and at two speeds, whose reading is DELAY_S late; return its
+    times."""
     time_s = np.arange(0.0, 300.0, 0.25)
     speed = np.where(time_s < 100, 3.6, np.where(time_s < 200, -3.6, 1.8))  # °/s
     angle = np.concatenate(([0.0], np.cumsum(speed[:-1] * 0.25)))
@@ -57,7 +58,7 @@ def test_common_names_keep_the_time(tmp_path: Path, header: str) -> None:
     found = reference_of(tmp_path / "out")
     assert found.time_s is not None
     np.testing.assert_allclose(found.time_s, time_s)
-    # With the time, the effect of the delay can be tested.
+    # With the times in the set, the effect of a delay can be tested.
     observations = observations_of(read_measurement_set(tmp_path / "out"))
     latency = catalogue([])["latency"]()
     assert latency.missing(observations) == []
@@ -76,7 +77,7 @@ def test_common_names_keep_the_time(tmp_path: Path, header: str) -> None:
         ("Drehrichtung", "direction"),
         ("Zyklus", "cycle"),
         ("t", None),  # without a unit it may be a temperature
-        ("Position", None),  # of which of the two?
+        ("Position", None),  # unclear of which of the two positions
         ("Periode", None),
         ("A", None),
     ],
@@ -118,7 +119,7 @@ def test_unused_columns_are_listed_with_what_they_would_unlock(tmp_path: Path) -
     assert "--column NAME=COLUMN makes a column a condition" in said
     kept = read_measurement_set(tmp_path / "out").origin.notes
     assert any("not used: 1 Uhr, 4 Drehmoment, 5 Bemerkung (text)" in note for note in kept)
-    # If every column is used, the import reports nothing.
+    # If every column is used, the import does not mention unused columns.
     (tmp_path / "b.csv").write_text(
         "time_s,target_deg,head1_deg\n" + "".join(f"{i},{i},{i + 0.01}\n" for i in range(60))
     )
@@ -136,7 +137,8 @@ def test_a_column_left_out_by_hand_is_not_suggested(tmp_path: Path) -> None:
 
 
 def _direction_files(tmp_path: Path, reversal_deg: float) -> list[Path]:
-    """Write a run up and a run down, each in its own file, with zeros 12.5° apart."""
+    """Write a forward and a backward run, each into its own file; their readings are 12.5° off the
+    target."""
     up = np.arange(0.0, 361.0, 5.0)
     paths = []
     for name, angle, sign in (("up", up, 1.0), ("down", up[::-1], -1.0)):

@@ -1,5 +1,5 @@
 """Tests that one screen shows all open questions with the first rows, and that the number of a
-column is an answer."""
+column is accepted as an answer."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def arctrue(*words: str | Path, said: str = "") -> Result:
 
 @pytest.fixture
 def odd_names(tmp_path: Path) -> Path:
-    """Write a file with unknown names, with spaces and signs of the shell."""
+    """Write a file with unknown names that contain spaces and special characters of the shell."""
     path = tmp_path / "a file.csv"
     rows = "".join(f"{i * 0.1:.1f};{i};{i + 0.01};{i % 3}\n" for i in range(60))
     path.write_text("tick;axis $1;axis 'two';n\n" + rows)
@@ -31,7 +31,7 @@ def odd_names(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Treat CliRunner's input as a person at a terminal."""
+    """Let the command treat CliRunner's input as a person at a terminal."""
     module = importlib.import_module("arctrue.cli.import_")
 
     class _Stdin:
@@ -50,12 +50,12 @@ def test_a_script_is_told_every_question_at_once(odd_names: Path, tmp_path: Path
     assert done.exit_code == 2
     for option in ("--column target=", "--column error=", "--column head1=", "--unit target=deg"):
         assert option in done.output.replace("'", ""), option
-    # Every file's first rows are shown, with the numbers of the columns.
+    # The screen shows the first rows of every file, with the numbers of the columns.
     assert "first rows of a file.csv:" in done.output
     assert "1 tick  2 axis $1  3 axis 'two'  4 n" in " ".join(done.output.split("\n")).replace(
         "   ", "  "
     ).replace("   ", "  ")
-    # If all questions are answered, the list of questions is empty.
+    # If the command line answers all questions, none is asked.
     words = ["--column", "target=2", "--column", "head1=3", "--unit", "target=deg"]
     done = arctrue(odd_names, *words, "--unit", "head1=deg", tmp_path / "out")
     assert done.exit_code == 0, done.output
@@ -83,7 +83,7 @@ def test_a_number_answers_for_a_column(odd_names: Path, tmp_path: Path) -> None:
     assert found.reference.target_deg[7] == 7.0
     assert found.reference.error_arcsec[7] == pytest.approx(36.0, abs=1e-3)
     assert found.origin.command is not None
-    # The import keeps the column's name, because it says more than the number.
+    # The import records the name of the column, because the name says more than the number.
     assert "target=axis $1" in shlex.split(found.origin.command)
 
 

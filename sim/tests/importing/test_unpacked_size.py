@@ -1,4 +1,4 @@
-"""Small files that unpack to a very large size are refused before they are unpacked."""
+"""Tests that small files which unpack to a very large size are refused before they are unpacked."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from arctrue.importing.readers import unpacked_size
 from arctrue.measurement import MeasurementError
 
 SMALLER = 1_000_000
-"""Limit in bytes that these tests set."""
+"""Limit in bytes that these tests set instead of the usual one."""
 ROWS = 200_000
 
 
@@ -30,7 +30,7 @@ def _archive(path: Path) -> None:
 
 
 def _archive_of_untrue_headers(path: Path) -> None:
-    """Write an array whose header states more rows than it has."""
+    """Write an array whose header states more rows than the file has."""
     array = io.BytesIO()
     np.lib.format.write_array_header_1_0(
         array, {"descr": "<f8", "fortran_order": False, "shape": (10**15,)}
@@ -61,17 +61,18 @@ def _array_in_gzip(path: Path) -> None:
 
 
 def _rows_that_grow(path: Path) -> None:
-    """Write numbers of two bytes in the file, eight in memory."""
+    """Write numbers that take two bytes in the file and eight in memory."""
     path.write_bytes(gzip.compress(b"0,0\n" * (SMALLER // 8)))
 
 
 def _wide_text_in_gzip(path: Path) -> None:
-    """Write one long text; in memory every other text of the column needs as much space."""
+    """Write one long text in a column; in memory every other row of this column then takes as much
+    space."""
     path.write_bytes(gzip.compress(b"0,a\n" * 1000 + b"0," + b"a" * 2000 + b"\n"))
 
 
 def _objects_in_gzip(path: Path) -> None:
-    """Write objects of three bytes in the file."""
+    """Write objects that take three bytes each in the file."""
     path.write_bytes(gzip.compress(b"{}\n" * (SMALLER // 4)))
 
 
@@ -94,7 +95,7 @@ def _mat_struct(path: Path) -> None:
 def _mat_73(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w", userblock_size=512) as file:
-        # The values have one byte each, and the file contains no written value.
+        # Each value has one byte, and the file stores no written value.
         data = file.create_dataset("a", shape=(1, ROWS), dtype="u1", chunks=(1, 1000))
         data.attrs["MATLAB_class"] = np.bytes_("uint8")
     with path.open("r+b") as raw:
@@ -104,7 +105,7 @@ def _mat_73(path: Path) -> None:
 def _hdf5(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
-        # No value was ever written: the file has only the shape.
+        # No value was ever written: the file stores only the shape.
         file.create_dataset("a", shape=(ROWS,), dtype="f8", chunks=(1000,))
 
 
@@ -143,7 +144,7 @@ def test_it_is_refused(
 
 
 def test_unpacking_stops_at_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The program refuses a decompression bomb before it fills the disk."""
+    """The program refuses a decompression bomb before the bomb fills the disk."""
     path = tmp_path / "a.csv.gz"
     path.write_bytes(gzip.compress(b"\0" * 100_000_000))
     monkeypatch.setattr(unpacked_size, "MOST_BYTES", SMALLER)

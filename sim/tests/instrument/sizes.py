@@ -1,4 +1,5 @@
-"""Sizes of the instruments that the tests build, and the generics of the one with extensions."""
+"""Sizes of the instruments that the tests build, and the generics of the instrument with
+extensions."""
 
 from __future__ import annotations
 
@@ -8,4 +9,5 @@ LANES = 4
 SAMPLES = 1200
 DEPTH = RevolutionSettings(samples=SAMPLES).capture_depth
 EXTENSIONS = {"LOCAL_TABLE": "true", "MODULATORS": "true", "REAL_ORDERS": "true"}
-"""Generics of the one core for the tests of each extension: building it takes most of a minute."""
+"""Generics of the one core that all tests of an extension share, because building a core takes most
+of a minute."""

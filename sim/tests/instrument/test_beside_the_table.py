@@ -1,8 +1,8 @@
 """Tests of the connections for other instruments, from pin to console: probe, sync input, trigger
 and position compare.
 
-The bench decodes head 1's pins by itself and corrects the count by equation (9) in double
-precision. Core and firmware only get pins and lines of the console.
+The bench decodes the pins of head 1 itself and corrects the count by equation (9) in double
+precision. Core and firmware receive only pins and lines of the console.
 """
 
 from __future__ import annotations
@@ -39,42 +39,45 @@ PULSE_CLOCKS = 3
 SAMPLES = 600
 TRACED_CLOCKS = 12 * TURN_CLOCKS
 START_RAD = -float(np.deg2rad(50.0))
-"""Start angle, so that the recorded pins have the first index of both heads.
+"""Angle at the start, chosen so that the recorded pins contain the first index of both heads.
 
-The table moves by 2° to 3° while the firmware sets the core up; the index of head 2 at −33° comes
-after that. The first index is the zero of turn_position (header of index_zero).
+The table moves by 2° to 3° while the firmware sets the core up, and then reaches the index of head
+2 at −33°. The first index is the zero of turn_position (header of index_zero).
 """
 
 SAMPLE_AFTER_EDGE = -1
-"""Clocks from the edge to the pins of head 1 in the sample: the pins in the clock before the edge.
+"""Clocks from the edge to the pins of head 1 that the sample shows: those of the clock before the
+edge.
 
-The strobe comes 4 clocks after its pin, the turn position 5 (headers of pulse_input and
+The strobe comes 4 clocks after its pin, the turn position 5 clocks (headers of pulse_input and
 quadrature_decoder).
 """
 NOTED = 1
-"""Clocks between the recorded inputs and outputs: the recording has the inputs of a clock and the
-outputs after its edge."""
+"""Clocks from the recorded inputs to the recorded outputs: a recording has the inputs of a clock,
+and the outputs after its edge."""
 TRIGGER_AFTER_EDGE = 4 + 1 + 1 - NOTED
-"""Clocks of pulse_input, sample_trigger and pulse_output."""
+"""Clocks from an edge of sync_in to the trigger, through pulse_input, sample_trigger and
+pulse_output."""
 COMPARE_AFTER_PINS = 5 + 29 + 2 + 1 - NOTED
-"""Clocks of decoder, pipeline, position_compare and pulse_output."""
+"""Clocks from the pins of head 1 to the compare pulse, through decoder, pipeline, position_compare
+and pulse_output."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pins:
-    """The bench's reading of the pins, from ``first_clock`` on."""
+    """The pins as the bench decodes them, from the clock ``first_clock`` on."""
 
     first_clock: int
     levels: NDArray[np.uint16]
     turn_position: NDArray[np.int64]
-    """Counts of head 1 and 2 after their index, shape (2, n)."""
+    """Counts of heads 1 and 2 since their index, shape (2, n)."""
 
     def of(self, clock: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return columns of ``turn_position``."""
+        """Return the columns of ``turn_position`` for these clocks."""
         return self.turn_position[:, clock - self.first_clock]
 
     def rises(self, pin: int, since: int) -> NDArray[np.int64]:
-        """Return the clocks in which ``pin`` rises, from ``since`` on."""
+        """Return the clocks, not before ``since``, in which ``pin`` rises."""
         level = self.levels & pin != 0
         clocks = np.flatnonzero(level[1:] & ~level[:-1]) + 1 + self.first_clock
         return clocks[clocks >= since]
@@ -102,7 +105,7 @@ class Beside(Scene):
             step, illegal = decode_quadrature(int(of_head[0]), of_head[1:])
             assert not illegal.size
             position = np.concatenate([[0], np.cumsum(step)])
-            # The table goes upwards: the index is where its mark begins.
+            # The table turns upwards, so that the index is where its mark begins.
             index = np.flatnonzero(of_head & HEAD1_Z)[0]
             positions.append(position - position[index])
         return Pins(self.first_clock, levels, np.array(positions))
@@ -112,7 +115,8 @@ class Beside(Scene):
 
 
 class ConsoleOfTheFirmware:
-    """The interface of :class:`arctrue.device.console.Console` on a serial port, for its reader."""
+    """The interface of :class:`arctrue.device.console.Console`, for a reader that expects a serial
+    port."""
 
     port = "the firmware on the compiled core"
 
@@ -126,7 +130,8 @@ class ConsoleOfTheFirmware:
 
 
 def corrected(turn_position: NDArray[np.int64], bank: Coefficients) -> NDArray[np.float64]:
-    """Return equation (9) over many turns, in counts after the index."""
+    """Return the counts of head 1 corrected by equation (9), counted from the index over many
+    turns."""
     return turn_position - error_of_words_counts(bank, turn_position % COUNTS)
 
 
@@ -138,7 +143,8 @@ def scene() -> Iterator[Beside]:
 
 
 def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
-    """The angle is that of equation (9) in double precision to a count, at the clock of the pin."""
+    """The angle equals that of equation (9) in double precision, at the clock of the pin's edge,
+    within the bound of the correction."""
     instrument, bank = scene.instrument, scene.coefficients
     bound = correction_bound_counts(bank)
     draw = np.random.default_rng(5)
@@ -160,11 +166,11 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
     reported = np.array([latch.angle_deg for latch in latches]) * COUNTS / 360.0
     off = (reported - wanted + COUNTS / 2) % COUNTS - COUNTS / 2
     assert np.abs(off).max() <= bound
-    # One clock later, the least accurate of them would differ by a count, which the bench would
-    # detect.
+    # With the pins of one clock later, the worst angle would be wrong by a count; the bench would
+    # detect this.
     later = corrected(scene.pins().of(clocks + 1)[0], bank)
     assert np.abs((reported - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
-    # Positions and times are those of the same edges, with different origins.
+    # Positions and times belong to the same edges, but have other zeros.
     positions = np.array([latch.position_counts for latch in latches])
     assert np.abs(np.diff(positions) - np.diff(wanted)).max() <= 2 * bound
     clock_hz = instrument.read("clock_hz")
@@ -173,11 +179,12 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
 
 
 def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
-    """A turn of edges: each sample has both heads' counts of its edge, and a trigger pulse."""
+    """The edges come during a turn: each sample contains both heads' counts at its edge, and each
+    edge gives a trigger pulse."""
     instrument, firmware = scene.instrument, scene.firmware
     for line in ("trigger width 2", "sync capture 1"):
         assert firmware.send(line) == "ok"
-    # The firmware drops the turn that began with equal times.
+    # The firmware drops the turn that began with samples at equal times.
     firmware.run(2000)
     assert instrument.read("capture_fill") == 0
     assert not instrument.read("status.capture_ready")
@@ -199,13 +206,13 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     assert np.array_equal(samples.T, pins.of(sampled + SAMPLE_AFTER_EDGE))
     reported = edges[edges < instrument.clock - TRIGGER_AFTER_EDGE]
     assert np.array_equal(pins.rises(TRIGGER_OUT, begin), reported + TRIGGER_AFTER_EDGE)
-    # The firmware uses such a turn like any other.
+    # The firmware uses a turn of such samples like any other.
     assert "samples sync_in" in firmware.send("status")
     assert scene.next_turn()["samples"] == samples.shape[0]
 
 
 def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
-    """Every place gives one pulse, at the clock at which the corrected count reaches it."""
+    """Every place gives one pulse, in the clock in which the corrected count reaches the place."""
     instrument, bank = scene.instrument, scene.coefficients
     interval, first = COUNTS // 32, 77
     begin = instrument.clock
@@ -222,7 +229,8 @@ def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
 
 
 def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
-    """Each edge and each pulse is read with its clock and the corrected count of its clock."""
+    """Each edge and each pulse is read once, with its clock and with the corrected count at this
+    clock."""
     instrument, bank = scene.instrument, scene.coefficients
     bound = correction_bound_counts(bank)
     probe = Probe(ConsoleOfTheFirmware(scene))  # type: ignore[arg-type]
@@ -246,7 +254,7 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
         found.append(event)
     pins = scene.pins()
     rises = pins.rises(COMPARE_OUT, begin)
-    # A wire from compare_out would show the pulse to the probe in the next clock.
+    # If compare_out were wired to the probe, the probe would see the pulse in the next clock.
     pulses = rises + NOTED
     assert min(edges.size, rises.size) >= 15
     clocks = np.concatenate([edges, pulses])
@@ -263,8 +271,8 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
 
 
 def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
-    """The position at Z is the position of the pins in that clock, although the recording has only
-    1 of 17 edges."""
+    """The position at Z equals that of the pins in this clock, although the recording stores only 1
+    of 17 edges."""
     instrument = scene.instrument
     begin = instrument.clock
     instrument.record(every=17)
@@ -276,7 +284,7 @@ def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
     assert not illegal.size
     shown = np.concatenate([[0], np.cumsum(step)])
     track = recording.output
-    # The zeros of both decoders differ by a constant; the table turns upwards.
+    # The two decoders differ by a constant, their zeros; the table turns upwards.
     (apart,) = np.unique(track.position - shown[track.clock - pins.first_clock])
     rises = pins.rises(OUTPUT_Z, begin)
     assert rises.size == 2

@@ -1,5 +1,5 @@
-"""Tests of readings between the knots against the table's geometry, and of the noise's
-statistics."""
+"""Tests of readings between the knots against the table's geometry, and of the statistics of the
+noise."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ TABLE = RotaryTable(
 
 
 def between(curve: np.ndarray, knot: int, clock: np.ndarray) -> np.ndarray:
-    """Return the cubic through four knots from numpy's polynomials, from clock 0 of the piece
-    on."""
+    """Return the cubic through the four knots around each clock, computed with numpy's polynomials;
+    clock 0 is the first one of the piece."""
     interval = clock // knot
     values = []
     for place, at in zip(interval.tolist(), (clock / knot - interval).tolist(), strict=True):
@@ -59,7 +59,8 @@ def test_cubic_between_knots_is_the_table(first: int) -> None:
 
 
 def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
-    """Subdivision error at 16 counts a line: knots 16 counts apart would miss it."""
+    """The table has subdivision error at 16 counts per line; knots 16 counts apart would not show
+    it."""
     lines = COUNTS // 16
     distortion = SignalDistortion(head=0, lines=lines, cosine_offset=0.3)
     table = replace(TABLE, causes=(*TABLE.causes, distortion))
@@ -69,12 +70,13 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
     assert knot < smooth
     clock = np.arange(1, 2000, 7)
     off = between(head1, knot, clock) - exact(table, 0, 20_000 + clock)
-    # With one knot per clock every clock is a knot, so that the cubic does not interpolate.
+    # With one knot per clock every clock would be a knot, and the cubic would not interpolate.
     assert np.abs(off).max() < INTERPOLATION_TOLERANCE_COUNTS
 
 
 def test_conditions_reach_the_table() -> None:
-    """A disc whose centre moves with heat: 20 K are 20 µm of eccentricity at the head's radius."""
+    """The centre of this disc moves with temperature: 20 K are 20 µm of eccentricity at the radius
+    of the head."""
     warm_disc = replace(TABLE, causes=(ThermalCentre(1e-6),))
     cold = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16)
     warm = replace(MOTION, temperature=TemperatureCourse((0.0,), (40.0,)))
@@ -83,7 +85,8 @@ def test_conditions_reach_the_table() -> None:
         _, at_20, _, angle = cold.piece(clock, 64)
         _, at_40, _, _ = heated.piece(clock, 64)
         moved_rad = (at_40 - at_20) * TABLE.count_rad
-        # For a small offset: offset / radius · sin θ, to the square of that ratio.
+        # For a small offset the reading changes by offset / radius · sin θ, up to the square of
+        # this ratio.
         ratio = 20e-6 / DISC_RADIUS_M
         assert np.abs(moved_rad - ratio * np.sin(angle)).max() < 2 * ratio**2
 
@@ -95,7 +98,8 @@ def test_noise_has_the_size_and_the_whiteness_that_it_says() -> None:
     first, second = (noise.signal_error_rad(head, state.angle_rad, state) for head in (0, 1))
     everywhere = replace(state, time_s=np.linspace(0.0, 100.0, 40_000))
     spread = noise.signal_error_rad(0, state.angle_rad, everywhere).std()
-    # The standard deviation of 40,000 values has 0.35 % of its own; 5 σ.
+    # A standard deviation from 40,000 values has a relative uncertainty of 0.35 %; the bound is 5
+    # σ.
     assert spread == pytest.approx(1e-6, rel=0.018)
     for one, other in ((first[1:], first[:-1]), (first, second)):
         assert abs(np.corrcoef(one, other)[0, 1]) < 5 / np.sqrt(40_000)
@@ -117,13 +121,15 @@ def test_noise_of_a_long_run_never_repeats_and_has_no_seams() -> None:
     time_s = 5 * step_s * np.arange(2000)
     pieces = [read(noise, time_s + block * knots * step_s) for block in range(6)]
     found = np.corrcoef(pieces)
-    # Independent pieces of 2,000 independent readings: five standard deviations of 1/√2000.
+    # The pieces are independent and have 2,000 independent readings each; the bound is five
+    # standard deviations of 1/√2000.
     assert np.abs(found - np.eye(6)).max() < 5 / np.sqrt(2000)
-    # Queries in any order, and queries after a new start, give the same values.
+    # A query gives the same values in any order, and also after a new start.
     again = ReadingNoise(rms_rad=rms, correlation_s=step_s, seed=4)
     np.testing.assert_array_equal(read(again, time_s + 5 * knots * step_s), pieces[5])
     np.testing.assert_array_equal(read(noise, time_s), pieces[0])
-    # A cubic B-spline of normal numbers changes by at most 2·rms·√(315/151)·5 a knot (5 sigma).
+    # From knot to knot, a cubic B-spline of normal numbers changes by at most 2·rms·√(315/151)·5 (5
+    # sigma).
     seam_s = knots * step_s + np.linspace(-2 * step_s, 2 * step_s, 2000)
     most = 2 * rms * np.sqrt(315 / 151) * 5 * (seam_s[1] - seam_s[0]) / step_s
     assert np.abs(np.diff(read(noise, seam_s))).max() < most

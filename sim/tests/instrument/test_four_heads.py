@@ -1,6 +1,6 @@
 """Tests of the device with four heads: capture, calibration of the mean, load, fresh turns.
 
-The table has 2¹⁸ counts a turn, 4.94″ each, so that a turn is simulated in seconds.
+The table has only 2¹⁸ counts of 4.94″ per turn, so that the simulation of a turn takes seconds.
 """
 
 from __future__ import annotations
@@ -38,14 +38,16 @@ SETTINGS = RevolutionSettings(
     lines=256, lanes=4, samples=1600, orders=8, noise_arcsec=0.0, clocks_per_count=1.15
 )
 HUB = DiscEccentricity(2e-6, 1.1)
-"""Motion of the disc's centre by 2 µm against the axis: 7.6″ at its radius, once a turn."""
+"""Displacement of the disc's centre from the axis by 2 µm: 7.6″ at the disc's radius, once per
+turn."""
 AXIS = (BALLS, RadialMotion(3, 0.05e-6 + 0j))
 LINE_ARCSEC = 0.25
 """Tolerance of a fitted amplitude.
 
-Readings are rounded to counts of 4.94″, 1.43″ RMS. The mean of four has half of it, and as the
-heads' differences drift by 58 counts a turn, some 60 roundings a turn are independent: 0.71″ ×
-√(2/60) = 0.13″. The tolerance is twice that. docs/heads.md has 2²⁴ counts: 0.004″.
+Readings are rounded to counts of 4.94″, which is 1.43″ RMS, or half of this for the mean of four.
+The heads' differences drift by 58 counts per turn, so that about 60 roundings in a turn are
+independent: 0.71″ × √(2/60) = 0.13″. The tolerance is twice as large. docs/heads.md has 2²⁴ counts:
+0.004″.
 """
 
 
@@ -57,7 +59,7 @@ def device() -> Iterator[HeadsDevice]:
 
 @pytest.mark.slow
 def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: Path) -> None:
-    """The steps of docs/heads.md run on the device itself, with counts 64 times coarser."""
+    """The device itself performs the steps of docs/heads.md, with counts 64 times coarser."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     hub_arcsec = np.degrees(2e-6 / DISC_RADIUS_M) * 3600.0
     device.turn_before(*AXIS)
@@ -79,7 +81,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert device.load(coefficients) == "load active"
     mean = device.accepted_turn()
     assert (mean["mean_of_heads"], mean["carrier"], mean["result"]) == (4, 1, "kept")
-    # Largest error of a place: twice the error of the calibration with 1,600 counts of 5″.
+    # The bound for the largest error of a place is twice the error of a calibration with 1,600
+    # counts of 5″.
     assert mean["mean_off_arcsec"] < 0.5
     assert mean["alarms"] == []
     assert "active_arcsec" in first
@@ -106,19 +109,19 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
 
 @pytest.mark.slow
 def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
-    """Without a host, the firmware fits the coefficients, calculates the weights, writes and swaps;
-    the test compares further turns with the true angle."""
+    """Without a host the firmware fits the coefficients, computes the weights, writes both and
+    swaps; the test compares further turns with the true angle."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     device.calibrate_alone()
     device.firmware.send("forget")
     device.turn_before(*AXIS)
     first = device.accepted_turn()
     assert (first["result"], first["mean_of_heads"], first["carrier"]) == ("applied", 4, 1)
-    # Heads and marks stand at the nominal places here, to half a count; u_places_arcsec, 20″, is
-    # that of mountings and marks of a real table.
+    # The simulated heads and marks stand at the nominal places, within half a count. The 20″ of
+    # u_places_arcsec are for the mountings and marks of a real table.
     assert first["places_deg"] == pytest.approx(PLACES_DEG, abs=180.0 / SETTINGS.counts_per_rev)
-    # Each head has a ball pass of 4.37 a turn; the axis' own order 3 is 0.19″ in one direction, and
-    # the balls leak 0.95″ / (pi · 1.37) into it.
+    # In every reading the balls have an order of 4.37. The axis itself has 0.19″ of order 3 in one
+    # direction, into which the balls leak 0.95″ / (pi · 1.37).
     assert first["axis_forward_arcsec"][2] == pytest.approx(0.19, abs=0.25)
     assert first["residual_arcsec"] < 1.6, "the parity has the rounding of one reading, 1.43″"
     next_turn = device.accepted_turn()
@@ -130,7 +133,7 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
         assert abs(mean.line(order)) < LINE_ARCSEC, order
     assert abs(head1.line(1)) > 100.0
 
-    # The set is saved and, after power off, confirmed by a turn with the same words.
+    # The set is saved; after power off a turn confirms it, with the same words.
     records = re.compile(r"saved_record (\d+)")
     before = records.findall(device.firmware.send("status"))
     device.firmware.send("save")
@@ -148,8 +151,8 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
 
 
 def mean_of(**changes: Any) -> Coefficients:
-    """Return a mean of four heads at PLACES_DEG with a single lane; ``changes`` replace its
-    words."""
+    """Return a mean of four heads at PLACES_DEG with a single lane; ``changes`` replace fields of
+    the mean."""
     counts = SETTINGS.counts_per_rev
     offsets = tuple(round(place / 360.0 * counts * 16) for place in PLACES_DEG)
     mean = MeanSet((14634, 16406, 18396, 16100), offsets)
@@ -159,7 +162,8 @@ def mean_of(**changes: Any) -> Coefficients:
 
 @pytest.mark.slow
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
-    """A head is 0.1 degrees off; three heads, other delays and a wrong sum are refused at once."""
+    """A set with a head off by 0.1 degrees is refused by a turn; three heads, other delays and a
+    wrong checksum are refused at once."""
     device.turn_before(*AXIS)
     device.accepted_turn()
     offsets = list(mean_of().extension.mean.offsets)  # type: ignore[union-attr]
@@ -181,12 +185,14 @@ def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
-    """An illegal transition appears in the console's counter and, by choice, at the drivers."""
+    """An illegal transition of head 4 shows in the console's counter and, if so selected, releases
+    the drivers."""
     device.firmware.send("set release_sources 128")
     device.turn_before(*AXIS)
     device.accepted_turn()
     assert "head4_illegals 0" in device.firmware.send("status")
-    # An edge of the table within the filter's length hides a pulse: five pulses, not one.
+    # An edge of the table within the filter's length can hide a pulse; therefore the test makes
+    # five pulses instead of one.
     begin = device.instrument.clock + 100
     pulses = (PinFault(begin + 311 * n, 40, invert=HEAD4_A | HEAD4_B) for n in range(5))
     device.instrument.disturb(*pulses)
@@ -208,8 +214,8 @@ def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
     ],
 )
 def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
-    """In ``arctrue hidden EFFECT --heads 4`` head 1 shows the whole effect and the mean shows
-    none."""
+    """With ``arctrue hidden EFFECT --heads 4`` head 1 shows the whole effect, and the mean shows
+    nothing."""
     file = tmp_path / "found.json"
     size = ["--lines", "1024", "--interpolation", "256", "--samples", "1600", "--lanes", "4"]
     done = CliRunner().invoke(main, ["hidden", name, "--heads", "4", *size, "--json", str(file)])

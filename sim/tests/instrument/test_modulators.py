@@ -1,5 +1,5 @@
-"""Tests of lanes that follow direction and speed, from a moving table's pins to the output's
-edges."""
+"""Tests of lanes that follow direction and speed, from the pins of a moving table to the edges of
+the output."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ WINDOW = 0x2100
 
 
 class Script:
-    """A table with given speeds for given times; its reading is late, or has a wind-up."""
+    """A table that moves with given speeds for given times; its reading is late or has a
+    wind-up."""
 
     index_width_counts = 1
     rounding_counts = 0.0
@@ -36,8 +37,8 @@ class Script:
         width: float = 1.0,
         counts_per_rev: int = COUNTS,
     ) -> None:
-        """Set the course up; ``legs`` are clocks and counts a clock, reversal and width are in
-        counts."""
+        """Set up the course; ``legs`` are pairs of (clocks, counts per clock); reversal and width
+        are in counts."""
         self.counts_per_rev = counts_per_rev
         speed = np.concatenate([np.full(clocks // KNOT, pace) for clocks, pace in legs])
         self.clocks = speed.size * KNOT
@@ -51,7 +52,7 @@ class Script:
         self.reading = reading + half_reversal * winding
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[NDArray[np.float64], ...]]:  # type: ignore[override]
-        """Return a piece like Curves."""
+        """Return a piece as Curves does."""
         intervals = max(1, min(clocks, self.clocks - first_clock) // KNOT)
         at = np.clip(first_clock // KNOT + np.arange(-1, intervals + 2), 0, self.place.size - 1)
         turn = 2.0 * np.pi / self.counts_per_rev
@@ -65,7 +66,8 @@ def modulated() -> Iterator[Instrument]:
 
 
 def order_0(counts: float, modulator: str | None, counts_per_rev: int = COUNTS) -> Coefficients:
-    """Return one lane of order 0 that follows a condition, or a steady lane for None."""
+    """Return coefficients with one lane of order 0 that follows a condition; with None the lane is
+    constant."""
     phase = 0.0 if counts > 0 else np.pi
     bank = Coefficients.from_harmonics([0], [abs(counts)], [phase], counts_per_rev, LANES)
     if modulator is None:
@@ -77,8 +79,8 @@ def order_0(counts: float, modulator: str | None, counts_per_rev: int = COUNTS) 
 def run(
     instrument: Instrument, script: Script, bank: Coefficients, **words: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], float]:
-    """Return clock and error of every output edge, in counts against the earlier angle, and the age
-    of that angle."""
+    """Return the clock of every output edge, its error in counts against the earlier angle that it
+    shows, and the age of that angle."""
     instrument.attach_curves(script)  # type: ignore[arg-type]
     instrument.reset()
     instrument.write("counts_per_rev", script.counts_per_rev)
@@ -104,13 +106,13 @@ def run(
 
 
 LATE = 120
-"""Clocks by which the reading is old: 36 counts at the first speed."""
+"""Clocks by which the reading is late: 36 counts at the first speed."""
 PACES = (0.3, 0.15)
 
 
 def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
-    """Return the mean error of the output against the present angle, at each speed of PACES,
-    counts."""
+    """Return the mean error of the output in counts against the present angle, at each speed of
+    PACES."""
     legs = [(120_000, PACES[0]), (200_000, PACES[1])]
     script = Script(legs, late_clocks=LATE)
     age = LATE + instrument.latency_clocks
@@ -125,19 +127,20 @@ def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
     found = []
     for first, last, pace in ((80e3, 119e3, PACES[0]), (200e3, 319e3, PACES[1])):
         chosen = (clock - start > first) & (clock - start < last)
-        # The recording compares each edge with the earlier angle, older by the output's own
-        # latency.
+        # The recording compares each edge with the earlier angle that it shows, so that the latency
+        # of the output is missing.
         found.append(float(np.mean(error[chosen])) - pace * latency)
     return found
 
 
 def test_latency_is_taken_away_at_two_speeds(modulated: Instrument) -> None:
-    """Order 0 × speed removes the age of reading and pipeline; a steady lane does not.
+    """Order 0 × speed removes the delay of reading and pipeline; a constant lane does not.
 
-    The bound is half a count for each of the roundings of reading and output.
+    The bound is half a count for the rounding of the reading, and half a count for that of the
+    output.
     """
     first, second = speed_errors(modulated, "speed")
-    # The zero of the output is that of the index: both speeds share it.
+    # The output has its zero at the index, which is the same for both speeds.
     assert abs(first - second) <= 1.0
     read = modulated.read("conditions.speed") / MODULATOR_ONE
     assert read == pytest.approx(PACES[1] / 0.5, abs=2e-4)
@@ -150,18 +153,18 @@ def test_latency_is_taken_away_at_two_speeds(modulated: Instrument) -> None:
 
 FULL_COUNTS = 1 << 24
 FULL_PACE = 30.0 / 360.0 * FULL_COUNTS / 100e6
-"""30°/s in counts a clock."""
+"""Speed of 30°/s in counts per clock."""
 FULL_LATE = 2000
-"""20 µs in clocks: 28 counts at 30°/s."""
+"""Delay of 20 µs in clocks: 28 counts at 30°/s."""
 CHANGE_CLOCKS = 200_000
 LAG_CLOCKS = 1.5 * (1 << 14)
-"""Largest lag of the speed (header of table_speed)."""
+"""Largest lag of the measured speed in clocks (header of table_speed)."""
 
 
 def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
-    """Return the error of every edge while the speed goes to a half and back, counts.
+    """Return the error of every edge in counts, while the speed falls to one half and rises again.
 
-    The zero is the mean at the first speed, because the index was read late too.
+    The zero is the mean error at the first speed, because the reading was late at the index, too.
     """
     half = 0.5 * FULL_PACE
     down = np.linspace(FULL_PACE, half, CHANGE_CLOCKS // KNOT)
@@ -181,26 +184,26 @@ def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
-    """At 2²⁴ counts, at most two counts plus τ·a·lag remain; with a steady lane the whole change
-    remains."""
+    """With 2²⁴ counts at most two counts plus τ·a·lag remain; a constant lane leaves the whole
+    change."""
     slowing = 0.5 * FULL_PACE / CHANGE_CLOCKS
     error = changing_errors(modulated, "speed")
     assert np.abs(error).max() <= 2.0 + FULL_LATE * slowing * LAG_CLOCKS
-    # The speed is constant again: only two counts remain.
+    # At the end the speed is constant again, and only two counts remain.
     assert np.abs(error[-500:]).max() <= 2.0
     without = changing_errors(modulated, None)
     assert np.abs(without).max() == pytest.approx(0.5 * FULL_LATE * FULL_PACE, abs=1.5)
 
 
 FULL_HALF_REVERSAL = 1.0 / 1_296_000 * FULL_COUNTS
-"""1″ to each side."""
+"""Half of the reversal error in counts: 1″ to each side."""
 FULL_WIDTH = 5000.0
 
 
 @pytest.mark.parametrize("modulator", ["direction", None])
 def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
-    """After the settling less than a twentieth of the 2″ between up and down remains, at 2²⁴
-    counts."""
+    """With 2²⁴ counts, after the settling, less than a twentieth of the 2″ between the directions
+    remains."""
     pace = 0.25
     legs = [(90_000, pace)]
     for way in (-14_000.0, 13_000.0, -12_000.0):
@@ -218,7 +221,7 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
     )
     knot = np.clip((clock - start) // KNOT, 0, script.place.size - 2)
     step = np.diff(script.place)[knot]
-    # An edge counts as settled if the last 2W of travel had one direction.
+    # An edge counts as settled if the table has travelled the last 2W in one direction.
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(script.place)))])
     before = np.searchsorted(travel, travel[knot] - 2.1 * FULL_WIDTH)
     moved = np.abs(script.place[knot] - script.place[before])
@@ -229,7 +232,7 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
         assert abs(up - down) == pytest.approx(2.0 * FULL_HALF_REVERSAL, abs=1.0)
     else:
         assert abs(up - down) <= 2.0 * FULL_HALF_REVERSAL / 20.0
-        # The bound also holds in the reversals, as at the small scale.
+        # The bound also holds during the reversals, as it does with fewer counts.
         slope = FULL_HALF_REVERSAL / FULL_WIDTH
         bound = 1.0 + slope * (2.0 + 1.0 + pace * (2 * SWEEP_CLOCKS + 20))
         assert np.ptp(error[clock - start > 70_000]) / 2.0 <= bound
@@ -240,8 +243,8 @@ WIDTH = 700.0
 
 
 def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
-    """Return the error of every edge after the direction is known, also in the reversals,
-    counts."""
+    """Return the error of every edge in counts since the direction is known, also during the
+    reversals."""
     pace = 0.1
     legs = [(90_000, pace)]
     for way in (-4000.0, 900.0, -500.0, 3000.0):
@@ -260,11 +263,11 @@ def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
     """The lane removes the error at standstill and in each reversal; a lane that does not follow
-    the direction removes none of it.
+    the direction removes nothing.
 
-    The bound is a count of roundings, plus the delay times the slope B / 2 / W of the wind-up: two
-    counts of dead zone, the whole count in which the place moves, and two sweeps and a division of
-    20 clocks at 0.1 count a clock.
+    The bound is one count of roundings, plus the delay times the slope B / 2 / W of the wind-up.
+    The delay is two counts of dead zone, the whole count in which the place moves, and two sweeps
+    and a division of 20 clocks at 0.1 count per clock.
     """
     slope = HALF_REVERSAL / WIDTH
     bound = 1.0 + slope * (2.0 + 1.0 + 0.1 * (2 * SWEEP_CLOCKS + 20))
@@ -275,8 +278,8 @@ def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
 
 
 def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) -> None:
-    """A tremble within the dead zone does not change the correction, and the output makes no edge
-    at standstill."""
+    """Movement back and forth within the dead zone does not change the correction, and the output
+    makes no edge at standstill."""
     legs = [(90_000, 0.1), *[(40, 0.05), (40, -0.05)] * 100, (3000, 0.0)]
     run(
         modulated,
@@ -290,10 +293,11 @@ def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) ->
 
 
 def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
-    """When the word changes from 0.5 to -0.25 of 20 counts, the output moves by 15 counts at the
+    """The word changes from 0.5 to -0.25 of 20 counts. The output then moves by 15 counts at the
     slew rate, without a step.
 
-    The bound is half a count each for the roundings of reading and output; an edge at a time.
+    The bound is half a count each for the roundings of reading and output, since the output makes
+    one edge at a time.
     """
     pace, size = 0.1, 20.0
     modulated.attach_curves(Script([(200_000, pace)]))  # type: ignore[arg-type]
@@ -330,7 +334,8 @@ def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
 
 
 def test_every_word_of_the_window(modulated: Instrument) -> None:
-    """Words 0 to 5 are written, 6 to 8 read only, all others refused; the lane reads back."""
+    """Words 0 to 5 can be written, words 6 to 8 only read; all others are refused. The lane reads
+    back."""
     assert modulated.read("capability.modulators") == 1
     for word in range(16):
         for is_write in (False, True):

@@ -1,4 +1,5 @@
-"""Tests of the instrument's pins against edges solved one by one, and of its own decoder."""
+"""Tests of the instrument's pins against edges that the tests solve one by one, and of the
+instrument's own decoder."""
 
 from __future__ import annotations
 
@@ -23,8 +24,9 @@ from arctrue.table import (
 
 COUNTS = 4096
 CLOCK_HZ = 1e6
-# An edge solved to 1e-7 counts, and the cubic between knots within 1e-3 counts, may be on two sides
-# of a clock: at about 1 count in 4 clocks that happens once in some thousand edges.
+# The test solves an edge to 1e-7 counts, and the cubic between knots is right to 1e-3 counts. The
+# two may lie on different sides of a clock: at about 1 count in 4 clocks this happens once in some
+# thousand edges.
 MOST_EDGES_A_CLOCK_OFF = 20
 
 
@@ -73,7 +75,7 @@ def test_pins_of_a_table(instrument: Instrument) -> None:
     off = np.flatnonzero(pins != wanted)
     assert np.count_nonzero(np.diff(wanted)) > 10_000
     assert off.size <= MOST_EDGES_A_CLOCK_OFF
-    # Each of these edges differs for one clock only.
+    # Each of these edges differs in one clock only.
     assert np.all(np.diff(off) > 1)
 
 
@@ -95,7 +97,8 @@ def test_true_angle_and_end(instrument: Instrument) -> None:
 
 
 def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
-    """Uncorrected, the core repeats head 1; the recorder agrees with decode_quadrature."""
+    """Without a correction the core repeats head 1; the recorder's count agrees with
+    decode_quadrature."""
     motion = there_and_back()
     instrument.attach(table(), motion)
     instrument.reset()
@@ -115,10 +118,11 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
     assert recording.illegal == illegal.size == 0
     assert recording.output.edges == np.count_nonzero(step) == recording.output.clock.size
     assert np.array_equal(recording.output.clock, begin + 1 + np.flatnonzero(step))
-    # A step downwards crosses the upper end of the new count.
+    # A downward step crosses the upper end of the new count.
     level = np.where(step < 0, np.cumsum(step) + 1, np.cumsum(step))[step != 0]
     assert np.array_equal(np.diff(recording.output.position), np.diff(level))
-    # The reading's error is known exactly; an edge is recorded up to a clock late, ½ on average.
+    # The error of the reading is known exactly; an edge is recorded up to one clock late, half a
+    # clock on average.
     angle = recording.head1.true_angle_rad
     state = motion.state(np.clip((recording.head1.clock - begin) / CLOCK_HZ, 0, motion.duration_s))
     assert np.max(np.abs(np.diff(recording.head1.position))) <= 1
@@ -128,7 +132,8 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
 
 
 def test_latency_is_that_of_the_edges(instrument: Instrument) -> None:
-    """A single edge at head 1 leaves the output after the latency, also with the filter."""
+    """A single edge at head 1 appears at the output after the stated latency, also with the
+    filter."""
     for length in (1, 4):
         instrument.attach_pins(PinEvents(0, np.zeros(0, dtype=np.int64), np.zeros(0, np.uint8)))
         instrument.reset()
@@ -160,7 +165,8 @@ def test_disturbed_pins(instrument: Instrument) -> None:
     assert pins[10] == HEAD2_B | HEAD1_A
     assert pins[12] == HEAD1_A | HEAD1_Z
     struck = np.count_nonzero(pins[100:1100] & HEAD1_A)
-    # 250 expected; 5 standard deviations of the binomial distribution.
+    # 250 clocks with an inversion are expected; the bound is 5 standard deviations of the binomial
+    # distribution.
     assert abs(struck - 250) < 5 * np.sqrt(1000 * 0.25 * 0.75)
     instrument.detach()
 

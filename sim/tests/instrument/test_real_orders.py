@@ -1,5 +1,5 @@
-"""Tests of lanes of real orders over many turns, from a moving table's pins to the output's
-edges."""
+"""Tests of lanes of non-integer orders over many turns, from the pins of a moving table to the
+edges of the output."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ from arctrue.instrument import Instrument
 COUNTS = 1 << 15
 KNOT = 8
 PACE = 0.8
-"""Speed in counts a clock."""
+"""Speed in counts per clock."""
 LEAD = 3000.5
 """Counts from the start to the index."""
 TURN_RAD = 2.0 * np.pi
 ORDERS = np.array([0.5, 71.4, 70.4, 72.4])
-"""Orders of a belt, and of a gear with its side lines."""
+"""Orders of a belt, and of a gear and its two side lines."""
 AMPLITUDES = np.array([10.0, 3.0, 1.0, 1.0])
-"""Amplitudes in counts. The slope of the sum is so small that the errors at reading and angle agree
-to 0.4 count."""
+"""Amplitudes in counts. They are so small that the errors as functions of reading and of angle
+agree to 0.4 count."""
 PHASES = np.array([0.7, -2.0, 1.1, 0.3])
 SHOWN_TURNS = 2
 
 
 def lines_counts(place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the error of the reading at places in counts, over any number of turns."""
+    """Return the error of the reading in counts, at these places in counts over any number of
+    turns."""
     phase = np.multiply.outer(place, ORDERS) * (TURN_RAD / COUNTS) + PHASES
     return np.asarray(np.cos(phase) @ AMPLITUDES)
 
@@ -47,7 +48,7 @@ class ThereAndBack:
         self.clocks = self.top_clock + int(down * COUNTS / PACE)
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[NDArray[np.float64], ...]]:  # type: ignore[override]
-        """Return a piece like Curves."""
+        """Return a piece as Curves does."""
         intervals = max(1, min(clocks, self.clocks - first_clock) // KNOT)
         clock = first_clock + KNOT * np.arange(-1.0, intervals + 2)
         clock = np.clip(clock, 0.0, float(self.clocks))
@@ -68,7 +69,7 @@ def bank(on: bool) -> Coefficients:
 
 
 def amplitudes_left(instrument: Instrument, end_turns: float) -> NDArray[np.float64]:
-    """Return the amplitude of each line in the output, counts, over two turns up to
+    """Return the amplitude in counts of each line in the output, over the two turns before
     ``end_turns``."""
     way = 1.0 if end_turns * TURN_RAD > instrument.true_angle_rad else -1.0
     instrument.run_until(true_angle_rad=(end_turns - way * (SHOWN_TURNS + 0.1)) * TURN_RAD)
@@ -85,8 +86,8 @@ def amplitudes_left(instrument: Instrument, end_turns: float) -> NDArray[np.floa
 def run(
     instrument: Instrument, coefficients: Coefficients, up: int, down: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the remaining lines in counts, after this number of turns forwards, and after the same
-    number back."""
+    """Return the remaining lines in counts after ``up`` turns forwards, and after ``down`` turns
+    back."""
     instrument.attach_curves(ThereAndBack(up + 0.5, down + 0.5))  # type: ignore[arg-type]
     instrument.reset()
     instrument.write("counts_per_rev", COUNTS)
@@ -111,11 +112,12 @@ def run(
 
 
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
-    """The table goes back over the index, into negative turns; also with the lanes off."""
+    """The table goes back past its index, into negative turns. The test also runs with the lanes
+    off."""
     for found in run(built, bank(on=True), 6, 9):
         assert found.max() < 0.5, found
     for found in run(built, bank(on=False), 4, 4):
-        # A fit over two turns separates the lines of the gear to a twentieth.
+        # A fit over two turns separates the lines of the gear to one twentieth.
         assert found == pytest.approx(AMPLITUDES, rel=0.05)
 
 

@@ -1,4 +1,4 @@
-"""The virtual instrument in a thread: its table turns, and its console is a serial port."""
+"""Run the virtual instrument in a thread: its table turns, and its console is a serial port."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from arctrue.instrument.serial_port import SerialPort
 
 
 class Turning(threading.Thread):
-    """Turns the table up to turn ``last`` of the telemetry, and serves ``port`` all the time."""
+    """A thread that turns the table up to turn ``last`` of the telemetry, and always serves
+    ``port``."""
 
     def __init__(self, instrument: Instrument, poll_clocks: int) -> None:
         super().__init__(daemon=True)
@@ -25,7 +26,7 @@ class Turning(threading.Thread):
         self._orders: queue.SimpleQueue[Callable[[Firmware], object]] = queue.SimpleQueue()
 
     def order(self, work: Callable[[Firmware], object]) -> None:
-        """Let the thread of the instrument execute a command."""
+        """Let the instrument's thread execute a function."""
         self._orders.put(work)
 
     def turns(self) -> int:
@@ -56,5 +57,5 @@ class Turning(threading.Thread):
             if self.turns() < self.last:
                 self.firmware.run(self._poll_clocks, poll_clocks=self._poll_clocks)
             else:
-                # The table turns during the bus clocks of each round of the main loop.
+                # The table turns only during the bus clocks that each round of the main loop takes.
                 time.sleep(0.005)

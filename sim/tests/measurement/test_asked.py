@@ -1,5 +1,5 @@
-"""Tests that a further measurement is the requested one, or that the program reports the
-difference."""
+"""Tests whether a further measurement is the one that the program requested; otherwise the program
+states the difference."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def first_run(measured: MeasurementSet) -> MeasurementSet:
 
 
 def last_part(kind: str) -> MeasurementSet:
-    """Return the further measurement alone, from the simulation of the physical table."""
+    """Return only the further measurement of this kind, from a simulation of the physical table."""
     made = simulate_set([], short(), seed=1, further=[kind]).measurement
     capture, reference = made.capture, made.reference
     assert capture is not None
@@ -52,7 +52,7 @@ def test_every_measurement_that_is_asked_for_is_known() -> None:
 
 @pytest.mark.parametrize("kind", FURTHER)
 def test_what_was_asked_for_is_recognised(kind: str, plain: MeasurementSet) -> None:
-    """The simulation makes each of them with its own constants."""
+    """The simulation makes each kind of further measurement with settings of its own."""
     assert came(kind, plain, last_part(kind)).faults == []
 
 
@@ -62,7 +62,8 @@ def test_the_same_measurement_again_is_not_it(kind: str, plain: MeasurementSet) 
 
 
 def test_the_steps_have_the_figures_of_the_first_run(plain: MeasurementSet) -> None:
-    """The experiment's first run goes up at 30°/s, at 22 °C to 22.4 °C at most."""
+    """In the first run of the experiment the table goes forward at 30°/s, from 22 °C to at most
+    22.4 °C."""
     assert plain.capture is not None
     assert plain.table.counts_per_rev is not None
     (first, *_) = runs_of(plain.capture, plain.table.counts_per_rev)
@@ -165,7 +166,7 @@ def test_join_takes_what_was_asked_for_and_refuses_the_rest(tmp_path: Path) -> N
 
 
 def test_the_commands_can_be_typed(tmp_path: Path) -> None:
-    """Each is an existing command with existing options."""
+    """Each command that the program suggests exists, with its options."""
     for kind in KINDS:
         for line in commands(kind, tmp_path / "my set"):
             words = line.split()

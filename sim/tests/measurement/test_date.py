@@ -1,4 +1,4 @@
-"""Test how the date of a measurement set is read, written, refused and joined."""
+"""Tests how the date of a measurement set is read, written, refused and joined."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests of sets of three and four heads: read, written, joined, refused; two heads as before."""
+"""Tests that sets of three and four heads are read, written, joined and refused, and that sets of
+two heads are as before."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 def of_heads(
     places_deg: tuple[float, ...], *, wrapped: bool = False, late_s: float = 0.0
 ) -> MeasurementSet:
-    """Make a set whose heads count a steady turn, from their own places."""
+    """Return a set whose heads stand at these places and count a turn at constant speed."""
     time_s = np.arange(15_000) * 1e-3
     angle_deg = 30.0 * time_s + 20.0
     counts = [

@@ -1,4 +1,4 @@
-"""Sets of one table become one set, row for row."""
+"""Tests that sets of one table are joined into one set, row by row."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of reader and writer of measurement sets: contents, refusals and their words."""
+"""Tests of the reader and the writer of measurement sets: contents, refusals and messages."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_values_types_and_64_bits(tmp_path: Path) -> None:
     read = read_measurement_set(write(tmp_path, reference=REFERENCE))
     assert read.capture is not None
     assert read.capture.head2_counts.dtype == np.int64
-    # A float would lose 2⁵³ + 1.
+    # A float cannot represent 2⁵³ + 1.
     assert read.capture.head2_counts.tolist() == [20, 1420, 9007199254740993, 9007199254742393]
     assert read.capture.temperature_c.tolist() == [20.0, 20.0, 20.5, 20.5]
     assert read.reference is not None

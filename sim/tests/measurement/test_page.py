@@ -1,4 +1,5 @@
-"""Tests of docs/measurement-set.md: its keys and columns are the reader's, its example is a set."""
+"""Tests that docs/measurement-set.md has the keys and columns of the reader, and that its example
+is a set."""
 
 from __future__ import annotations
 
@@ -47,7 +48,7 @@ def test_every_key_of_the_reader_and_no_other() -> None:
         keys = set(get_type_hints(declared)) - set(SECTIONS)
         given = content if section == "" else content[section]
         own = {key for key, value in given.items() if not isinstance(value, dict)}
-        # The number of faces may be with the table or with the reference, and the places of three
+        # The number of faces may stand under the table or under the reference. The places of three
         # or four heads replace the separation of two.
         elsewhere = {"faces", "head_places_deg"} if section == "table" else set()
         assert own == keys - elsewhere, section
@@ -64,10 +65,11 @@ def test_the_example_is_calibrated(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     exec(compile(block("python"), str(PAGE), "exec"), {})
     found = calibrate(read_measurement_set(tmp_path / "my_table"))
     amplitude, u = found.estimate.amplitude_arcsec, found.estimate.u_amplitude_arcsec
-    # The example's 30″; whole counts are the only noise, which u includes.
+    # The example has 30″. Whole counts are its only noise, which u includes.
     assert amplitude[0] == pytest.approx(30.0, abs=5.0 * u[0])
     assert u[0] < 0.1
-    # As a function of the reading an error a·cos θ has a second order, a²/2 (docs/errata.md).
+    # If an error a·cos θ is written as a function of the reading, it also has order 2, a²/2
+    # (docs/errata.md).
     second = 30.0**2 / 2.0 / ARCSEC_PER_RAD
     assert amplitude[1] == pytest.approx(second, abs=5.0 * u[1])
     assert np.all(amplitude[2:] < 5.0 * u[2:])

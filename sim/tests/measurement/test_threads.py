@@ -1,4 +1,4 @@
-"""Tests of reading sets in threads that end, as the page and the daemon do."""
+"""Tests that sets can be read in threads that end, as the page and the daemon do."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ print(len(rows), *set(rows), pyarrow.default_memory_pool().backend_name)
 
 
 def test_the_first_thread_that_reads_may_end(tmp_path: Path) -> None:
-    """pyarrow allocates from the system: mimalloc can crash once its first thread has ended."""
+    """pyarrow is set to allocate from the system, because mimalloc can crash after its first thread
+    has ended."""
     measurement = measurement_set(runs=1, cycles=1, turns=1)
     write_measurement_set(tmp_path / "set", measurement)
     done = subprocess.run(

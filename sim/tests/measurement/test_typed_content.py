@@ -1,5 +1,5 @@
-"""Tests that content that differs from its declaration gives a message with key, expected value,
-found value and a similar name."""
+"""Tests that a value that differs from its declaration gives a message with the key, the expected
+and the found value, and a similar name."""
 
 from __future__ import annotations
 
@@ -184,6 +184,6 @@ def test_any_content_is_converted_or_gives_one_sentence(content: dict[str, Any])
     assert key
     assert "\n" not in said
     assert "expected" in said or "there are" in said
-    # The named key is also wrong alone.
+    # Without the other keys, the key that the message names is still wrong.
     with pytest.raises(ContentError):
         typed({"schema": 1, key[0]: content[key[0]]}, File)

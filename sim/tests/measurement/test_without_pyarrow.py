@@ -1,4 +1,5 @@
-"""Sets read and written without pyarrow are the same: numbers, text and errors."""
+"""Tests that sets are read and written in the same way without pyarrow: numbers, text and
+errors."""
 
 from __future__ import annotations
 

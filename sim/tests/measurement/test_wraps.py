@@ -1,4 +1,5 @@
-"""Counts that restart at each turn and errors a whole turn off are recognised and reported."""
+"""Tests that counts that restart at each turn, and errors wrong by a whole turn, are recognised and
+reported."""
 
 from __future__ import annotations
 
@@ -36,7 +37,8 @@ def test_wrapped_counts_are_read_as_they_were_before(tmp_path: Path) -> None:
 
 
 def test_a_gap_across_the_zero_is_counted_by_time(tmp_path: Path) -> None:
-    """1.7 turns are missing: only the speed and the time stamps show how far the table turned."""
+    """1.7 turns are missing: only speed and time stamps show how far the table turned in the
+    gap."""
     made = measurement_set(runs=1, reference=False)
     assert made.capture is not None
     left = np.ones(made.capture.run.size, dtype=bool)
@@ -64,7 +66,7 @@ def test_errors_whole_turns_off_come_back(tmp_path: Path, share: float, turn: fl
     write_measurement_set(tmp_path, replace(made, capture=None, reference=changed))
     read = read_measurement_set(tmp_path)
     assert read.reference is not None
-    # The file holds 10⁻⁶ ″.
+    # The file has six decimals of an arcsecond.
     assert np.abs(read.reference.error_arcsec - error).max() < 1e-6
     first = int(np.flatnonzero(off)[0]) + 2
     assert any(

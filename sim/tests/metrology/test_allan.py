@@ -1,4 +1,4 @@
-"""Tests of the Allan deviation against the published figures of NIST SP 1065, and its laws."""
+"""Tests of the Allan deviation against figures published in NIST SP 1065, and against its laws."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from arctrue.metrology.allan import overlapping_allan_deviation
 
 LENGTHS = (1, 10, 100)
 PUBLISHED = (2.922319e-01, 9.159953e-02, 3.241343e-02)
-"""NIST SP 1065, the test suite of 1000 points: overlapping Allan deviation at 1, 10 and 100."""
+"""Overlapping Allan deviation at averaging factors 1, 10 and 100, from the test suite of 1000
+points in NIST SP 1065."""
 
 
 def nist_points() -> np.ndarray:
-    """Return the 1000 points of the generator in SP 1065."""
+    """Return the 1000 points that the generator of SP 1065 makes."""
     state, points = 1234567890, []
     for _ in range(1000):
         points.append(state / 2147483647)
@@ -28,7 +29,7 @@ def test_the_published_figures() -> None:
 
 
 def test_a_drift_rises_with_the_length() -> None:
-    """A drift of D a reading gives exactly D·m/√2."""
+    """A drift of D per reading gives exactly D·m/√2."""
     deviation, _ = overlapping_allan_deviation(0.3 * np.arange(100.0), LENGTHS[:2])
     np.testing.assert_allclose(deviation, 0.3 * np.array([1, 10]) / np.sqrt(2), rtol=1e-12)
 

@@ -1,4 +1,5 @@
-"""Tests of the uncertainty budget against the GUM's example and the meaning of its lines."""
+"""Tests of the uncertainty budget against the example of the GUM, and of the meaning of each
+contribution."""
 
 from __future__ import annotations
 
@@ -32,7 +33,7 @@ def _run(*words: object) -> Result:
 
 
 def test_the_end_gauge_of_the_gum() -> None:
-    """JCGM 100:2008, H.1, table H.1 in nm: u = 32, effective degrees of freedom 16 (17
+    """JCGM 100:2008, H.1, table H.1 gives in nm: u = 32, effective degrees of freedom 16 (17
     unrounded)."""
     lines = [(25.0, 18), (9.7, 25.6), (2.9, 50), (16.6, 2)]
     made = Budget(
@@ -42,12 +43,13 @@ def test_the_end_gauge_of_the_gum() -> None:
     )  # fmt: skip
     assert made.u_arcsec == pytest.approx(32.0, abs=0.5)
     assert 16.0 <= made.degrees_of_freedom < 18.0
-    # Divisor of a half-width.
+    # A rectangular half-width is divided by √3.
     assert Contribution("", "", "B", "rectangular", 1.0, 2.0).u_arcsec == pytest.approx(1.1547)
 
 
 def test_the_sensitivity_to_the_head_separation() -> None:
-    """A second calibration with 30″ more of α changes the correction by the slope times 30″."""
+    """A second calibration with an α larger by 30″ changes the correction by 30 times the slope per
+    arcsecond."""
     made = measurement_set(runs=2, turns=2, reference=False)
     settings = CalibrationSettings(separation="nominal")
     first = calibrate(made, settings)
@@ -57,13 +59,14 @@ def test_the_sensitivity_to_the_head_separation() -> None:
     kept = np.tile(applied, 2)
     change = (second.estimate.values - first.estimate.values)[kept]
     rms = math.sqrt(0.5 * float(np.sum(change**2)))
-    # The tolerance is a third of a percent, because the step is finite and g is a function of the
-    # reading.
+    # The two sides differ by a third of a percent, because the step of α is finite and g is a
+    # function of the reading.
     assert separation_slope(first) * 30.0 == pytest.approx(rms, rel=0.01)
 
 
 def test_two_heads_against_the_disc(tmp_path: Path) -> None:
-    """The remainder of the disc's own error is within U, and the budget has the set's lines."""
+    """After the correction, the remaining error of the disc is within U; the budget has the
+    contributions that the set states."""
     made = measurement_set(runs=2, turns=2)
     made = replace(made, table=replace(made.table, index_detection_arcsec=2.0))
     calibration = calibrate(made)
@@ -86,7 +89,7 @@ def test_two_heads_against_the_disc(tmp_path: Path) -> None:
     assert float(np.std(left)) < budget.expanded_arcsec
     assert budget.expanded_arcsec < 0.3, "not hidden behind a large budget"
     assert "the budget holds" in budget.checks[0]
-    # 2″ of reversal error, and 2″ of order 40, which the calibration does not fit.
+    # These sets have 2″ of reversal error, or 2″ of order 40, which the calibration does not fit.
     turned = measurement_set(runs=2, turns=2, reversal_arcsec=2.0)
     found = two_heads_budget(turned, calibrate(turned))
     half = {one.quantity: one.u_arcsec for one in found.contributions}[REVERSAL]
@@ -121,10 +124,11 @@ def test_a_reference_alone(tmp_path: Path) -> None:
     data = json.loads((tmp_path / "b.json").read_text())
     lines = {one["quantity"]: one for one in data["contributions"]}
     repeat = lines["repeatability, through the fit"]
-    # 48 stations and directions of six visits; five standard errors of a standard deviation.
+    # 48 combinations of station and direction have six visits each. The tolerance is five standard
+    # errors of a standard deviation.
     assert repeat["degrees_of_freedom"] == 240
     assert repeat["size_arcsec"] == pytest.approx(REFERENCE_NOISE, rel=5 / math.sqrt(2 * 240))
-    # Even stations: every coefficient has the mean leverage, nine of them over 288 rows.
+    # At even stations every row has the mean leverage: nine coefficients over 288 rows.
     assert repeat["sensitivity"] == pytest.approx(math.sqrt(9 / 288), rel=1e-3)
     assert lines["reversal error, half of it"]["u_arcsec"] == pytest.approx(1.0, abs=0.05)
     assert lines["remaining error at the targets after the correction"]["u_arcsec"] < 0.1

@@ -1,4 +1,5 @@
-"""Tests of certificates: uncertainty against Monte Carlo, PTB's Schematron, and refusals."""
+"""Tests of certificates: the uncertainty against Monte Carlo, the file against PTB's Schematron,
+and refusals."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ from tests.workbench.small_sets import measurement_set
 Float = NDArray[np.float64]
 
 SURE = 1e-3
-"""Probability that a correct program fails one of the counted tests."""
+"""Probability that a correct program fails one of the tests that count random cases."""
 ANGLES = np.arange(0.0, 360.0, 30.0)
 NOISE, U_REFERENCE = 0.2, 0.1
 COUNTS = 1 << 24
@@ -64,7 +65,8 @@ def true_error(angle: Float) -> Float:
 
 
 def reference_set(random: np.random.Generator) -> MeasurementSet:
-    """Make ten turns of 24 faces, with a constant and a random error of the reference."""
+    """Return a reference run of ten turns over 24 faces; the reference has a constant error and a
+    random error."""
     target = np.tile(np.arange(24) * 15.0, 10)
     error = true_error(np.radians(target)) + NOISE * random.standard_normal(240)
     error = error + U_REFERENCE * random.standard_normal()
@@ -88,12 +90,13 @@ def test_the_uncertainty_of_the_fit_is_that_of_monte_carlo() -> None:
     ]
     off = np.array([one.error_arcsec - true_error(np.radians(ANGLES)) for one in made])
     stated = np.mean([np.mean(one.u_fit_arcsec**2) for one in made])
-    # 4 coefficients: the mean square over the turn has about 4 · 80 degrees of freedom.
+    # With 4 coefficients, the mean square over the turn has about 4 · 80 degrees of freedom.
     freedom = 4 * number
     ratio = float(np.mean(off**2)) / float(stated)
     assert stats.chi2.ppf(SURE, freedom) / freedom <= ratio
     assert ratio <= stats.chi2.ppf(1.0 - SURE, freedom) / freedom
-    # The constant of the reference is part of U, so that U covers 95 % or more.
+    # U includes the constant error of the reference, so that U covers the error in 95 % of the
+    # cases or more.
     constant = U_REFERENCE * random.standard_normal((number, 1))
     half = 0.5 * 360.0 * 3600.0 / COUNTS
     counts = random.uniform(-half, half, (number, 2)).sum(axis=1)[:, None]
@@ -112,14 +115,15 @@ def test_u_is_the_root_of_the_sum_of_squares() -> None:
     assert parts["reading of head 1, resolution"] == pytest.approx(half)
     square = found.u_fit_arcsec**2 + sum(value**2 for value in parts.values())
     np.testing.assert_allclose(found.expanded_arcsec, 2.0 * np.sqrt(square))
-    # White noise of 240 rows at even angles: u² of an order's coefficient is 2σ²/240.
+    # With white noise in 240 rows at even angles, a coefficient of an order has u² = 2σ²/240.
     np.testing.assert_allclose(
         found.u_fit_arcsec, NOISE * np.sqrt(4.0 / 240.0), rtol=4.0 / np.sqrt(2 * 240)
     )
 
 
 def test_the_sensitivity_to_the_head_separation_is_that_of_the_equation() -> None:
-    """∂ε/∂α = −Re Σ Eₙ·jn·e^{jnα}/(e^{jnα} − 1)·e^{jnθ} follows from E = D/(e^{jnα} − 1)."""
+    """The derivative ∂ε/∂α = −Re Σ Eₙ·jn·e^{jnα}/(e^{jnα} − 1)·e^{jnθ} follows from E = D/(e^{jnα}
+    − 1)."""
     amplitude = 90.0
     made = measurement_set(
         lambda disc, *_: amplitude * np.cos(disc + 0.4), seed=1, runs=1, turns=2, reference=False
@@ -130,8 +134,8 @@ def test_the_sensitivity_to_the_head_separation_is_that_of_the_equation() -> Non
     component = amplitude * np.exp(0.4j)
     slope = (-component * 1j * turned / (turned - 1.0) * np.exp(1j * np.radians(ANGLES))).real
     expected = np.abs(slope) * np.pi / 648_000.0 * 50.0 / np.sqrt(3.0)
-    # The finite difference is exact to the second order of the shift, because both runs have the
-    # same rounding.
+    # Both runs have the same rounding, so that the finite difference is exact up to the second
+    # order of the shift.
     np.testing.assert_allclose(found.u_separation_arcsec, expected, atol=0.02 * expected.max())
     assert SHIFT_ARCSEC < 50.0
 
@@ -190,7 +194,8 @@ def test_the_file_has_what_was_found_and_stated(place: Path) -> None:
     expanded = np.array([float(x) for x in text(".//si:valueExpandedMUXMLList").split()])
     assert expanded.shape == values[1].shape == (24,)
     off = np.abs(values[1] - true_error(np.radians(values[0])))
-    # The error of the fit without the constant of the reference is much smaller than U.
+    # The set has no constant error of the reference; the remaining error of the fit is much smaller
+    # than U.
     assert (off <= expanded).all()
     assert text(".//si:coverageFactorXMLList") == "2"
     assert text(".//si:coverageProbabilityXMLList") == "0.9545"
@@ -290,7 +295,8 @@ SI_SCHEMA = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"
 
 
 def test_a_schema_of_the_user_decides(place: Path, tmp_path: Path) -> None:
-    """The schema that it imports from another server is in the same folder."""
+    """The user's schema imports a schema from another server; the same folder has a copy of the
+    imported schema."""
     pytest.importorskip("xmlschema")
     (tmp_path / "SI_Format.xsd").write_text(SI_SCHEMA, encoding="utf-8")
     words = ["set", "--details", "details.toml", "--out", "certificate.xml", "--model", "m.toml"]

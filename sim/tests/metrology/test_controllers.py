@@ -32,7 +32,7 @@ from arctrue.metrology.correction import Correction
 
 ARCSEC_RAD = math.pi / 648_000.0
 DISC = {1: (90.0, 0.4), 2: (8.0, 1.0), 7: (1.5, -2.0)}
-"""Amplitude ″ and phase of each order of g(R)."""
+"""Amplitude ″ and phase of each order of g(R), the disc's error as a function of the reading."""
 REVERSAL = 3.0
 
 
@@ -46,7 +46,7 @@ def _correction() -> Correction:
 
 
 def _linuxcnc(text: str, angle_deg: float, way: int) -> float:
-    """Return the value added to a command, ″."""
+    """Return the value that the controller adds to a command, in ″."""
     rows = [[float(cell) for cell in line.split()] for line in text.splitlines()]
     entry = 0
     while entry + 1 < len(rows) - 1 and angle_deg >= rows[entry + 1][0]:
@@ -58,7 +58,7 @@ def _linuxcnc(text: str, angle_deg: float, way: int) -> float:
 
 
 def _ecmc(text: str, angle_deg: float, way: int) -> float:
-    """Return the value subtracted from a reading, ″."""
+    """Return the value that the controller subtracts from a reading, in ″."""
     rows = []
     for line in text.replace(",", " ").splitlines():
         if line and not line.startswith(("#", "PREC=")):
@@ -77,7 +77,7 @@ def _ecmc(text: str, angle_deg: float, way: int) -> float:
 
 
 def _moteus(text: str, angle_deg: float, way: int) -> float:
-    """Return the value subtracted from a reading, ″."""
+    """Return the value that the controller subtracts from a reading, in ″."""
     config = dict(line.split()[2:] for line in text.splitlines())
     size = sum("table." in key for key in config)
     base = "motor_position.sources.0.compensation_"
@@ -93,7 +93,7 @@ def _moteus(text: str, angle_deg: float, way: int) -> float:
 
 
 def _csv(text: str, angle_deg: float, way: int) -> float:
-    """Return the value subtracted from a reading, ″."""
+    """Return the value that a user of the file subtracts from a reading, in ″."""
     header, *lines = text.splitlines()
     assert header == "reading_deg,forward_arcsec,reverse_arcsec"
     rows = [tuple(map(float, line.split(","))) for line in lines]
@@ -104,7 +104,7 @@ def _csv(text: str, angle_deg: float, way: int) -> float:
 
 
 def _siemens(text: str, angle_deg: float, way: int) -> float:
-    """Return the value subtracted from a reading, ″."""
+    """Return the value that the controller subtracts from a reading, in ″."""
     points: dict[int, float] = {}
     parameter: dict[str, float] = {}
     for line in text.splitlines():
@@ -125,7 +125,7 @@ def _siemens(text: str, angle_deg: float, way: int) -> float:
 
 
 def _twincat(text: str, angle_deg: float, way: int) -> float:
-    """Return the value added to a command, ″."""
+    """Return the value that the controller adds to a command, in ″."""
     kept = [line.split() for line in text.splitlines() if not line.startswith("#")]
     entry = {key: int(value) for key, value in kept}
     assert entry["kw.ssfk.bilateral"] == entry["kw.ssfk.modulo"] == entry["kw.ssfk.unit"] == 1
@@ -139,7 +139,7 @@ def _twincat(text: str, angle_deg: float, way: int) -> float:
 
 
 def _simplefoc(text: str, angle_deg: float, way: int) -> float:
-    """Return the value subtracted from a reading, ″."""
+    """Return the value that the controller subtracts from a reading, in ″."""
     size = int(re.search(r"float calibrationLut\[(\d+)\] = {", text)[1])  # type: ignore[index]
     table = [float(value) for value in re.findall(r"(\S+)f,", text)]
     assert len(table) == size
@@ -161,15 +161,15 @@ CONTROLLERS: dict[str, Callable[[str, float, int], float]] = {
     "simplefoc": _simplefoc,
 }
 OF_A_WORM = ("onstep",)
-"""Formats that only hold harmonics of a worm; they have their own tests below."""
+"""Formats that contain only harmonics of a worm; they have their own tests below."""
 OF_THE_TURN = tuple(name for name in FORMATS if name not in OF_A_WORM)
 OF_THE_COMMAND = ("linuxcnc", "twincat")
-"""Controllers that change the command; the servo moves the table until the reading equals the
-sum."""
+"""Controllers that change the command: the servo then moves the table until the reading equals the
+changed command."""
 
 
 def _left(name: str, text: str, angle_deg: float, way: int) -> float:
-    """Return the controller's angle less the true angle, ″."""
+    """Return the controller's angle minus the true angle, in ″."""
     changed = CONTROLLERS[name](text, angle_deg, way)
     if name in OF_THE_COMMAND:
         reading = math.radians(angle_deg) + changed * ARCSEC_RAD
@@ -193,8 +193,8 @@ def test_the_controller_leaves_what_is_said(name: str) -> None:
     left = [_left(name, text, angle, way) for angle in angles.tolist() for way in (1, -1)]
     assert np.abs(left).max() <= said.largest_arcsec + 1e-4
     assert np.sqrt(np.mean(np.square(left))) == pytest.approx(said.rms_arcsec, rel=0.05)
-    # The bound has three parts: straight lines between exact rows, half a step of whole numbers,
-    # and the direction.
+    # The bound has three parts: straight lines between exact rows, half a step where the file has
+    # whole numbers, and the direction.
     rounding = {"moteus-256": 0.5 / 127.0 * 102.0, "twincat": 0.5 * 0.36}.get(name, 1e-4)
     direction = 0.0 if form.knows_direction else REVERSAL / 2
     assert said.largest_arcsec <= _chord(form.points) * 1.02 + rounding + direction
@@ -208,7 +208,8 @@ def test_a_table_in_whole_units_of_twincat_divides_the_turn() -> None:
 
 
 def test_simplefoc_in_single_precision_loses_what_its_class_says() -> None:
-    """In the library's own floats raw − offset differs by less than two units in the last place."""
+    """In the single precision of the library, raw − offset is wrong by less than two units in the
+    last place."""
     text = FORMATS["simplefoc"].text(_correction(), 200, "")
     table = np.array(re.findall(r"(\S+)f,", text), dtype=np.float32)
     raw = np.radians(np.linspace(0.0, 359.9, 977)).astype(np.float32)
@@ -231,7 +232,7 @@ def test_limits_of_the_controllers() -> None:
 
 
 def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
-    """The set has no second head, but 24 stations of a reference instrument."""
+    """The set has no second head, but it has 24 stations of a reference instrument."""
     made = measurement_set(cycles=5, runs=1, turns=1)
     table = replace(made.table, counts_per_rev=None, head_separation_deg=None)
     write_measurement_set(tmp_path / "set", replace(made, table=table, capture=None))
@@ -246,13 +247,14 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
         written = json.loads((tmp_path / "e.json").read_text())
         assert written["format"] == name
         assert f"leaves at most {written['left_arcsec']['largest']:.3f}″" in answer.output
-        # Compare with the disc itself, which no part of the package made.
+        # Compare with the error of the disc itself, which no part of the package has computed.
         for angle_deg in np.arange(0.0, 360.0, 7.3).tolist():
             angle = math.radians(angle_deg)
             error = float(paper_error(np.array(angle), np.array(20.0), 0.0))
             at = angle_deg if name in OF_THE_COMMAND else (angle_deg + error / 3600.0) % 360.0
             taken = CONTROLLERS[name](text, at, 1)
-            # Noise of the fit: 0.15″ on 240 rows, 23 columns, five standard deviations.
+            # The bound is five standard deviations of the fit's noise: 0.15″ per row, 240 rows, 23
+            # columns.
             noise = 5 * 0.15 * math.sqrt(23 / 240)
             assert taken == pytest.approx(error, abs=noise + written["left_arcsec"]["largest"]), (
                 name
@@ -260,7 +262,8 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
 
 
 def test_stations_that_leave_a_gap_are_refused(tmp_path: Path) -> None:
-    """24 stations resolve no order above 11: of 20 orders, 5 and 19 would share the error of 5."""
+    """24 stations separate only the orders up to 11: with 20 orders, the error of order 5 would be
+    divided between orders 5 and 19."""
     made = measurement_set(cycles=2, runs=1, turns=1)
     assert made.reference is not None
     half = made.reference.where(made.reference.target_deg < 180.0)
@@ -306,12 +309,12 @@ WORM_S = 480
 STEPS_PER_SECOND = 96.0
 STEP_ARCSEC = 15.0 / STEPS_PER_SECOND
 WORM = {180: (8.6, 0.7), 360: (1.9, -1.1)}
-"""Amplitude ″ and phase of each order of a worm's error."""
+"""Amplitude ″ and phase of each order in the error of a worm."""
 
 
 def _onstep_steps(text: str, turns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return motor steps at tenths of a sidereal second as Pec::poll of OnStepX moves, and
-    times."""
+    """Return the motor steps that Pec::poll of OnStepX makes, and their times, at each tenth of a
+    sidereal second."""
     buffer = [0] * WORM_S
     *writes, keep = text.split()
     assert keep == ":$QZ!#", "the table is written to the controller's memory"
@@ -335,7 +338,8 @@ def _worm_correction() -> Correction:
 
 
 def test_onstep_plays_the_worm_s_error_back() -> None:
-    """The mount points at motor position less ε(motor position); the sky turns 15″ a second."""
+    """The mount points at the motor position minus ε(motor position); the sky turns 15″ per
+    second."""
     form = FORMATS["onstep"].for_axis(TEETH, STEPS_PER_SECOND)
     text = form.text(_worm_correction(), form.points, "my mount")
     steps, seconds = _onstep_steps(text, turns=3)
@@ -345,7 +349,8 @@ def test_onstep_plays_the_worm_s_error_back() -> None:
     rounding = left.mean() - left[0]
     left -= left.mean()
     before = np.sqrt(sum(a**2 for a, _ in WORM.values()) / 2.0)
-    # Half a motor step of rounding; the chord over a second, h²/8·Σ a·(2πk/480)², is 0.0004″.
+    # The bound is half a motor step of rounding. The straight line over a second adds only h²/8·Σ
+    # a·(2πk/480)² = 0.0004″.
     assert np.abs(left).max() < 0.5 * STEP_ARCSEC + 0.001 + abs(rounding)
     assert abs(left[-1] - left[0]) < 1e-7, "nothing accumulates over turns of the worm"
     assert before > 6.0
@@ -385,7 +390,8 @@ def test_onstep_refuses_a_correction_that_stops_the_tracking() -> None:
 
 
 def test_a_log_of_a_mount_gives_a_table_for_onstep(tmp_path: Path) -> None:
-    """Five turns of a worm, a row every 3.1 s, 0.5″ of noise: the table is the worm's error."""
+    """From a log of five turns of a worm, with a row every 3.1 s and 0.5″ of noise, the table
+    reproduces the worm's error."""
     made = measurement_set(cycles=1, runs=1, turns=1)
     assert made.reference is not None
     seconds = np.arange(0.0, 5.0 * WORM_S, 3.1)
@@ -414,7 +420,8 @@ def test_a_log_of_a_mount_gives_a_table_for_onstep(tmp_path: Path) -> None:
     clock = np.arange(steps.size) / 10.0 / 86_400.0 * 2.0 * np.pi
     wanted = sum(a * np.cos(n * clock + phase) for n, (a, phase) in WORM.items())
     left = added - added.mean() - (wanted - wanted.mean())
-    # Noise of four coefficients on 775 rows, five standard deviations; half a step.
+    # The bound is five standard deviations of the noise, for four coefficients on 775 rows, plus
+    # half a step.
     assert np.sqrt(np.mean(left**2)) < 5.0 * 0.5 * math.sqrt(4 / seconds.size) + STEP_ARCSEC / 2
     missing = _run(*words)
     assert missing.exit_code == 2

@@ -1,4 +1,5 @@
-"""Tests of figures of ISO 230-2 against published ones and against a computation here."""
+"""Tests of the figures of ISO 230-2, against published ones and against a computation in this
+module."""
 
 from __future__ import annotations
 
@@ -18,9 +19,10 @@ from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.metrology.iso230 import Contributions, of_reference, positioning
 
 # A test of a linear axis by the Paul Scherrer Institute, in nm: github.com/paulscherrerinstitute/
-# ecmccfg, examples/test/fat_sat/report.md at 072a917e, section "ISO230-2 calculations". Its R and E
-# over the axis are not used: it takes the largest of R↑ and R↓ and the smaller of E↑ and E↓, where
-# the standard (3.17, 3.20) takes the largest Rᵢ and the range over both directions.
+# ecmccfg, examples/test/fat_sat/report.md at 072a917e, section "ISO230-2 calculations". The test
+# does not use its R and E over the axis: the report takes the larger of R↑ and R↓ and the smaller
+# of E↑ and E↓, while the standard (3.17, 3.20) takes the largest Rᵢ and the range over both
+# directions.
 PUBLISHED_UP = (
     (-81.02, -102.02, -87.02, -92.02, -100.02),
     (-87.02, -97.02, -97.02, -95.02, -82.02),
@@ -42,7 +44,7 @@ PUBLISHED_FIGURES = {
 PUBLISHED_R = (35.17, 37.72, 41.70, 48.71, 68.82)
 PUBLISHED_B = (-0.4, 9.6, 6.0, -0.4, 12.2)
 ROUNDED = 0.011
-"""Last digit of the published figures, and of the sums of two of them."""
+"""Largest rounding error of a published figure, or of the sum of two."""
 
 
 def test_the_published_example_is_found_again() -> None:
@@ -59,7 +61,8 @@ def test_the_published_example_is_found_again() -> None:
 
 
 def _direct(made: MeasurementSet) -> dict[str, float]:
-    """Return the figures by the definitions of clause 3, row by row, from the standard library."""
+    """Return the figures by the definitions of clause 3, computed row by row with the standard
+    library."""
     run = made.reference
     assert run is not None
     assert run.direction is not None
@@ -94,7 +97,8 @@ def test_a_run_of_the_table_against_the_definitions() -> None:
     figures = found.figures()
     for name, value in _direct(made).items():
         assert figures[name] == pytest.approx(value, abs=1e-9), name
-    # The disc's error alone, with the sign of a deviation: reading too large, table too short.
+    # Only the disc has an error, and a deviation has the opposite sign: where the reading is too
+    # large, the table has turned too little.
     assert figures["B̄"] == pytest.approx(-2.0, abs=4 * 0.15 / np.sqrt(12 * 24))
     truth = paper_error(np.radians(found.target_deg), np.full(24, 20.0), 0.0)
     assert np.abs(found.mean_arcsec + truth).max() < 5 * 0.15 / np.sqrt(12)
@@ -126,10 +130,10 @@ def test_what_the_run_lacks_is_said_and_the_rest_is_given() -> None:
 
 
 def test_uncertainties_by_random_numbers() -> None:
-    """Many runs with the stated errors scatter as the formulas of the ranges say.
+    """Simulated runs with the stated errors scatter as the formulas for the ranges state.
 
-    The two extremes are far apart, so that the targets of the range do not change; 5 % is three
-    standard errors of a standard deviation of 2000 draws.
+    The two extremes are far apart, so that the same targets always determine the range. The
+    tolerance of 5 % is three standard errors of a standard deviation from 2000 draws.
     """
     random = np.random.default_rng(3)
     device, drift, runs, draws = 0.3, 0.2, 5, 2000
@@ -172,7 +176,7 @@ def test_the_command_gives_figures_before_and_after_a_model(tmp_path: Path) -> N
     data = json.loads((tmp_path / "f.json").read_text())
     before, after = (data[key]["over_the_turn_arcsec"] for key in ("measured", "corrected"))
     assert before["M"] > 150.0
-    # Only scatter remains: 0.15″ a reading, 12 readings a mean, 24 targets.
+    # Only the scatter remains: 0.15″ per reading, 12 readings per mean, 24 targets.
     assert after["M"] < 6 * 0.15 / np.sqrt(12) + 0.1
     assert after["B"] < 6 * 0.15 / np.sqrt(3)
     assert after["R↑"] == pytest.approx(before["R↑"], abs=0.05)

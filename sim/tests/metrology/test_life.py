@@ -1,4 +1,5 @@
-"""Tests of changes and forecasts of a size over time, against brute force and simulated truth."""
+"""Tests that changes of a size over time and forecasts are right, against brute force and simulated
+truth."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ Float = NDArray[np.float64]
 
 WEEK = 7.0
 SURE = 1e-3
-"""Probability that a correct program fails one of the counted tests."""
+"""Probability that a correct program fails one of the tests that count random cases."""
 
 
 def a_series(values: Float, u: float = 0.03, name: str = "effect.size") -> Series:
@@ -56,14 +57,14 @@ def test_the_scatter_between_sets_solves_its_equation() -> None:
     weight = weights(values, u, np.ones((400, 1)))
     scatter = np.sqrt(1.0 / weight - u**2)
     np.testing.assert_allclose(scatter, scatter[0], rtol=1e-6)
-    # The tolerance is four standard deviations of an estimated standard deviation, 0.2/√800 each.
+    # The tolerance is four standard deviations of an estimated standard deviation, each 0.2/√800.
     assert scatter[0] == pytest.approx(0.2, abs=4.0 * 0.2 / np.sqrt(800.0))
     within = weights((u * 0.1)[:, None], u, np.ones((400, 1)))
     np.testing.assert_allclose(within, 1.0 / u**2)
 
 
 def test_false_findings_are_as_frequent_as_stated() -> None:
-    """The machine has several parameters, unequal u, and a scatter that u does not include."""
+    """The machine has several parameters, and a scatter that the stated u does not include."""
     random, number, rate = np.random.default_rng(3), 400, 2.0
     false = 0
     for _ in range(number):
@@ -75,7 +76,8 @@ def test_false_findings_are_as_frequent_as_stated() -> None:
     most = stats.binom.ppf(1.0 - SURE, number, alpha)
     least = stats.binom.ppf(SURE, number, alpha)
     assert false <= most
-    # Bonferroni's bound of five independent series is sharp to α²; ``least`` shows that it is used.
+    # Bonferroni's bound for five independent series exceeds the true rate by about α². ``least``
+    # shows that the true rate is not far below the stated one.
     assert false >= least
 
 
@@ -91,12 +93,12 @@ def test_a_step_and_a_drift_are_found_with_date_and_size(parts: int) -> None:
         changes = find_changes([a_series(values)], 0.5, random)
         assert changes, trial
         change = max(changes, key=lambda one: one.size)
-        # A step at set 22 lies between the days of sets 21 and 22.
+        # A step at set 22 happened between the days of sets 21 and 22.
         day = 21.5 * WEEK if kind == "step" else 22 * WEEK
         held_day += change.earliest_day - WEEK <= day <= change.latest_day + WEEK
         held_size += abs(change.size - 0.5) < 3.0 * change.u
     assert held_day >= stats.binom.ppf(SURE, number, 0.95)
-    # The size comes from the most likely of several courses, so that three u cover 90 %.
+    # The size comes from the most likely of several courses; therefore three u cover only 90 %.
     assert held_size >= stats.binom.ppf(SURE, number, 0.9)
 
 
@@ -114,7 +116,7 @@ def test_a_change_of_phase_alone_is_a_change() -> None:
     np.testing.assert_allclose(one.u, 0.02, rtol=1e-9)
     (change,) = find_changes([one], 0.5, random)
     assert change.kind == "step"
-    # The chord of half a radian.
+    # The phase changes by half a radian at the amplitude 1; the change is the chord of this arc.
     assert change.size == pytest.approx(2.0 * np.sin(0.25), abs=4.0 * change.u)
 
 
@@ -129,7 +131,7 @@ def test_parameters_without_uncertainty_have_no_series() -> None:
 
 
 def test_the_interval_of_a_forecast_holds_the_day() -> None:
-    """A drift has a constant rate: size 0.2″ until day 140, then 1″ at day 420."""
+    """A drift has a constant rate: the size is 0.2″ until day 140, and 1″ at day 420."""
     random, number, held = np.random.default_rng(6), 60, 0
     days = np.arange(40) * WEEK
     for _ in range(number):
@@ -161,9 +163,10 @@ def test_fewer_than_seven_sets_show_no_change() -> None:
 
 @pytest.mark.large
 def test_lives_have_their_alarm_in_time() -> None:
-    """A small sample of ``python -m scripts.judge_life``: the requirement is 95 % and 1 a year.
+    """A small sample of ``python -m scripts.judge_life``. The requirement is 95 % alarms in time
+    and one false alarm per year.
 
-    ``test_life_sets.py`` has single lives with their alarm.
+    ``test_life_sets.py`` tests single lives and their alarms.
     """
     rows = summary([run_lives(task) for task in tasks(20, 1000)])
     whole = rows[-1]

@@ -1,4 +1,4 @@
-"""Tests of three lives through real sets, fits and ``arctrue life``, and of refusals."""
+"""Tests of three machine histories, from sets through fits to ``arctrue life``, and of refusals."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.workbench.small_sets import measurement_set, paper_error
 
 BEGIN = datetime(2026, 1, 5, 9, 0, tzinfo=UTC)
 SETS, DAMAGE = 10, 5
-"""Number of sets, one every other week, and first set with the damage."""
+"""Number of sets, measured every two weeks, and number of the first set with the damage."""
 
 
 def life(*words: object) -> Result:
@@ -45,19 +45,20 @@ def small(seed: int, **options: Any) -> MeasurementSet:
 
 
 def worn_bearing(number: int) -> MeasurementSet:
-    """Simulate a table whose axis moves more at each set from the fifth on: 0.3 µm at the end."""
+    """Simulate a table whose axis motion grows with each set from set number DAMAGE on, to 0.3 µm
+    at the end."""
     size = 0.06 * max(number - DAMAGE + 1, 0)
     wear = [Wanted("radial_error_motion", size)] if size else []
     return simulate_set(wear, short(), 11, again=number).measurement
 
 
 def loose_bracket(number: int) -> MeasurementSet:
-    """Make a reversal error of 0.4″ from the fifth set on."""
+    """Return a set that has a reversal error of 0.4″ from set number DAMAGE on."""
     return small(200 + number, reversal_arcsec=0.4 if number >= DAMAGE else 0.0)
 
 
 def crept_clamp(number: int) -> MeasurementSet:
-    """Make an order 2 of the disc that grows by 0.1″ a set from the fifth set on."""
+    """Return a set whose order 2 of the disc grows by 0.1″ per set from set number DAMAGE on."""
     size = 0.1 * max(number - DAMAGE + 1, 0)
 
     def error(disc: Any, temperature: Any, speed: float) -> Any:
@@ -109,8 +110,8 @@ def test_a_clamp_that_creeps_is_an_alarm(tmp_path: Path) -> None:
     found = data(tmp_path / "a.json")
     assert "graduation_harmonics.order_2_amplitude" in [one["name"] for one in found["changes"]]
     (forecast,) = found["forecasts"]
-    # 0.8″ + 0.1″ a set: 1.5″ at 0.7″/0.1″ = 7 sets after the fourth. The clamp continues to creep,
-    # so that only the calibration of the last set is valid.
+    # Order 2 starts at 0.8″ and grows by 0.1″ per set: it reaches 1.5″ after 0.7″/0.1″ = 7 sets.
+    # The clamp continues to creep, so that only the calibration from the last set is valid.
     assert [one["holds"] for one in found["calibrations"]] == [False] * (SETS - 1) + [True]
     passes = (BEGIN + timedelta(days=14 * (DAMAGE - 1 + 7))).date().isoformat()
     assert forecast["alarm"]
@@ -122,7 +123,8 @@ def test_a_clamp_that_creeps_is_an_alarm(tmp_path: Path) -> None:
 def test_alarms_reach_the_daemon(
     bracket: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The daemon has only the alarms of the last call; the sets are its own store's captures."""
+    """The sets are captures in the daemon's store; the daemon keeps only the alarms of the last
+    call."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
     replay, store = Replay(), tmp_path / "store"
     words = ("--effect", "hysteresis", "--limit")

@@ -1,4 +1,4 @@
-"""Tests that the watch on trends has the stated rate of false alarms and reports drifts with their
+"""Tests that the trend watch has the stated rate of false alarms and reports drifts with their
 size."""
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ RNG_SEED = 5
 
 
 def telemetry_of(values: np.ndarray) -> list[list[float]]:
-    """Return orders 1, 2, … as the telemetry has them; the phase is that of cos(nθ + φ)."""
+    """Return orders 1, 2, … in the form of the telemetry, where the phase is that of cos(nθ +
+    φ)."""
     return [[n + 1, float(abs(v)), float(-np.angle(v)), 0.1, 1] for n, v in enumerate(values)]
 
 
 def test_noise_alone_alarms_as_often_as_stated() -> None:
-    """5 % of the lines may alarm; 250 lines have the 99.9 % range of the binomial distribution."""
+    """5 % of the lines may alarm; the number of alarms in 250 lines must lie in the 99.9 % range of
+    the binomial distribution."""
     rng = np.random.default_rng(RNG_SEED)
     lines, alarms = 250, 0
     for _ in range(lines):
@@ -30,7 +32,8 @@ def test_noise_alone_alarms_as_often_as_stated() -> None:
 
 
 def test_a_drift_is_told_with_its_size() -> None:
-    """Order 2 moves by 0.01″ and −0.02″ a turn, with noise of 0.1″ a turn."""
+    """The cosine and sine of order 2 change by 0.01″ and −0.02″ per turn; the noise of a turn is
+    0.1″."""
     rng = np.random.default_rng(RNG_SEED)
     watch, found = TrendWatch(), []
     for turn in range(128):
@@ -39,7 +42,7 @@ def test_a_drift_is_told_with_its_size() -> None:
         found += watch.add(turn, telemetry_of(moved + noise))
     (trend,) = found
     assert (trend.order, trend.turns) == (2, 112)
-    # Means of 16: 0.025″ each about a line of 8.
+    # The line is fitted to 8 means of 16 turns, each with a standard uncertainty of 0.025″.
     expected_u = 0.1 / 4 / np.sqrt(8) / np.std(np.arange(8)) * 7
     assert trend.u_arcsec == pytest.approx(expected_u, rel=0.6)
     assert trend.cosine_arcsec == pytest.approx(1.12, abs=4 * expected_u)
@@ -66,7 +69,7 @@ def test_refused_and_repeated_turns_are_passed_over_and_a_new_start_begins_anew(
     assert steady_drift(watch, range(1, 8)) == []
     assert watch.add(7, telemetry_of(np.array([99.0]))) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
-    # The device counts from 1 again: no line crosses its start.
+    # The device starts again and counts from 1: no line is fitted across the start.
     assert steady_drift(watch, range(1, 8)) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
 

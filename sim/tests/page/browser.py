@@ -1,4 +1,5 @@
-"""The browser that takes screenshots of the page and tests it: the system's Chromium."""
+"""Find and start the browser that takes screenshots of the page and tests it, the system's
+Chromium."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ INSTALL = (
 
 
 def chromium() -> Path | None:
-    """Path of the program, or None. Ubuntu's chromium-browser is only a script that installs a
-    snap."""
+    """Return the path of the program, or None. Ubuntu's chromium-browser does not count, because it
+    is only a script that installs a snap."""
     named = os.environ.get("ARCTRUE_CHROMIUM")
     for name in [named] if named else NAMES:
         found = shutil.which(name)
@@ -29,6 +30,7 @@ def _is_snap(program: Path) -> bool:
 
 
 def arguments() -> list[str]:
-    """Chromium's sandbox does not work for root, and a container's shared memory is small."""
+    """Return Chromium's options: its sandbox does not work for root, and the shared memory of a
+    container is small."""
     root = hasattr(os, "geteuid") and os.geteuid() == 0
     return ["--disable-dev-shm-usage", *(["--no-sandbox"] if root else [])]

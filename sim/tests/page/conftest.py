@@ -17,7 +17,7 @@ EXPECTED = (
     "ERR_EMPTY_RESPONSE",
     "ERR_CONNECTION_RESET",
 )
-"""The browser itself reports these for an answer that refuses, and for a server that has ended."""
+"""Error messages that the browser itself prints when an answer refuses or a server has ended."""
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
-    """Open a tab. Whatever the browser reports as an error fails the test."""
+    """Open a tab. The test fails if the browser reports any other error."""
     context = browser.new_context(viewport={"width": 1500, "height": 1000}, color_scheme="light")
     context.set_default_timeout(PATIENCE_MS)
     found = context.new_page()

@@ -1,4 +1,4 @@
-"""Settings and checks that the tests of the page in a browser share."""
+"""Settings and checks that the browser tests of the page share."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from sim.tests.page.browser import INSTALL, chromium
 
 PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
 PATIENCE_MS = 240_000
-"""The timeout is longer than any step on a busy machine; no test measures time."""
+"""Longest wait in milliseconds, longer than any step on a busy machine; no test measures a duration
+with it."""
 expect.set_options(timeout=PATIENCE_MS)
 PROGRAM = chromium()
 needs_browser = pytest.mark.skipif(
@@ -19,11 +20,11 @@ needs_browser = pytest.mark.skipif(
 
 
 def picture(page: Page, name: str, *, whole: bool = True) -> None:
-    """Save a screenshot for people to look at in build/page."""
+    """Save a screenshot in build/page, for people to look at."""
     PICTURES.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=PICTURES / f"{name}.png", full_page=whole)
 
 
 def all_drawn(page: Page) -> None:
-    """Expect that every figure has been drawn and none shows a message instead."""
+    """Expect that every figure has been drawn, and that none shows a message instead."""
     expect(page.locator(".plot:not([data-drawn])")).to_have_count(0)

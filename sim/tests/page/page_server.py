@@ -1,4 +1,4 @@
-"""Starts ``arctrue serve`` as a process of its own, for screenshots and tests."""
+"""Start ``arctrue serve`` as a separate process, for screenshots and tests."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ PROGRAM = "from arctrue.cli import main; main()"
 
 @contextmanager
 def page_server(folder: Path, state: Path, *options: str, http_port: int = 0) -> Iterator[str]:
-    """Run the server and yield its address without the path. Raises RuntimeError where the server
-    does not start."""
+    """Run the server and yield its address without the path.
+
+    Raises RuntimeError if the server does not start.
+    """
     command = [sys.executable, "-c", PROGRAM, "serve", str(folder), "--state", str(state)]
     process = subprocess.Popen(
         [*command, "--http-port", str(http_port), *options],

@@ -21,13 +21,14 @@ from tests.page.in_browser import all_drawn, needs_browser, picture
 from tests.workbench.small_sets import measurement_set, paper_error
 
 HIDDEN = "high_order_graduation"
-"""The effect is large enough to be named from one run of 18,000 samples."""
+"""Name of the hidden effect. It is large enough to be named from one run of 18,000 samples."""
 SEED = next(seed for seed in range(1000) if hidden_effect(seed, EXPERIMENTS["lean"]()) == HIDDEN)
-"""The seed is searched for, because a longer catalogue draws other effects. It is the first that
-hides this one."""
+"""First seed that hides this effect. The tests search for it, because a longer catalogue draws
+other effects."""
 
 HEADER_PX = 56
-"""The phone's screen has 844 pixels; a fixed header must leave most of the screen for the text."""
+"""Largest height of the header in pixels. The phone's screen has 844; a fixed header must leave
+most of them for the text."""
 
 pytestmark = needs_browser
 
@@ -40,7 +41,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def rms_on_the_ladder(page: Page) -> list[float]:
-    """Return the RMS of the capture at each step."""
+    """Return the RMS of the capture at each step of the ladder."""
     rows = page.locator("#ladder tbody tr", has_text="capture").all()
     return [float(row.locator("td").nth(4).inner_text().removesuffix("″")) for row in rows]
 
@@ -73,7 +74,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     page.get_by_role("textbox", name="Seed").fill(str(SEED))
     page.get_by_role("button", name="Generate").click()
 
-    # The set and its misfit are there at once. The ranking follows and shows its progress.
+    # The page shows the set and its misfit at once. The ranking follows and shows its progress.
     page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
     start = page.url
     expect(page.locator("#set")).to_contain_text("18,000")
@@ -93,7 +94,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     # Adding the effect makes the error fall.
     named.get_by_role("button").click()
     page.wait_for_url(re.compile(r"/2/"))
-    # The new ranking, which takes seconds at the least, is cancelled at once.
+    # The ranking of the new model takes at least seconds; the test cancels it at once.
     page.locator("#cancel").click()
     expect(page.locator("#ranking")).to_contain_text("was cancelled")
     expect(page.locator("#rank")).to_be_visible()
@@ -131,7 +132,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#truth")).to_contain_text(HIDDEN.replace("_", " "))
     assert name == HIDDEN
 
-    # The keyboard alone is enough to choose the dark colours and the other unit.
+    # The keyboard is enough to choose the dark colours and the other unit.
     page.locator("#theme").focus()
     page.keyboard.press("Enter")
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
@@ -169,8 +170,7 @@ def test_a_server_that_ended_is_said_and_nothing_counts(page: Page, tmp_path: Pa
     expect(page.locator("#counting, #ranking progress")).to_have_count(0)
     expect(page.locator("#doing")).to_have_text("The server does not answer.")
     picture(page, "server_gone", whole=False)
-    # The program understands the words of the command line that the page shows, and the page goes
-    # on.
+    # When the command of the page has started the server again, the page continues.
     with page_server(tmp_path / "sets", state, http_port=port):
         expect(page.locator("#gone")).to_be_hidden()
         page.wait_for_selector("main[data-state=done]")
@@ -199,7 +199,8 @@ def test_on_a_phone_the_header_is_one_line_and_the_ladder_is_whole(server: str, 
     frame = page.locator("#plot-ladder").bounding_box()
     assert frame is not None
     drawn = page.locator("#plot-ladder .xtick text, #plot-ladder .x2tick text")
-    expect(drawn.nth(1)).to_be_attached()  # A figure that is drawn again has no names for a moment.
+    # A figure that is being drawn again has no names for a moment.
+    expect(drawn.nth(1)).to_be_attached()
     names = drawn.all()
     for name in names:
         box = name.bounding_box()
@@ -223,7 +224,7 @@ def test_a_bad_upload_says_why_beside_it(server: str, page: Page, tmp_path: Path
     expect(problem).to_contain_text("capture.csv, row 2, column head1_counts")
     picture(page, "bad_upload")
 
-    # The file is too large, and the page sends nothing.
+    # The file is too large, so that the page does not send it.
     (tmp_path / "huge.csv").write_bytes(bytes(1_000_001))
     address = page.url
     page.get_by_label("Files").set_input_files(tmp_path / "huge.csv")

@@ -1,4 +1,4 @@
-"""Tests of the page's commissioning, against the firmware's console over four heads."""
+"""Tests of the page for commissioning, with the firmware's console and four heads."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def client(device: TableDevice, tmp_path: Path) -> Iterator[FlaskClient]:
 
 
 def taken(client: FlaskClient, step: str, places: str = "") -> str:
-    """Take a step to its end and return the page."""
+    """Run a step to its end and return the page."""
     assert client.post(f"{PAGE}{step}", data={"places": places}).status_code == 303
     until = time.monotonic() + PATIENCE_S
     while client.get(f"{PAGE}state").get_json()["running"]:
@@ -93,11 +93,12 @@ def test_without_a_device_a_step_says_so(tmp_path: Path) -> None:
 def test_places_and_skew_are_measured_and_written(
     device: TableDevice, page: Page, tmp_path: Path
 ) -> None:
-    """The operator clicks from step to step; the device then holds the true places and delays.
+    """The operator clicks through all steps; then the device has the true places and delays.
 
-    Bounds: the place's stated u (below 25″, test of the command), and 20 ns for the skew.
+    The bound of a place is its stated u, below 25″ (test of the command); that of the skew is 20
+    ns.
     """
-    os.close(device.far)  # The server is another program.
+    os.close(device.far)  # The server is a separate program, which opens the port itself.
     with page_server(tmp_path, tmp_path / "state", "--device", device.port) as address:
         page.goto(f"{address}/device/")
         page.get_by_role("link", name="Commissioning").click()
@@ -111,7 +112,7 @@ def test_places_and_skew_are_measured_and_written(
         for _ in range(3):
             button.click()
             expect(rows.first.or_(page.locator("#problem:not(:empty)"))).to_be_visible()
-            # On a busy machine the console's answer may come too late: the step is repeated.
+            # On a busy machine the console may answer too late; then the test repeats the step.
             if rows.count():
                 break
         expect(rows).to_have_count(4)

@@ -1,4 +1,5 @@
-"""Tests of captures that the page takes in the background, with a device that waits for a turn."""
+"""Tests of captures that the page takes in the background; the device waits for a turn of the
+table."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ WAITS = '<button class="main" disabled>Taking a capture …</button>'
 
 
 class NextTurn:
-    """The next turn of the table: comes when ``turned`` is set, and is then ``result``."""
+    """The next turn of the table: it comes when ``turned`` is set, and gives ``result``."""
 
     def __init__(self) -> None:
         self.turned = threading.Event()
@@ -51,7 +52,7 @@ def client(tmp_path: Path, next_turn: NextTurn) -> Iterator[FlaskClient]:
 
 
 def ended(client: FlaskClient) -> None:
-    """Wait until no capture is being taken."""
+    """Wait until the page takes no capture any more."""
     until = time.monotonic() + END_S
     while client.get("/device/state").get_json()["capture"]:
         assert time.monotonic() < until
@@ -61,7 +62,7 @@ def ended(client: FlaskClient) -> None:
 def test_a_second_click_waits_for_the_same_capture(
     client: FlaskClient, next_turn: NextTurn, tmp_path: Path
 ) -> None:
-    """The click answers at once; the capture opens as a session when its turn has come."""
+    """A click is answered at once; the capture opens as a session after the table's turn."""
     write_measurement_set(tmp_path / "capture", measurement_set(runs=1, cycles=1, turns=1))
     next_turn.result = tmp_path / "capture"
     address = client.post("/device/capture").location

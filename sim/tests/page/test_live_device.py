@@ -1,6 +1,6 @@
-"""Tests of the page of a running device in a real browser, and of its captures.
+"""Tests in a real browser of the page of a running device, and of its captures.
 
-Drift, heat and a fault come from replayed telemetry. The captures come from the compiled firmware.
+Drift, heat and a fault come from replayed telemetry; the captures come from the compiled firmware.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ U = 0.02
 
 @pytest.fixture(autouse=True)
 def run_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give the daemon's announcement a folder of its own."""
+    """Give the daemon a folder of its own for its announcement."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
 
 
@@ -39,7 +39,7 @@ def replay() -> Replay:
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
     made = Device()
-    os.close(made.far)  # The daemon is another program.
+    os.close(made.far)  # The daemon is a separate program, which opens the port itself.
     with made.running(monkeypatch):
         yield made
 
@@ -77,7 +77,8 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
             page.wait_for_timeout(50)
         main = page.locator("main")
         expect(main).to_have_attribute("data-turn", "30")
-        # The present coefficients began with turn 10, so the 9 arcseconds before it do not count.
+        # The present coefficients have been active since turn 10, so that the change of 9
+        # arcseconds before it does not count.
         expect(page.locator("#since")).to_contain_text("Since turn 10 ")
         changed = page.locator("#changed tbody tr", has_text="changed")
         expect(changed).to_have_count(2)
@@ -92,17 +93,17 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
             ["order 1", "order 2", "order 5"]
         )
         picture(page, "device")
-        # Before turn 10, order 1 was 9 arcseconds larger. 1 arcsecond has returned since.
+        # Order 1 was 9 arcseconds larger before turn 10. Since then it has grown by 1 arcsecond.
         page.get_by_label("since").select_option("first")
         expect(page.locator("#since")).to_contain_text("Since turn 0 ")
         expect(changed.nth(1)).to_contain_text("order 18.000″0.028″")
         page.get_by_label("since").select_option("calibration")
         expect(changed.nth(1)).to_contain_text("order 11.000″0.028″")
-        # A refused turn has no orders. The page keeps those of the turn before it.
+        # A refused turn has no orders; the page keeps the orders of the turn before.
         replay.turn(31, swaps=1, result="refused", reason="noise", harmonics=[])
         expect(main).to_have_attribute("data-turn", "31")
         expect(changed).to_have_count(2)
-        # The alarm of that turn is over.
+        # The alarm of the earlier turn is over.
         expect(page.locator("#alarm-list")).to_have_text("none")
         ask(announcement(replay.port), "life", alarms={"hysteresis.a": "ALARM: <b>it</b> passes."})
         expect(page.locator("#machine-alarms li")).to_have_text("ALARM: <b>it</b> passes.")
@@ -118,7 +119,7 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
 
 
 def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Path) -> None:
-    """The keys are those of a turn of the compiled firmware that calibrates four heads."""
+    """The keys are those of the compiled firmware's telemetry when it calibrates four heads."""
     with (
         daemon(replay.port, tmp_path / "store", "--no-alarm-capture"),
         page_server(tmp_path, tmp_path / "state", "--device", replay.port) as address,
@@ -144,7 +145,7 @@ def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Pat
         expect(rows.nth(2)).to_contain_text("left out")
         expect(page.locator("#heads-note")).to_have_text("By turn 2. Parity: -3.5 counts.")
         expect(page.locator("#axis-circles tbody tr").nth(1)).to_have_text("20.400″0.100″")
-        # The head is dead: the turn has no places, and those of turn 2 stay.
+        # The head is dead: the turn has no places, and the page keeps the places of turn 2.
         replay.turn(3, result="refused", reason="stands_still", harmonics=[], left_out=[3])
         expect(page.locator("main")).to_have_attribute("data-turn", "3")
         expect(rows.nth(2)).to_contain_text("left out")

@@ -1,8 +1,8 @@
-"""Test of the page of a running device against the compiled instrument with four heads.
+"""Test of the page of a running device with the compiled instrument and four heads.
 
-The daemon opens the instrument's serial port. The core is the compiled netlist, the firmware that
-of the board; the table heats, its disc creeps, its axis moves and a head fails. The table has 2¹⁶
-counts a turn, 19.8″ each, so that a turn takes less than a second.
+The daemon opens the instrument's serial port. The core is the compiled netlist, and the firmware is
+that of the board. The table heats, its disc creeps, its axis moves and a head fails. The table has
+2¹⁶ counts of 19.8″ per turn, so that a turn takes less than a second.
 """
 
 from __future__ import annotations
@@ -38,30 +38,34 @@ SETTINGS = RevolutionSettings(
 )
 ARCSEC_A_METRE = np.degrees(1.0 / DISC_RADIUS_M) * 3600.0
 CIRCLE_M = 2e-6
-"""Radius of the axis' circle, three times a turn: 7.6″ at the disc's radius."""
+"""Radius of the circle that the axis makes three times per turn: 7.6″ at the disc's radius."""
 CREEP_M_A_TURN = 0.4e-6j
-"""Drift of the disc's centre: 1.5″ more a turn."""
+"""Drift of the disc's centre: 1.5″ more in each turn."""
 HEAT_M_A_K = 2e-6
-"""Shift of the disc's centre by heat, square to the drift: 7.6″ per kelvin."""
+"""Thermal shift of the disc's centre, perpendicular to the drift: 7.6″ per kelvin."""
 WARM_K = 4.0
 FIRST_WARM_TURN, LAST_WARM_TURN = 4.0, 6.0
 CALIBRATED, DRIFTED, ALL_HEADS, ALL = 3, 8, 10, 90
-"""Numbers of turns at which the phases end: calibration by two heads, drift, calibration by four
-heads, and the whole test. The mean of four heads does not see the motion of the disc's centre."""
+"""Numbers of the turns at which the phases end: calibration by two heads, drift, calibration by
+four heads, and the whole test.
+
+The mean of four heads does not contain the motion of the disc's centre.
+"""
 SIGMAS = 5.0
 U_CIRCLE_ARCSEC = 0.4
-"""Standard uncertainty of the orbit's circle.
+"""Standard uncertainty of the circle that the orbit contains.
 
-A count of 19.8″ has a rounding of 5.7″ RMS. Four heads give x and y of a sample to 5.7″ · √(2/4);
-their mean over 1,200 samples has a component, √2 of a mean, to 4.0″ · √(2/1,200) = 0.17″. The
-drift of the disc during the turn adds as much. Twice that.
+A count of 19.8″ has a rounding of 5.7″ RMS. Four heads give x and y of a sample to 5.7″ · √(2/4) =
+4.0″. The component of a circle over 1,200 samples, which has √2 of the uncertainty of a mean, is
+then known to 4.0″ · √(2/1,200) = 0.17″. The drift of the disc during the turn adds as much, so that
+the value is about twice as large.
 """
 
 
 def turning_table() -> tuple[HeadsDevice, Turning]:
-    """Return the device with all causes, ready to turn."""
+    """Return the device, whose table has all causes of error, and the thread that turns it."""
     device = HeadsDevice(SETTINGS)
-    # Each turn is evaluated alone, without the running average.
+    # The running average is off, so that each turn is evaluated alone.
     device.firmware.set("keep", 0.0)
     turn_s = 2.0 * np.pi / SETTINGS.speed_rad_s
     course = TemperatureCourse(
@@ -96,7 +100,8 @@ def turning(
 
 @pytest.mark.large
 def circle_arcsec(x: list[float], y: list[float]) -> float:
-    """Return the radius of the circle three times a turn, from a closed path in equal steps."""
+    """Return the radius of the circle with three periods per turn, from a closed path in equal
+    steps."""
     path = np.array(x[:-1]) + 1j * np.array(y[:-1])
     place = 2.0 * np.pi * (np.arange(path.size) + 0.5) / path.size
     return max(abs(np.mean(path * np.exp(sense * 3j * place))) for sense in (1, -1))
@@ -115,7 +120,7 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         main = page.locator("main")
         instrument.last = CALIBRATED
         expect(main).to_have_attribute("data-turn", str(CALIBRATED))
-        # The coefficients stay unchanged, so that the page shows the table's drift since the
+        # The coefficients stay fixed, so that the page shows the drift of the table since the
         # calibration.
         instrument.order(lambda firmware: firmware.send("freeze on"))
         instrument.last = DRIFTED
@@ -136,10 +141,10 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         expect(row).to_contain_text(f"{first_order['size_arcsec']:.3f}″")
         expect(row).to_contain_text("changed")
         expect(page.locator("#changed tbody")).to_contain_text(f"temperature, table{WARM_K:.1f} °C")
-        # 34″ are more than the 2″ that raise the alarm.
+        # The error of 34″ exceeds the 2″ that raise the alarm.
         expect(page.locator("#alarm-list")).to_contain_text("error")
         expect(page.locator("#events")).to_contain_text("new alarm: error")
-        # The firmware finds the circles of the axis once it knows the places of all heads.
+        # The firmware finds the circles of the axis only when it knows the places of all heads.
         expect(page.locator("#axis")).to_be_hidden()
         instrument.order(lambda _: device.calibrate_alone())
         instrument.last = ALL_HEADS
@@ -150,7 +155,7 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         assert radii["arcsec"][-1] == pytest.approx(circle, abs=SIGMAS * U_CIRCLE_ARCSEC)
         expect(page.locator("#chart-axis .main-svg").first).to_be_visible()
 
-        # A click: the capture of all heads is diagnosed, and gives the orbit of the axis.
+        # A click diagnoses a capture of all heads, which also gives the orbit of the axis.
         instrument.last = ALL
         page.get_by_role("button", name="Take a capture").click()
         page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
@@ -169,7 +174,7 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         assert circle_arcsec(*mean) == pytest.approx(circle, abs=SIGMAS * U_CIRCLE_ARCSEC)
         picture(page, "instrument")
 
-        # A wire of head 2 breaks: its turns are refused, with the reason.
+        # A wire of head 2 breaks: its turns are refused, and the page states the reason.
         def break_a_wire(_: Firmware) -> None:
             broken = PinFault(device.instrument.clock + 1000, 10**9, low=HEAD2_A)
             device.instrument.disturb(broken)

@@ -1,7 +1,7 @@
-"""Tests that markup in titles, names and contents of files is shown as text, in page and reports.
+"""Tests that page and reports show markup in titles, names and contents of files as text.
 
-A browser would make two elements of the marks. One can be found on the page, and one leads to
-another page.
+If a browser interpreted the texts, it would make two elements from them. The first can be found on
+the page; the second leads to another page.
 """
 
 from __future__ import annotations
@@ -31,11 +31,13 @@ MARK = "<i data-evil>x</i>"
 LEADS_AWAY = '<meta http-equiv="refresh" content="0;url=data:,gone">'
 EVIL = f"""'"><svg data-evil onload="document.title='evil'"></svg>{MARK}&lt;{LEADS_AWAY}"""
 FOLDER = "<i data-evil>x<meta http-equiv=refresh content=0;url=data:,gone>\"'&amp;"
-"""The name of a folder can hold no slash."""
+"""Markup for the name of a folder, which cannot contain a slash."""
 COLUMN = "%{meta.words}<b data-evil>warm</b><a href='http://evil.example'>hub"
-"""plotly.js interprets b and a in its texts, and replaces a name by what "meta" holds."""
+"""Markup for the name of a column. plotly.js interprets the elements b and a in its texts, and
+replaces a name by what "meta" contains."""
 LOOKS_MS = 700
-"""The markup refreshes after 0 s, so a page that it led away would be gone by then."""
+"""Time in milliseconds after which the page is checked. The markup would lead to another page after
+0 s."""
 
 
 def evil_set() -> MeasurementSet:
@@ -48,7 +50,7 @@ def evil_set() -> MeasurementSet:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Write sets with markup in title, folder, column and fault, and an effect with markup in its
+    """Write sets with markup in title, folder, column and fault; the effect has markup in its
     texts."""
     made = tmp_path_factory.mktemp("markup")
     write_measurement_set(made / "sets" / FOLDER, evil_set())
@@ -74,7 +76,7 @@ def server(folder: Path) -> Iterator[str]:
 
 
 def harmless(page: Page) -> None:
-    """Expect that the marks became no element and no link, and that the page is still there."""
+    """Expect that the texts became no element and no link, and that the page is still shown."""
     address = page.url
     page.wait_for_timeout(LOOKS_MS)
     assert page.url == address
@@ -108,7 +110,8 @@ def test_the_page_shows_markup_as_text(server: str, page: Page, tmp_path: Path) 
     expect(page.locator("#plot-residual_against .xtitle").first).to_have_text(COLUMN)
     picture(page, "markup")
 
-    # The model file has markup in its history and table, and an effect that no catalogue has.
+    # The model file has markup in its history and in its table, and it names an effect that no
+    # catalogue has.
     model = page.request.get(f"{page.url.split('?')[0]}model.toml").text()
     harm = tmp_path / "model.toml"
     harm.write_text(
@@ -147,8 +150,8 @@ def test_files_that_are_dropped_in_are_named_as_text(
 
 @pytest.mark.large
 def test_addresses_that_are_not_there_are_shown_as_text(server: str, page: Page) -> None:
-    # The browser prints a missing page on its console, which fails a test. A plain request does
-    # not.
+    # The browser prints a missing page on its console, which would fail the test; a plain request
+    # does not.
     for address in (f"/s/{MARK}/1/", f"/{MARK}", f"/s/0123456789abcdef/1/figure/{MARK}.json"):
         answer = page.request.get(server + address)
         assert answer.status == 404
@@ -179,7 +182,7 @@ def test_a_printed_report_shows_markup_as_text(page: Page, tmp_path: Path) -> No
     page.goto(html.as_uri())
     harmless(page)
     expect(page.locator("h1")).to_have_text(EVIL)
-    # Markdown would let HTML through.
+    # A reader of Markdown would interpret HTML in it.
     assert "<" not in markdown
     linked = Document("[x](http://evil.example)", [], [])
     assert "](" not in write_document(linked, tmp_path, "linked")[0].read_text(encoding="utf-8")

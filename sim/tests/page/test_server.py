@@ -1,4 +1,4 @@
-"""Tests of who can reach the server, and of what it loads into a device."""
+"""Tests who can reach the server, and what the server loads into a device."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COUNTS_PER_REV = 1 << 24
 
 
 class Stub:
-    """Replaces waitress: it accepts the application and serves no request."""
+    """A stand-in for waitress that accepts the application and serves no request."""
 
     def __init__(self, app: Flask, sockets: list[Any], **_: Any) -> None:
         self.app, self.socket = app, sockets[0]
@@ -59,7 +59,7 @@ def test_others_are_warned_of_and_need_the_token(
     assert said[0].startswith("warning: 0.0.0.0 can be reached by other machines")
     address = said[1].split()[1]
     token = address.partition("?token=")[2]
-    assert len(token) >= 24  # The token is made of 18 random bytes.
+    assert len(token) >= 24  # The token has 18 random bytes.
     client = stub.app.test_client()
     assert client.get("/").status_code == 403
     assert client.get(f"/?token={token}", follow_redirects=True).status_code == 200
@@ -129,6 +129,7 @@ def test_an_address_that_cannot_be_taken_says_what_to_do(tmp_path: Path) -> None
         said = message_for("--http-port", str(port))
         assert f"port {port} of 127.0.0.1 is in use" in said
         assert "--http-port" in said
-    # TEST-NET-1 (RFC 5737) is the address of no machine, and .invalid (RFC 2606) is never a name.
+    # No machine has the address TEST-NET-1 (RFC 5737), and a name with .invalid (RFC 2606) never
+    # exists.
     for host in ("192.0.2.1", "no.such.name.invalid"):
         assert f"--host {host}: this machine has no such address" in message_for("--host", host)

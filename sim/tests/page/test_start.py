@@ -1,5 +1,4 @@
-"""Tests of the files that the first page opens, and of the message with which it refuses all
-others."""
+"""Tests of the files that the first page opens, and of its message for files that it refuses."""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ MOST_BYTES = 1_000_000
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Write two sets, one of them broken, and a stranger's set outside the folder."""
+    """Write two sets, of which one is broken, and a third set outside the folder."""
     write_measurement_set(tmp_path / "sets" / "good", measurement_set(runs=1, cycles=1, turns=1))
     broken = tmp_path / "sets" / "broken"
     broken.mkdir()
@@ -42,7 +41,7 @@ def client(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 
 
 def problem(html: str, part: str) -> str:
-    """Return the sentence next to a part of the first page."""
+    """Return the error message in a part of the first page."""
     section = html[html.index(f'id="{part}"') :].split("</section>")[0]
     return " ".join(re.findall(r'class="problem"[^>]*>([^<]*)', section)).strip()
 
@@ -105,14 +104,14 @@ def test_a_bad_upload_says_why_beside_it(
     html = answer.get_data(as_text=True)
     assert answer.status_code == 422
     assert said in problem(html, "dropin")
-    # The page does not show the server's own folders, and the attempt leaves no file.
+    # The page does not show the server's own folders, and the refused upload leaves no file.
     assert str(tmp_path / "state") not in html
     assert list((tmp_path / "state").iterdir()) == []
     assert not list(tmp_path.parent.glob("evil.csv*"))
 
 
 def test_objects_in_a_numpy_file_are_not_made(client: FlaskClient) -> None:
-    """Reading a pickle would run code."""
+    """Python objects in the file would be read by pickle, which would run code."""
 
     class Trap:
         def __reduce__(self) -> tuple[object, tuple[str]]:
@@ -167,7 +166,7 @@ def test_what_a_recording_leaves_open_is_asked_until_it_is_a_set(
     assert "<th>1 target</th><th>2 error</th>" in html
     assert "<td>15</td><td>0.966</td>" in html
     kept = re.findall(r'name="kept" value="([^"]+)"', html)[0]
-    # The page asks again for an answer that is missing, and keeps those that were given.
+    # The page asks again for the missing answer and keeps the answers that were given.
     first = {"answer:--unit target": "deg", "answer:--sign": "reading-true", "kept": kept}
     html = client.post("/drop", data=first).get_data(as_text=True)
     assert re.findall(r'<select name="answer:([^"]+)"', html) == ["--unit error"]
@@ -211,7 +210,7 @@ def test_another_page_cannot_use_the_server(client: FlaskClient) -> None:
     for headers in ({"Origin": "http://evil.example"}, {"Sec-Fetch-Site": "cross-site"}):
         answer = client.post("/open", data={"set": "good"}, headers=headers)
         assert answer.status_code == 403
-    # An attacker can let such a name point to 127.0.0.1.
+    # An attacker can let such a host name resolve to 127.0.0.1.
     assert client.get("/", headers={"Host": "evil.example"}).status_code == 403
 
 

@@ -1,5 +1,5 @@
-"""Tests that the server keeps the steps of a model, each with its address, and that tabs stay
-apart."""
+"""Tests that the server keeps the steps of a model, each with its own address, and that tabs do not
+affect each other."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tests.workbench.small_sets import measurement_set, paper_error
 EFFECT = "hysteresis"
 FOLLOWS_NONE = "follows none of the conditions"
 START = Jobs.start
-"""The method is kept here before a fixture replaces it."""
+"""The method, saved before a fixture replaces it."""
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def settings(tmp_path_factory: pytest.TempPathFactory) -> PageSettings:
 
 @pytest.fixture(scope="module")
 def client(settings: PageSettings) -> Iterator[FlaskClient]:
-    """Return the client of a page that ranks nothing by itself."""
+    """Return the client of a page that starts no ranking."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Jobs, "start", lambda *_: None)
         with make_page(settings).app.test_client() as made:
@@ -53,18 +53,18 @@ def client(settings: PageSettings) -> Iterator[FlaskClient]:
 
 @pytest.fixture(scope="module")
 def opened(client: FlaskClient) -> str:
-    """Return the address of the first step of a session that many tests use."""
+    """Return the address of the first step in a session that many tests share."""
     return str(client.post("/open", data={"set": "one"}).location)
 
 
 @pytest.fixture
 def first(client: FlaskClient) -> str:
-    """Return the address of the first step of a new session."""
+    """Return the address of the first step in a new session."""
     return str(client.post("/open", data={"set": "one"}).location)
 
 
 def names(client: FlaskClient, address: str, tmp_path: Path) -> list[str]:
-    """Return the names of the effects in the model of a step."""
+    """Return the names of the effects in the model of this step."""
     file = tmp_path / "downloaded.toml"
     file.write_bytes(client.get(f"{address}model.toml").data)
     return read_model(file).names()
@@ -148,7 +148,7 @@ def test_a_bad_model_file_says_why(
 
 
 def test_a_model_file_brings_no_code(client: FlaskClient, opened: str, tmp_path: Path) -> None:
-    """Effect files are code. Only those in a folder from the command line are run."""
+    """Effect files contain code. Only those in a folder that the command line names are run."""
     trap = tmp_path / "effects"
     trap.mkdir()
     (trap / "trap.py").write_text(
@@ -221,9 +221,10 @@ def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> No
 
 @pytest.fixture(scope="module")
 def rankings(settings: PageSettings, client: FlaskClient, opened: str) -> list[Ranking]:
-    """Return what a job writes for the first step, first the part and then the whole ranking.
+    """Return the rankings that a job writes for the first step: first the partial one, then the
+    complete one.
 
-    The model lacks an effect.
+    The model of the step lacks an effect.
     """
     session = Sessions(settings.state)[opened.split("/")[2]]
     analysis = analyse_opened(session.opened, session.model(1), built_in())
@@ -248,8 +249,9 @@ def test_what_is_not_judged_yet_is_not_denied(
     assert FOLLOWS_NONE not in where
     assert "diagnosis will show" in where
 
-    # The ranking now judges the conditions. First no condition explains more than chance. Then one
-    # condition has a share that the page shows, but that is too small for a sentence.
+    # The ranking now judges the conditions. In the first case no condition explains more than
+    # chance; in the second, one condition has a share that the page shows but that is too small for
+    # a sentence.
     quiet = [{**item, "share": 0.0} for item in whole["regressors"]]
     session.write_ranking(1, {**whole, "findings": [], "regressors": quiet})
     assert f"{FOLLOWS_NONE} below:" in section(client.get(first).text, "where")
@@ -275,13 +277,14 @@ def test_a_set_that_is_opened_again_is_not_ranked_again(
     before.write_ranking(1, rankings[1])
     again, _ = open_it()
     assert again.ranking(1) == rankings[1]
-    # The same model is reached in another way, and then another model.
+    # The same model is reached again by adding and removing an effect.
     client.post(f"{address}add", data={"effect": EFFECT})
     client.post(f"/s/{before.name}/2/drop", data={"effect": EFFECT})
     assert before.ranking(2) is None
     assert before.ranking(3) == rankings[1]
 
-    # Another mask, another byte of the set or other code of an effect needs another ranking.
+    # The ranking is made again if the mask, a byte of the set, or the code of an effect has
+    # changed.
     (folder / "mask.csv").write_text("capture_row,mask\n5,1\n", "utf-8")
     assert open_it()[0].ranking(1) is None
     (folder / "mask.csv").unlink()

@@ -1,4 +1,4 @@
-"""Builds a folder with the Python packages that a list of requirements asks for, and no others."""
+"""Build a folder with the Python packages that a list of requirements needs, and no others."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from packaging.utils import canonicalize_name
 
 
 def required(requirements: Iterable[str]) -> dict[str, Distribution]:
-    """Return, by name, the installed distributions that the requirements ask for, directly or not.
+    """Return the installed distributions that the requirements need, directly or indirectly, by
+    name.
 
-    Raises importlib.metadata.PackageNotFoundError for one that is not installed here, and
-    AssertionError for one of another version.
+    Raises importlib.metadata.PackageNotFoundError if one is not installed here, and AssertionError
+    if one has another version.
     """
     found: dict[str, Distribution] = {}
     waiting = [(Requirement(text), "") for text in requirements]

@@ -1,5 +1,5 @@
-"""Tests that the tables of docs/architecture.md and the rules of pyproject.toml name the existing
-folders and modules."""
+"""Tests that the tables of docs/architecture.md and the rules of pyproject.toml name the folders
+and modules that exist."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from pathlib import Path
 from arctrue.base.source_tree import ROOT
 
 PACKAGE = ROOT / "sim" / "arctrue"
-# These packages have a row for each of their parts.
+# Packages whose parts each have a row of their own in the table.
 DIVIDED = ("workbench", "studies")
 CONFIGURATION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# The layers go from the command line down to the units. A module imports only from layers below its
-# own.
+# Layers from the command line down to the units. A module imports only from layers below its own.
 LAYERS, LAYERS_OF_WORKBENCH = (
     [[name.strip().removeprefix("arctrue.") for name in layer.split("|")] for layer in found]
     for found in (
@@ -25,7 +24,7 @@ LAYERS, LAYERS_OF_WORKBENCH = (
 
 
 def rows() -> list[list[str]]:
-    """Return the names in the first column of the table of the Python package."""
+    """Return the names in the first column of the Python package's table."""
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     table = text.split("The Python package `sim/arctrue`")[1].split("\n## ")[0]
     cells = re.findall(r"^\| (`[^|]*) \|", table, re.MULTILINE)
@@ -53,7 +52,7 @@ def test_the_table_names_nothing_else() -> None:
 
 
 def depth(name: str) -> int:
-    """Return the number of the layer of one entry, counted from the top."""
+    """Return the number of the layer that contains this entry, counted from the top."""
     (found,) = [place for place, layer in enumerate(LAYERS) if name.split("/")[0] in layer]
     return found
 

@@ -1,4 +1,5 @@
-"""Tests that CITATION.cff is valid by the Citation File Format 1.2.0 and agrees with the tree."""
+"""Tests that CITATION.cff is valid by the Citation File Format 1.2.0 and agrees with the source
+tree."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[3]
 
-# The keys are from schema-guide.md of Citation File Format 1.2.0, "Required keys", "Optional keys"
-# and the definitions.
+# Keys from schema-guide.md of Citation File Format 1.2.0: "Required keys", "Optional keys" and the
+# definitions.
 REQUIRED = {"authors", "cff-version", "message", "title"}
 OPTIONAL = {
     "abstract", "commit", "contact", "date-released", "doi", "identifiers", "keywords", "license",
@@ -31,7 +32,7 @@ REFERENCE_SEEN = REFERENCE_REQUIRED | {"doi", "journal", "notes", "url", "year"}
 
 
 def faults(data: Any) -> list[str]:
-    """Return the faults of a citation file against the format."""
+    """Return what in a citation file violates the format."""
     found = [f"lacks {key}" for key in sorted(REQUIRED - set(data))]
     found += [f"unknown key {key}" for key in sorted(set(data) - REQUIRED - OPTIONAL)]
     if data.get("cff-version") != "1.2.0":

@@ -1,4 +1,4 @@
-"""Tests that the paper has every equation, section, figure and table that the tree cites."""
+"""Tests that the paper has every equation, section, figure and table that the source tree cites."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[3]
 FOLDERS = ("rtl", "tb", "sim", "firmware", "formal", "scripts", "docs")
 ENDINGS = {".vhd", ".rdl", ".py", ".c", ".h", ".cpp", ".sv", ".md", ".j2", ".toml"}
 
-# These are the numbers in Shao, Zhu, Huang, Xue and Zhu (2025), read from the paper.
+# Numbers in Shao, Zhu, Huang, Xue and Zhu (2025), read from the paper.
 PAPER = {
     "equation": {*map(str, range(1, 18)), *(f"A.{n}" for n in range(1, 6))},
     "figure": {
@@ -31,7 +31,7 @@ OTHER_SOURCES = (
     "table 4 K warmer",
     "Table 7, Monday",
 )
-"""These texts cite other documents, or only look like a citation."""
+"""Texts that cite other documents, or that only look like a citation."""
 
 NUMBER = r"\(?(?:A\. ?)?\d{1,2}(?:\.\d+)?(?: ?[ab]\b)?\)?"
 WORDS = {
@@ -49,7 +49,7 @@ CITATION = {
 
 
 def plain(text: str) -> str:
-    """Return the text without line breaks, marks of comments and citations of other documents."""
+    """Return the text without line breaks, comment marks and citations of other documents."""
     joined = " ".join(re.sub(r"^\s*(?:--|//|/?\*|#)+ ?", "", line) for line in text.splitlines())
     joined = re.sub(r"\s+", " ", joined)
     for other in OTHER_SOURCES:
@@ -58,7 +58,8 @@ def plain(text: str) -> str:
 
 
 def citations(text: str) -> Iterator[tuple[str, str]]:
-    """Yield kind and number of every citation in the text. A range yields both of its ends."""
+    """Yield the kind and the number of every citation in the text; a range yields both of its
+    ends."""
     for kind, pattern in CITATION.items():
         for found in pattern.finditer(text):
             for number in re.findall(NUMBER, found[1]):
@@ -101,8 +102,8 @@ def test_every_citation_is_in_the_paper() -> None:
 
 
 PLACES = {
-    # Section 2.2 has b and the iterations, section 3.3 the circuit, the appendix the bounds, and
-    # (9) A_n.
+    # Section 2.2 defines b and the iterations, section 3.3 the circuit, the appendix the bounds,
+    # and equation (9) A_n.
     "rtl/formats/number_formats_pkg.vhd": [
         "sections 2.2 and 3.3 and appendix",
         "A_n of equation (9)",
@@ -118,12 +119,12 @@ PLACES = {
     # Equation (2) gives the reading as R = θ + ε(θ), and (1) defines the deviation of the table.
     "rtl/encoder_source/encoder_source.vhd": ["ε of equation (2)"],
     "rtl/encoder_source/encoder_source_head.vhd": ["R = θ + ε(θ), equation (2)"],
-    # The cosines of ε are those of equation (9).
+    # ε is a sum of the cosines in equation (9).
     "sim/arctrue/workbench/effects/catalogue/graduation_harmonics.py": ["(4), (5) and (9)"],
     "sim/arctrue/workbench/effects/base.py": ["equation (9)"],
     "sim/arctrue/calibration/transfer_function.py": ["equation (6)"],
 }
-"""At each of these places the paper describes the subject of the file."""
+"""Citations in each file. At each of these places the paper describes the subject of the file."""
 
 
 @pytest.mark.parametrize("name", PLACES)

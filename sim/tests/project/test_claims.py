@@ -1,5 +1,5 @@
-"""Tests that every claim of the pages about the diagnosis is shown by a figure of this tree or of a
-named commit."""
+"""Tests that every claim of the pages about the diagnosis is supported by a figure of this tree or
+of a named commit."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_what_cannot_be_shown_is_not_said() -> None:
 
 
 def _former_figures(text: str) -> list[str]:
-    """Return the figures of an earlier commit in ``text``, with their brackets."""
+    """Return the bracketed remarks in ``text`` that give a figure of an earlier commit."""
     return re.findall(r"\([\d.,]+ (?:[^()]*? )?before\b[^()]*\)", " ".join(text.split()))
 
 
@@ -59,7 +59,7 @@ def test_former_figures_are_found() -> None:
 
 
 def test_a_figure_of_before_carries_the_commit_that_makes_it() -> None:
-    """A figure that this tree cannot make again names the commit that can."""
+    """If this tree cannot reproduce a figure, the text names the commit that can."""
     for path in [*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"]:
         for said in _former_figures(path.read_text(encoding="utf-8")):
             assert re.search(r"`[0-9a-f]{7}(~1)?`", said), f"{path}: {said}"

@@ -1,4 +1,5 @@
-"""Tests that every command of the documents is run, or is listed here with its place and reason."""
+"""Tests that every command in the documents is run, or is listed here with the place and the
+reason."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 FOLLOWED = {"tutorial.md", "first-own-table.md", "own-effect.md", "real-data.md"}
-"""test_tutorial.py runs every command of these pages and compares the output, all but those of
-first-own-table.md in ``make test-large``."""
+"""Pages of which test_tutorial.py runs every command and compares the output; it runs those of
+first-own-table.md only in ``make test-large``."""
 BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
@@ -50,8 +51,8 @@ ELSEWHERE = {
     "arctrue serve": ("it serves until it is stopped", "sim/tests/page/test_browser.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
 }
-"""Another test runs these commands. Each entry says why they are not run here, and which test it
-is."""
+"""Commands that another test runs. Each entry states why they are not run here, and which test runs
+them."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "scripts/tests/device_build"),
     "compare-lanes": ("minutes; its parts there", "scripts/tests/synth/test_compare_lanes.py"),
@@ -74,13 +75,13 @@ TARGETS = {
     "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
     "verify-bitstream": ("needs a routed chip; its parts there", "scripts/tests/device_build"),
 }
-"""These are the targets of make in the documents. Each entry says why it is not run here, and what
+"""Targets of make in the documents. Each entry states why the target is not run here, and what
 tests it."""
 
 
 def lines_of(page: Path) -> Iterator[str]:
-    """Yield the lines of a page's blocks of commands. Lines that end in \\ are joined with the
-    next."""
+    """Yield the lines in a page's command blocks; a line that ends in \\ is joined with the next
+    line."""
     for block in BLOCK.finditer(page.read_text(encoding="utf-8")):
         if block["language"] in ("sh", "console", ""):
             text = re.sub(r"\\\n\s*", "", block["text"])
@@ -88,7 +89,7 @@ def lines_of(page: Path) -> Iterator[str]:
 
 
 def documented(program: str) -> list[tuple[str, str]]:
-    """Return page and command, without remarks, of every call of a program."""
+    """Return (page, command) for every call of a program, without the comments."""
     found = []
     for page in PAGES:
         for line in lines_of(page):
@@ -114,7 +115,7 @@ def test_the_commands_are_found() -> None:
 
 @pytest.mark.parametrize(("page", "line"), COMMANDS, ids=lambda item: item)
 def test_a_documented_command_has_these_words_and_options(page: str, line: str) -> None:
-    """The parser of the command itself checks the line, wherever the command is run."""
+    """The parser of the command itself accepts the line, wherever the command is run."""
     if "diganose" in line:
         pytest.skip("the example of a wrong name: it is run below")
     words = shlex.split(line)[1:]
@@ -162,14 +163,14 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 CODES = {"arctrue diganose my_table": 2}
-"""Exit codes other than 0. The only one is that of the example of a wrong name."""
+"""Exit codes other than 0; only the example of a misspelt name has one."""
 INSTEAD = {"EFFECT": "hysteresis"}
 FEWER = {"--trials": "8", "--samples": "1500"}
-"""Sizes of a command that draws its sets itself, in place of those of the page."""
+"""Smaller sizes for a command that draws its own sets; they replace the sizes on the page."""
 
 
 def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each command runs word by word as printed, on small sets or with FEWER. A small set also
+    """Each command runs as printed, on small sets or with the sizes of FEWER; a small set also
     replaces a placeholder."""
     monkeypatch.chdir(place)
     monkeypatch.setattr(_loaded_set.console, "width", 100)
@@ -180,7 +181,7 @@ def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPa
                 FEWER.get(before, word) for before, word in zip(["", *words], words, strict=False)
             ]
         if words[0] == "add":
-            # README makes a new model.
+            # The command in README makes a new model.
             (place / "model.toml").unlink(missing_ok=True)
         if words[0] == "import":
             words[words.index("my_table")] = "imported"
@@ -222,7 +223,8 @@ PICTURES = {
     "tutorial_stranger.png": "scripts/make_workbench_pictures.py",
     "warming_recalibrated.svg": "docs/scenarios.md",
 }
-"""Maps each picture to the script that makes it, or to the page that shows its command."""
+"""Pictures of the documents, each with the script that makes it or the page that shows its
+command."""
 
 
 DRAWINGS = "sim/arctrue/report/paper_drawings.py"

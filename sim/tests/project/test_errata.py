@@ -1,4 +1,4 @@
-"""Recalculates the figures of docs/errata.md and docs/calibration.md from their equations."""
+"""Recalculate the figures of docs/errata.md and docs/calibration.md from their equations."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_scale_of_the_rotation() -> None:
 
 
 def test_sign_of_equation_10() -> None:
-    # With the sign as printed, the pair (x, y) does not rotate and the cosine is lost.
+    # With the sign as printed, the pair (x, y) is not rotated, and the cosine is wrong.
     for sign, right in ((1, True), (-1, False)):
         x, y, z = 0.6072529, 0.0, 1.0
         for i in range(ITERATIONS):
@@ -66,8 +66,8 @@ def test_remainder_of_equation_8() -> None:
 
 
 def test_head_separation_from_the_mean_over_readings() -> None:
-    # The geometry is exact and has no series. The disc's centre circles the axis at a distance of
-    # ``eccentricity`` radii, and each head sees the direction from there to itself.
+    # The geometry is exact and uses no series. The disc's centre circles the axis at a distance of
+    # ``eccentricity`` radii; each head observes the direction from this centre to itself.
     alpha = math.radians(33)
     eccentricity = 0.030 / (107.95 / 2)
     theta = np.arange(65536) * (2 * math.pi / 65536)
@@ -103,16 +103,17 @@ def test_share_of_the_uncertainty() -> None:
 
 @pytest.mark.parametrize(("order", "amplitude", "u"), [(1, 95.0, 185.0), (11, 12.0, 12.0)])
 def test_head_separation_by_one_order(order: int, amplitude: float, u: float) -> None:
-    """Checks the u(α) in docs/calibration.md for a reference good to 0.15″."""
+    """Check the u(α) in docs/calibration.md for a reference with an uncertainty of 0.15″."""
     factor = abs(np.exp(1j * order * math.radians(33)) - 1)
     assert 0.15 * factor / (order * amplitude) * ARCSEC == pytest.approx(u, rel=0.03)
 
 
 def test_what_an_unknown_head_separation_does_to_order_1() -> None:
-    """docs/calibration.md says that ±50″ is 28.9″ of u(α), and 0.022″ along 95″ of order 1."""
+    """docs/calibration.md says that ±50″ are 28.9″ of u(α), and that they change 95″ of order 1 by
+    0.022″ along its amplitude."""
     u_alpha = 50 / math.sqrt(3)
     assert u_alpha == pytest.approx(28.9, abs=0.05)
-    # The part of dE/dα along E comes from −j e^{jα}/(e^{jα} − 1) = −(1/2)(cot(α/2) + j).
+    # The component of dE/dα along E follows from −j e^{jα}/(e^{jα} − 1) = −(1/2)(cot(α/2) + j).
     assert 95.0 * 0.5 / math.tan(math.radians(16.5)) * u_alpha / ARCSEC == pytest.approx(
         0.022, abs=5e-4
     )
@@ -133,8 +134,8 @@ def test_phase_of_equation_9_in_all_quadrants() -> None:
 
 def test_largest_of_the_faces_beside_their_mean_variance() -> None:
     faces, cycles = 24, 10
-    # This is the median of the largest of 24. Each is below it with a probability of 0.5 to the
-    # power 1/24.
+    # The median of the largest of 24 values: each value is below it with a probability of
+    # 0.5^(1/24).
     chi_square = stats.chi2.ppf(0.5 ** (1 / faces), cycles - 1)
     ratio = math.sqrt(chi_square / (cycles - 1))
     assert ratio == pytest.approx(1.44, abs=5e-3)
@@ -157,14 +158,16 @@ def test_limits_as_standard_uncertainties() -> None:
 
 
 def test_a_smaller_separation_worsens_order_1() -> None:
-    """Shown by the gain of the paper's own equation (6), and by the covariance of a fit."""
+    """The gain in the paper's equation (6) and the covariance of a fit both show that a smaller
+    separation worsens order 1."""
     angles = np.radians(np.arange(1, 181))
     gain = 1 / abs(np.exp(1j * angles) - 1)
     assert np.all(np.diff(gain) < 0)
     for degrees, said in ((33, 1.8), (10, 5.7), (2, 29)):
         assert 1 / (2 * math.sin(math.radians(degrees) / 2)) == pytest.approx(said, rel=0.03)
         assert gain[degrees - 1] == pytest.approx(said, rel=0.03)
-    # The covariance of a fit of cos and sin to R₂ − R₁ with white noise shows it without (6).
+    # The covariance of a fit of cos and sin to R₂ − R₁ with white noise shows the same, without
+    # equation (6).
     theta = np.arange(360) * (2 * math.pi / 360)
     scatter = {}
     for degrees in (10, 33):
@@ -185,7 +188,8 @@ def test_unseen_order() -> None:
 
 
 def test_pitch_and_diameter_of_the_disc() -> None:
-    """The chord is not needed. The arc between two of 16,384 lines differs from it by 6e-9."""
+    """The arc between two of 16,384 lines differs from the chord only by 6e-9, so that the test
+    uses the arc."""
     lines, printed_mm, printed_pitch_um = 16384, 107.95, 20.0
     pitch_um = math.pi * printed_mm * 1e3 / lines
     of_lines_mm = printed_pitch_um * lines / math.pi / 1e3
@@ -195,7 +199,8 @@ def test_pitch_and_diameter_of_the_disc() -> None:
     columns = []
     for diameter_mm in (printed_mm, of_lines_mm):
         radius_um = diameter_mm * 500
-        # By equation (2), an eccentricity e appears as e/r. The mean is off by (a²/2) sin α.
+        # By equation (2) an eccentricity e changes the reading by e/r. The mean is wrong by (a²/2)
+        # sin α.
         mean = (30 / radius_um) ** 2 / 2 * math.sin(math.radians(33)) * ARCSEC
         columns.append((ARCSEC / radius_um, 144 / ARCSEC * radius_um, mean))
     for printed, other, form in zip(*columns, ("{:.2f}″", "{:.1f} µm", "{:.3f}″"), strict=True):
@@ -221,13 +226,13 @@ def test_accuracy_of_iso_230_is_more_than_the_range_of_means() -> None:
 
 @pytest.mark.parametrize(("heads", "unknown"), [(3, 1), (4, 0), (5, 0)])
 def test_heads_that_separate_the_motion_of_the_axis(heads: int, unknown: int) -> None:
-    """The unknowns at every order are one complex number each, the true angle, the disc and two
-    directions of motion."""
+    """At every order there are four complex unknowns: the true angle, the disc, and two directions
+    of motion."""
     places = np.radians([0.0, 33.0, 162.5, 300.5, 71.5][:heads])
     for order in range(1, 129):
         disc = np.exp(1j * order * places)
         columns = [np.ones_like(disc), disc, np.sin(places), np.cos(places)]
         rank = np.linalg.matrix_rank(np.stack(columns, axis=1), tol=1e-6)
-        # At order 1 the disc's column is a combination of the two columns of the motion.
+        # At order 1 the disc's column is a linear combination of the two columns of the motion.
         assert 4 - rank == (1 if order == 1 else unknown)
     assert "**four** are enough" in page()

@@ -1,4 +1,5 @@
-"""Tests that a full disk names the file, keeps the old one, and leaves nothing half-written."""
+"""Tests that after a write to a full disk the message names the file, the old file is kept, and no
+half-written file is left."""
 
 from __future__ import annotations
 
@@ -32,13 +33,13 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.model.model_file import write_model
 
 ROOM_BYTES = 64
-"""The disk has this much room left. Every file of these writers is longer."""
+"""Room that is left on the disk, in bytes; every file of these writers is longer."""
 
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """Let no file grow beyond ROOM_BYTES. The limit is the system's own, so it applies to all
-    libraries."""
+    """Let no file grow beyond ROOM_BYTES. The operating system sets this limit, so that it applies
+    to all libraries."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM_BYTES, hard))
     try:
@@ -179,8 +180,8 @@ APPENDED = {
     "studies/demo/run.py",
     "studies/campaign/store.py",
 }
-"""These files grow while a program runs. They are logs of other programs, the lock of a build, and
-results written line by line."""
+"""Files that grow while a program runs: logs of other programs, the lock of a build, and results
+that are written line by line."""
 
 
 def test_every_writer_of_the_package_writes_whole_files() -> None:
@@ -198,7 +199,7 @@ def test_every_writer_of_the_package_writes_whole_files() -> None:
                 node.func.attr == "open" and any(str(mode)[:1] in "wax" for mode in modes if mode)
             )
             if writes and ast.unparse(node.func) == "pdf.savefig":
-                continue  # This is a page of a PDF; the PDF itself is written to `unfinished`.
+                continue  # this is a page of a PDF; the PDF itself is written to `unfinished`
             if writes:
                 target = ast.unparse(
                     node.args[0] if node.func.attr == "savefig" else node.func.value

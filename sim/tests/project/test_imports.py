@@ -21,7 +21,8 @@ def _modules() -> dict[str, Path]:
 
 
 def _imported(file: Path, modules: dict[str, Path]) -> set[str]:
-    """Return what is imported together with the module, not in a function or only for types."""
+    """Return the modules that are imported at the top level, not within a function or only for
+    types."""
     found = set()
     for node in ast.parse(file.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Import):
@@ -36,7 +37,7 @@ def test_no_module_imports_itself_through_others() -> None:
     modules = _modules()
     assert len(modules) > 300
     graph = {name: _imported(file, modules) - {name} for name, file in modules.items()}
-    # It raises CycleError, which names the circle.
+    # prepare() raises CycleError, which names the circle.
     TopologicalSorter(graph).prepare()
 
 
@@ -59,7 +60,8 @@ def _names(node: ast.AST) -> list[str]:
 
 
 def test_no_circle_of_the_workbench_hides_in_a_function() -> None:
-    """A module of the workbench imports everything it needs from the package at its top."""
+    """A module of the workbench imports everything that it needs from the package at the top of its
+    file."""
     hidden = [
         f"{file.relative_to(PACKAGE)}: {inner.module}"
         for file in (PACKAGE / "workbench").rglob("*.py")

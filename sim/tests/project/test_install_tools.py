@@ -1,4 +1,5 @@
-"""Tests that the install scripts keep the tools that are already there. Nothing is fetched here."""
+"""Tests that the install scripts keep tools that are already installed; the tests download
+nothing."""
 
 from __future__ import annotations
 
@@ -10,8 +11,8 @@ import pytest
 
 from arctrue.base.source_tree import ROOT
 
-# This is more than a pipe holds. A script that reads only the first line must not take that for a
-# failure.
+# The output is longer than a pipe's buffer. A script that reads only the first line must not take
+# the broken pipe for a failure.
 TALKATIVE = """#!/bin/sh
 case "$*" in
     *--synth*) echo "module probe" ;;
@@ -29,7 +30,8 @@ TOOLS = {
 
 
 def tree(folder: Path, script: str) -> Path:
-    """Return the script in a tree of its own, with stand-ins for the tools that it unpacks."""
+    """Copy the script into a source tree of its own, with stand-ins for the tools that it unpacks;
+    return the copy."""
     (folder / "scripts").mkdir()
     for name in (script, "debian_packages.sh"):
         shutil.copy(ROOT / "scripts" / name, folder / "scripts")
@@ -45,7 +47,7 @@ def tree(folder: Path, script: str) -> Path:
 
 
 def started(script: Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run the script without a mirror that answers."""
+    """Run the script with a mirror that does not exist."""
     environment = {"PATH": "/usr/bin:/bin", "DEBIAN_MIRROR": f"file://{folder}/no-such-mirror"}
     return subprocess.run(
         [script], env=environment, capture_output=True, text=True, check=False, cwd=folder

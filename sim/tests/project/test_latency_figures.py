@@ -1,4 +1,5 @@
-"""Tests that latencies in the documents equal those of the number formats and the units' models."""
+"""Tests that the latencies in the documents equal those of the number formats and of the units'
+models."""
 
 from __future__ import annotations
 

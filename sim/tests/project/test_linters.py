@@ -1,4 +1,4 @@
-"""Tests that `make lint` uses the linters that requirements.lock pins, not the system's."""
+"""Tests that `make lint` uses the linters that requirements.lock pins, not those of the system."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from arctrue.base.source_tree import ROOT
 
 
 def check_firmware(path: str, *options: str) -> subprocess.CompletedProcess[str]:
-    """Run ``make check`` of the firmware with ``path`` before the PATH of this process.
+    """Run ``make check`` of the firmware, with ``path`` in front of the PATH of this process.
 
-    ``make lint`` checks all folders; a folder shows here which cppcheck runs.
+    ``make lint`` checks all folders; a single folder is enough to show which cppcheck runs.
     """
     return subprocess.run(
         ["make", "-C", "firmware", "check", *options],

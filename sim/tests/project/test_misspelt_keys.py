@@ -1,7 +1,8 @@
-"""Tests that a misspelt key of any file that people write is refused or reported, never ignored.
+"""Tests that a misspelt key in any file that people write is refused or reported, and never
+ignored.
 
-Every key of a whole file is misspelt in turn. The expected sentence follows from the files alone.
-It names the file, the key as it was written, and the key that was meant.
+The tests misspell every key of a complete file in turn. The expected message follows from the files
+alone: it names the file, the key as it was written, and the key that was meant.
 """
 
 from __future__ import annotations
@@ -144,7 +145,7 @@ command = "arctrue import"
 program = "arctrue 0.1.0"
 """
 NAMED_BY_THE_EFFECT = ("amplitude", "frequency")
-"""These are no keys of the format. They are a fitted parameter and a search parameter, which the
+"""Names that are no keys of the format: a fitted parameter and a search parameter, which only the
 effect knows."""
 
 
@@ -153,7 +154,8 @@ def _wrong(key: str) -> str:
 
 
 def _misspelt(content: Any) -> Iterator[tuple[str, Any]]:
-    """Yield each key of the content, with a copy in which one letter of it is doubled."""
+    """Yield each key of the content, with a copy of the content in which one letter of this key is
+    doubled."""
     if isinstance(content, list):
         for place, item in enumerate(content):
             for key, changed in _misspelt(item):
@@ -172,9 +174,10 @@ def _misspelt(content: Any) -> Iterator[tuple[str, Any]]:
 def _refusal(
     read: Callable[[Path], object], error: type[Exception], file: str
 ) -> Callable[[Path, str], str]:
-    """Return a function that gives the message of ``read`` for a text in a file of this name.
+    """Return a function that writes a text to a file of this name and returns the message of
+    ``read``.
 
-    The message is empty where the text is accepted.
+    The message is empty if ``read`` accepts the text.
     """
 
     def said(folder: Path, text: str) -> str:
@@ -190,7 +193,7 @@ def _refusal(
 
 
 def _measurement(folder: Path, text: str) -> str:
-    """Read a set with an unknown key, which gives a warning."""
+    """Read a set; return the message or the warning about an unknown key."""
     (folder / "reference.csv").write_text("target_deg,error_arcsec\n0.0,0.0\n15.0,1.0\n")
     warnings: list[str] = []
     refused = _refusal(
@@ -221,5 +224,5 @@ def test_every_misspelt_key_is_told(tmp_path: Path, kind: str) -> None:
     for key, content in keys:
         said, wrong = said_of(tmp_path, tomli_w.dumps(content)), _wrong(key)
         assert str(tmp_path) in said, key
-        # The message for a required key says first that it is missing.
+        # If the misspelt key is required, the message first says that the key is missing.
         assert f"{key}: is missing" in said or (wrong in said and key in said), (key, said)

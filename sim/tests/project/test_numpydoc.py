@@ -1,4 +1,5 @@
-"""Tests that every public name describes its arguments in numpydoc's sections of its docstring."""
+"""Tests that every public name describes its arguments in the numpydoc sections of its
+docstring."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ PACKAGES = (
     "arctrue.table.instruments",
     "arctrue.metrology.controllers",
 )
-"""The test reads ``__all__`` of these packages."""
+"""Packages whose ``__all__`` the test reads."""
 SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
 ARRAYS = ("NDArray", "ArrayLike", "Float]", "Integer")
 
@@ -49,7 +50,7 @@ def sections(text: str) -> dict[str, str]:
 
 
 def entries(words: str) -> dict[str, str]:
-    """Return the names of a section with the text of each. ``a, b : int`` are two names."""
+    """Return the names in a section, each with its text; ``a, b : int`` are two names."""
     found: dict[str, str] = {}
     for part in re.split(r"\n(?=\S)", words.strip("\n")):
         head, _, _ = part.partition("\n")
@@ -76,7 +77,7 @@ def public() -> Iterator[tuple[str, Any]]:
 
 
 def raised(function: Any) -> bool:
-    """Return True where the function's own body raises."""
+    """Tell whether the body of the function itself raises an exception."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     body = tree.body[0]
     assert isinstance(body, ast.FunctionDef)
@@ -88,7 +89,7 @@ def raised(function: Any) -> bool:
 
 
 def inline(kind: type) -> dict[str, str]:
-    """Return the text below each field of a class, which Sphinx reads too."""
+    """Return the text below each field of a class; Sphinx reads this text too."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
     assert isinstance(tree, ast.ClassDef)
     return {
@@ -102,7 +103,7 @@ def inline(kind: type) -> dict[str, str]:
 
 
 def faults(what: Any) -> list[str]:
-    """Return what the docstring lacks."""
+    """Return what is missing in the docstring."""
     text = inspect.getdoc(what) or ""
     found = (
         [] if re.match(r"[A-Z`].*[.:]$", text.partition("\n")[0]) else ["no summary in one line"]
@@ -163,7 +164,7 @@ def test_an_example_gives_what_it_says(what: Any) -> None:
 
 
 def test_every_package_with_public_names_is_read() -> None:
-    """The public names of arctrue.api are those of arctrue."""
+    """arctrue.api has the same public names as arctrue."""
     root = Path(arctrue.__file__).parent
     named = {
         ".".join(("arctrue", *path.parent.relative_to(root).parts))

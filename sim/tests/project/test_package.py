@@ -1,7 +1,7 @@
 """Tests of the package as a stranger installs it, from a wheel that needs no source tree.
 
-The tests need no network. The build sees only the requirements that pyproject.toml names, as in
-pip's isolated build. The program sees only its declared dependencies.
+The tests need no network. The build has only the requirements that pyproject.toml names, as in
+pip's isolated build; the program has only its declared dependencies.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from arctrue.base.extras import EXTRA_OF
 
 ROOT = Path(__file__).resolve().parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# These are files that .gitignore keeps out of git.
+# Files that .gitignore keeps out of git.
 MADE = shutil.ignore_patterns(
     *(".git", ".venv", "build", "generated", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis")
 )
@@ -56,7 +56,7 @@ def build_packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Copy the tree as it is after ``git clone``, with nothing generated."""
+    """Copy the source tree as it is after ``git clone``, without generated files."""
     return Path(shutil.copytree(ROOT, tmp_path_factory.mktemp("clone") / "arctrue", ignore=MADE))
 
 
@@ -121,7 +121,8 @@ def test_the_source_distribution_makes_the_same_wheel(
 def test_wheel_and_source_distribution_can_be_published(
     wheel: Path, source_distribution: Path, tmp_path: Path
 ) -> None:
-    """``twine check --strict`` checks the metadata and that the index can show the description."""
+    """``twine check --strict`` checks that the metadata are valid and that the index can show the
+    description."""
     words = [sys.executable, "-m", "twine", "--no-color", "check", "--strict"]
     words += [str(wheel), str(source_distribution)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
@@ -151,7 +152,8 @@ def test_an_editable_install_generates_in_the_tree(
 
 @dataclass
 class Installed:
-    """An environment with the wheel and its declared dependencies, and an empty folder."""
+    """An environment with the wheel and its declared dependencies, and an empty folder to work
+    in."""
 
     environment: Path
     folder: Path
@@ -179,12 +181,12 @@ EXTRAS = PROJECT["project"]["optional-dependencies"]
 CORE = PROJECT["project"]["dependencies"]
 ALL = [line for name, lines in EXTRAS.items() if name not in ("all", "dev") for line in lines]
 MOST_MB = 260
-"""The limit for the installed core in MB. numpy and scipy take 215 of them."""
+"""Largest size of the installed core in MB. numpy and scipy take 215 of them."""
 MOST_IMPORT_S = 0.1
 
 
 def install(wheel: Path, folder: Path, requirements: list[str]) -> Installed:
-    """Install the wheel in an empty environment that sees these packages and no others."""
+    """Install the wheel in an empty environment that contains these packages and no others."""
     environment = folder / "environment"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True)
     python = environment / "bin" / "python"
@@ -215,7 +217,7 @@ def test_all_has_every_extra() -> None:
     named = line.partition("[")[2].rstrip("]").split(",")
     assert sorted(named) == sorted(EXTRAS.keys() - {"all", "dev"})
     packages = {Requirement(text).name for text in ALL}
-    # These packages are imported with another name than they are installed with.
+    # The import names of packages whose distribution has another name.
     other = {"pyserial": "serial", "scikit-learn": "sklearn", "ophyd-async": "ophyd_async"}
     assert {other.get(name, name) for name in packages} == EXTRA_OF.keys()
     for package, extra in EXTRA_OF.items():
@@ -224,8 +226,8 @@ def test_all_has_every_extra() -> None:
 
 
 def test_the_core_is_small(wheel: Path) -> None:
-    """Counts every file that is installed with the core, and the wheel's own, in MB of 10⁶
-    bytes."""
+    """The size contains every file that is installed with the core, and those of the wheel, in MB
+    of 10⁶ bytes."""
     files = [
         Path(str(found.locate_file(file)))
         for found in required(CORE).values()
@@ -238,7 +240,8 @@ def test_the_core_is_small(wheel: Path) -> None:
 
 
 def test_the_import_is_fast(core: Installed) -> None:
-    """The fastest of five starts counts, so that other programs on this machine do not matter."""
+    """The fastest of five starts counts, because other programs on this machine can slow a start
+    down."""
     program = (
         "import time; start = time.perf_counter(); import arctrue;"
         "print(time.perf_counter() - start)"
@@ -270,8 +273,8 @@ for needs in (found.plot, lambda: at.Dataset.from_hdf5("none.h5"), table):
 
 
 def test_the_library_works_in_the_core(core: Installed) -> None:
-    """The core goes from arrays to a written set and a fit. A missing extra is named with its
-    command."""
+    """The core alone takes arrays to a written set and a fit. For a missing extra the message names
+    the command that installs it."""
     said = core.run("python", "-c", IN_THE_CORE).splitlines()
     assert said == [
         "2.0 True",
@@ -317,7 +320,7 @@ def test_every_command_of_the_core_is_listed(core: Installed) -> None:
     assert "serve" in core.arctrue("--help")
 
 
-# All run in one process, because every start imports numpy and matplotlib anew.
+# All commands run in one process, because every start imports numpy and matplotlib again.
 EVERY_HELP = """
 import arctrue
 from arctrue.cli import main

@@ -29,7 +29,7 @@ CHANGES = {"os.mkdir", "os.remove", "os.rename", "os.rmdir", "subprocess.Popen"}
 
 
 class Watch:
-    """Records, by an audit hook, the files that are changed and the programs that are started."""
+    """An audit hook that records which files are changed and which programs are started."""
 
     def __init__(self) -> None:
         self.on = False
@@ -43,7 +43,8 @@ class Watch:
 
 @pytest.fixture(scope="module")
 def watch() -> Watch:
-    """Create the module's only watch, because an audit hook cannot be removed."""
+    """Return the only watch of this module; there is only one, because an audit hook cannot be
+    removed."""
     return Watch()
 
 

@@ -1,4 +1,5 @@
-"""Tests of scripts/setup.sh on machines that lack something. It says what is missing and stops."""
+"""Tests of scripts/setup.sh on machines that lack something: the script states what is missing, and
+stops."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 @dataclass
 class Machine:
-    """A tree, and a PATH with a stand-in for every command that would change the machine."""
+    """A source tree, and a PATH with a stand-in for every command that would change the machine."""
 
     tree: Path
     commands: Path
@@ -96,7 +97,7 @@ def test_unknown_system_lists_what_to_install(machine: Machine) -> None:
 
 
 def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
-    # The stand-in prints both forms of GHDL's version, that of 2.0 and that of 5.0.
+    # The stand-in prints the version in two forms, that of GHDL 2.0 and that of GHDL 5.0.
     machine.command(
         "ghdl",
         'case "$GHDL_BACKEND" in mcode) echo " static elaboration, mcode JIT code generator";; '
@@ -116,7 +117,7 @@ def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
      ("ID=ubuntu\nVERSION_ID=24.04\n", False)],
 )  # fmt: skip
 def test_a_browser_comes_from_debian_only(machine: Machine, system: str, wanted: bool) -> None:
-    # Ubuntu's package of this name installs a snap, which a container cannot run.
+    # Ubuntu's package chromium installs a snap, which a container cannot run.
     machine.command("dpkg-query", '[ "$3" = chromium ] || printf installed')
     machine.setup(system)
     assert ("chromium" in apt_log(machine)) is wanted
@@ -134,7 +135,8 @@ end"""
 
 
 def test_llvm_gets_the_name_that_ghdl_asks_for(machine: Machine) -> None:
-    # Ubuntu 24.04's ghdl-llvm 4.1.0+dfsg-0ubuntu2.1 and libllvm18 1:18.1.3-1ubuntu1 print this.
+    # This is the output with ghdl-llvm 4.1.0+dfsg-0ubuntu2.1 and libllvm18 1:18.1.3-1ubuntu1 of
+    # Ubuntu 24.04.
     machine.command("ldd", NOT_FOUND)
     library = "/lib/x86_64-linux-gnu/libLLVM.so.18.1"
     machine.command("ldconfig", f"printf '\\tlibLLVM.so.18.1 (libc6,x86-64) => {library}\\n'")
@@ -192,7 +194,7 @@ def test_python_that_is_too_old_stops_the_set_up(machine: Machine) -> None:
 
 
 def test_packages_of_the_lock_that_cannot_be_had_stop_the_set_up(machine: Machine) -> None:
-    # The stand-in for venv makes an environment whose pip has no network.
+    # The stand-in for venv makes an environment whose pip cannot reach the network.
     machine.command(
         "python3",
         'if [ "$2" = venv ]; then mkdir -p .venv/bin; '
@@ -210,8 +212,8 @@ def test_packages_of_the_lock_that_cannot_be_had_stop_the_set_up(machine: Machin
 
 
 def made_ready(machine: Machine, installer: str) -> None:
-    """Let Python packages install at once. ``installer`` stands for the script that gets GHDL for
-    netlists."""
+    """Let the Python packages install at once. ``installer`` is the stand-in for the script that
+    fetches GHDL for netlists."""
     machine.command(
         "python3",
         'if [ "$2" = venv ]; then mkdir -p .venv/bin; printf "#!/bin/sh\\nexit 0\\n" '

@@ -1,5 +1,5 @@
-"""Tests that the documentation site is built without a warning, whole, and from this machine
-alone."""
+"""Tests that the documentation site is built completely, without a warning, and only with files of
+this machine."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import yaml
 ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
 PARTS = ["Tutorial", "How to", "Reference", "Explanation"]
-"""The four kinds of documentation are those of diataxis.fr."""
+"""The four kinds of documentation of diataxis.fr."""
 FORMER = {"blind.md"}
-"""Former names of pages are kept for one release. Each leads to the present page."""
+"""Former names of pages. Each is kept for one release and leads to the present page."""
 
 
 def build(config: Path, to: Path) -> subprocess.CompletedProcess[str]:
@@ -69,7 +69,7 @@ def test_links_to_the_sources_are_shown_as_names(site: Path) -> None:
 
 def test_the_navigation_has_four_parts_and_every_page_once() -> None:
     class Loader(yaml.SafeLoader):
-        """Accepts the tag with which mkdocs.yml names a Python function."""
+        """A loader that accepts the tag with which mkdocs.yml names a Python function."""
 
     Loader.add_multi_constructor("tag:yaml.org,2002:python/", lambda loader, suffix, node: suffix)
     navigation = yaml.load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"), Loader)["nav"]
@@ -91,7 +91,7 @@ def test_the_navigation_has_four_parts_and_every_page_once() -> None:
     ],
 )
 def test_a_dead_link_fails_the_build(tmp_path: Path, page: str, said: str) -> None:
-    """The same rules apply to a site of one page."""
+    """A site of one page is built with the same rules."""
     (tmp_path / "docs").mkdir()
     (tmp_path / "docs" / "index.md").write_text(f"# Page\n\n{page}\n", encoding="utf-8")
     text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")

@@ -24,7 +24,7 @@ echo "$@" >> "$SAID"
 for word; do case $word in */systems/*[0-9]) root=$word;; esac; done
 mkdir -p "$root/etc/apt/apt.conf.d" "$root/usr/local/share/ca-certificates" "$root/root"
 """
-# The words are the root, then sh -c PROGRAM sh PLACE, then the command.
+# Stand-in for chroot. Its words are the root, then sh -c PROGRAM sh PLACE, and then the command.
 CHROOT = """
 root=$1
 shift 6
@@ -44,7 +44,7 @@ esac
 
 @dataclass
 class Machine:
-    """A tree of one commit, and a PATH in which no command changes this machine."""
+    """A source tree of one commit, and a PATH in which no command changes this machine."""
 
     tree: Path
     commands: Path
@@ -169,7 +169,8 @@ def test_a_set_up_that_fails_is_told(machine: Machine) -> None:
     assert done.returncode == 1
     assert "Debian 13: the set-up FAILED" in done.stderr
     assert "demo" not in done.stderr.split("FAILED")[0]
-    # Packages may be half installed, so the system is made anew.
+    # After a failed set-up packages may be half installed; therefore the script makes the system
+    # again.
     machine.command("chroot", CHROOT)
     assert machine("debian13", "demo").returncode == 0
     assert machine.said().count("trixie") == 2, "the system was not made anew"
@@ -191,10 +192,11 @@ def test_it_ends_at_once_when_it_is_told_to(machine: Machine, tmp_path: Path) ->
             assert script.poll() is None
             time.sleep(0.02)
         script.terminate()
-        # The script waits no longer for the command, which takes ten minutes.
+        # The script does not wait for the command, which would take ten minutes.
         assert script.wait(timeout=300) == 128 + signal.SIGTERM
     finally:
-        # The stand-in has no namespace that ends with its first process.
+        # The stand-in has no process namespace that would end with its first process; the test ends
+        # the processes itself.
         os.killpg(script.pid, signal.SIGKILL)
     assert not (machine.tree / "build" / "systems" / "results" / "debian13.toml").exists()
 

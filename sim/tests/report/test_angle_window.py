@@ -1,4 +1,5 @@
-"""Tests that an arc is drawn over its own ends, also across 0, and the whole turn from 0 to 360."""
+"""Tests that an arc is drawn between its own ends, also across 0, and the whole turn from 0 to
+360."""
 
 from __future__ import annotations
 
@@ -70,7 +71,7 @@ def test_figures_of_an_arc_show_the_arc() -> None:
     capture, reference = made.capture, made.reference
     assert capture is not None
     assert reference is not None
-    # These are the rows of a turn within 9° on both sides of 0.
+    # The rows lie within 9° on both sides of 0.
     turn = 2**24
     near = np.abs((capture.head1_counts + turn / 2) % turn - turn / 2) < ARC_DEG / 720.0 * turn
     target = np.linspace(-ARC_DEG / 2, ARC_DEG / 2, reference.target_deg.size)

@@ -1,4 +1,4 @@
-"""Tests of what the figures of page and report draw, and of the unit on each axis."""
+"""Tests what the figures of page and report draw, and which unit each axis has."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_err
 
 HEAT_ARCSEC_A_KELVIN = 0.4
 URAD_PER_ARCSEC = np.pi / 648_000.0 * 1e6
-"""By the definition of the arcsecond, π rad are 180 · 3600 of them."""
+"""Microradians per arcsecond: by definition π rad are 180 · 3600″."""
 SHAKING_HZ = 7.0
 RULED_ORDER, RULED_ARCSEC = 37, 0.5
 WITHOUT_UNIT = {"run", "cycle", "step", "order, cycles a turn"}
-"""A count has no unit."""
+"""Axes that show counts, which have no unit."""
 
 
 @pytest.fixture(scope="module")
 def warming() -> Analysis:
-    """Analyse a table whose first order grows with the temperature, with the paper's model."""
+    """Analyse a table whose order 1 grows with the temperature, with the model of the paper."""
 
     def error(disc: np.ndarray, warm: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, warm, speed) + HEAT_ARCSEC_A_KELVIN * (warm - 20.0) * np.cos(disc)
@@ -75,13 +75,13 @@ def test_the_finding_is_what_was_put_in(added: Analysis) -> None:
     found = effect_amplitude(added, added.solution)
     assert (found.effect, found.best) == ("thermal_eccentricity", "temperature")
     (capture,) = [item for item in found.over("temperature") if item.channel == "capture"]
-    # cos(ψ + 33°) − cos ψ has the amplitude 2 sin 16.5°. A wave of RMS 1 has the amplitude √2.
+    # cos(ψ + 33°) − cos ψ has the amplitude 2 sin 16.5°, and a wave of RMS 1 has the amplitude √2.
     slope = HEAT_ARCSEC_A_KELVIN * 2.0 * np.sin(np.radians(16.5)) / np.sqrt(2.0)
     rise = np.polyfit(capture.x, capture.measured, 1)[0]
-    # Rows of 4 K and 0.1″·√2 of noise, 3,600 of them warm: three standard errors.
+    # The cold and the warm rows differ by 4 K. Each row has 0.1″·√2 of noise, and 3,600 rows are
+    # warm; the tolerance is three standard errors.
     assert rise == pytest.approx(slope, abs=3.0 * CAPTURE_NOISE * np.sqrt(2.0 / 3600.0) / 4.0)
-    # The limit is three standard errors for rows 4 K apart with 0.1″·√2 of noise, 3,600 of them
-    # warm.
+    # The effect alone must lie on a straight line, because the fitted effect contains no noise.
     straight = np.polyval(np.polyfit(capture.x, capture.effect, 1), capture.x)
     assert np.abs(capture.effect - straight).max() < 0.01 * np.ptp(capture.effect)
     assert np.abs(capture.effect - capture.measured).max() < 5.0 * capture.standard_error.max()
@@ -96,7 +96,7 @@ def test_a_high_order_is_drawn_over_its_own_phase() -> None:
     found = effect_amplitude(seen, seen.solution)
     (shown,) = [item for item in found.over(found.best) if item.channel == "capture"]
     assert shown.name == f"phase of order {RULED_ORDER}"
-    # The difference of two heads 33° apart contains this share of the order.
+    # This is the share of the order that the difference of two heads 33° apart contains.
     size = RULED_ARCSEC * 2.0 * abs(np.sin(np.radians(RULED_ORDER * 33.0 / 2.0)))
     assert np.ptp(shown.effect) / 2.0 == pytest.approx(size, rel=0.05)
     assert shown.share == pytest.approx(1.0, abs=0.01)
@@ -146,7 +146,8 @@ def test_each_figure_can_be_drawn_and_says_its_units(added: Analysis, name: str,
     for panel in chart.panels:
         for axis in (panel.x, panel.y):
             assert axis.unit != "1" or axis.label in WITHOUT_UNIT, axis
-    # go.Figure checks against plotly's own schema. The JSON has no NaN, which no browser reads.
+    # go.Figure checks the data against plotly's own schema. The JSON must not contain NaN, which no
+    # browser reads.
     data = json.loads(json.dumps(plain(chart_data(chart)), allow_nan=False))
     assert len(go.Figure(data).data) >= len(chart.panels)
     svg = ElementTree.fromstring(chart_svg(chart))
@@ -163,7 +164,7 @@ def test_the_spectrum_in_time_marks_a_vibration(along: Along) -> None:
     panel = spectrum(seen.residuals, along).panels[0]
     (marks,) = [item for item in panel.layers if isinstance(item, Curve) and item.labels]
     place = float(marks.x[0])
-    # One run of 36 s puts the lines 1/72 Hz apart.
+    # With a single run of 36 s the lines of the spectrum are 1/72 Hz apart.
     assert (place if along == "hz" else 1.0 / place) == pytest.approx(SHAKING_HZ, abs=1.0 / 72.0)
     assert marks.y[0] == pytest.approx(0.5, rel=0.1)
 

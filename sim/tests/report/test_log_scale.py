@@ -1,4 +1,5 @@
-"""Tests that labels of logarithmic axes are numbers, not the source of matplotlib's mathematics."""
+"""Tests that the labels of logarithmic axes are numbers, and not the source of matplotlib's
+mathematics."""
 
 import re
 from pathlib import Path

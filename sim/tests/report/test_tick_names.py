@@ -1,4 +1,4 @@
-"""Tests that names of ticks run neither into each other nor over the end of the axis."""
+"""Tests that the names of ticks neither overlap nor extend beyond the end of the axis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests that every consumer applies all parts of a cause or refuses the cause by name."""
+"""Tests that every consumer of a cause applies all its parts, or refuses the cause by name."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def edges(*effects: Cause) -> None:
 
 
 def counter(*effects: Cause) -> None:
-    # Studies of a method or of a budget read these counts.
+    # Studies of a method or of an error budget read these counts.
     table(*effects).counts(0, MOTION.state(np.array([0.5])))
 
 
@@ -49,7 +49,7 @@ def virtual_instrument(*effects: Cause) -> None:
 
 
 def hidden_effect(*effects: Cause) -> None:
-    # The rig puts this table before the heads of the compiled gateware.
+    # The rig's table stands in front of the heads of the compiled gateware.
     settings = HiddenSettings.of_lines(64, 4, 400)
     TableCurves(settings.table(effects), MOTION, 1e6)
 
@@ -115,7 +115,7 @@ def test_every_cause_acts_on_something_and_is_in_the_registry() -> None:
     for recipe in REGISTRY.values():
         assert {type(effect) for effect in drawn(recipe.name)} == {CAUSES[recipe.cause].kind}
     drawn_causes = {recipe.cause for recipe in REGISTRY.values()}
-    # The first is in every table, the second is for long runs, and the third is for a study.
+    # The first cause is in every table, the second is for long runs, and the third is for a study.
     not_drawn = {"disc_eccentricity", "creeping_centre", "loose_centre"}
     assert set(CAUSES) - drawn_causes == not_drawn
     files = {file.stem for file in Path(causes.__path__[0]).glob("*.py")}
@@ -126,7 +126,7 @@ def test_every_cause_acts_on_something_and_is_in_the_registry() -> None:
     "name", ["hysteresis", "settling_bracket", "sticking_bracket", "wearing_track", "vibration"]
 )
 def test_conditions_of_a_motion_and_of_stations_reach_the_cause(name: str) -> None:
-    # A bare angle does not have side, time since the start, time and travel.
+    # A cause may need more than the angle: direction, time since the start, time and travel.
     recipe = REGISTRY[name]
     effects = recipe.draw(recipe.high, np.random.default_rng(3), full().occasion)
     fine = [
@@ -138,7 +138,8 @@ def test_conditions_of_a_motion_and_of_stations_reach_the_cause(name: str) -> No
     if name in ("hysteresis", "wearing_track"):
         without, with_it = (bench(one).measure(stations_only(), title="") for one in fine)
         off = with_it.exact_arcsec["reference"] - without.exact_arcsec["reference"]
-        # The difference exceeds the count of 0.08″ that rounding can hide, on either side.
+        # On either side rounding can hide one count of 0.08″; the difference exceeds these two
+        # counts.
         assert np.ptp(off) > 0.16
 
 

@@ -1,4 +1,4 @@
-"""Tests of count edges against brute-force sampling, and of wires A, B and Z against the paper."""
+"""Tests of count edges against dense sampling, and of the wires A, B and Z against the paper."""
 
 from pathlib import Path
 
@@ -67,7 +67,8 @@ def test_noise_moves_edges_by_its_size_and_never_past_each_other() -> None:
     np.testing.assert_array_equal(clean.count, edges.count)
     assert np.all(np.diff(edges.time_s) >= 0)
     moved = (edges.true_angle_rad - clean.true_angle_rad) / quiet.count_rad
-    # The standard deviation of 4,500 draws has a standard error of 1 %. Five of them are allowed.
+    # A standard deviation from 4,500 draws has a relative standard error of 1 %; five of them are
+    # allowed.
     assert moved.std() == pytest.approx(0.05, rel=0.05)
     assert abs(moved.mean()) < 0.05 * 5 / np.sqrt(moved.size)
 
@@ -123,7 +124,8 @@ def test_played_pins_decode_to_the_counts_of_both_heads() -> None:
             np.searchsorted(events.clock, clock, side="right")
         ]
         expected = table.counts(number, REVERSING.state(clock / clock_hz))
-        # An edge exactly at a clock may fall on either side within the solver's tolerance.
+        # If an edge coincides with a clock, the tolerance of the solver decides on which side it
+        # falls.
         assert np.count_nonzero(shown != expected) <= 1
 
 

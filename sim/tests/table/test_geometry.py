@@ -1,4 +1,5 @@
-"""Tests of the rays of the table against triangles, a series, and the convention of the signs."""
+"""Tests of the table's rays against triangles, a series expansion, and the convention of the
+signs."""
 
 import numpy as np
 import pytest
@@ -27,9 +28,9 @@ def eccentric(offset_m: float, direction_rad: float = 0.7) -> RotaryTable:
 
 @pytest.mark.parametrize("offset_m", [1e-6, 40e-6, 5e-3])
 def test_eccentric_reading_follows_the_law_of_sines(offset_m: float) -> None:
-    # In the triangle of axis, disc centre and head, two sides and the angle at the axis give the
-    # angle at the head. The ray from the disc centre differs by that angle from the ray from the
-    # axis.
+    # The triangle of axis, disc centre and head has two known sides and a known angle at the axis,
+    # which give the angle at the head. The rays from the disc centre and from the axis differ by
+    # this angle.
     table = eccentric(offset_m)
     for head, stator in ((0, 0.0), (1, -HEAD_SEPARATION_RAD)):
         at_axis = ANGLES + 0.7 - stator
@@ -45,12 +46,14 @@ def test_small_angle_formula_holds_to_its_own_order(offset_m: float) -> None:
     ratio = offset_m / DISC_RADIUS_M
     error = eccentric(offset_m).reading_rad(0, STATE) - ANGLES
     missing = np.abs(error - ratio * np.sin(ANGLES + 0.7)).max()
-    # The next term of the series is (e/R)²/2·sin 2x. It must be there, and nothing larger.
+    # The next term of the series is (e/R)²/2·sin 2x. The error must contain this term and nothing
+    # larger.
     assert missing == pytest.approx(ratio**2 / 2, rel=2 * ratio + 1e-4)
 
 
 def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> None:
-    """By docs/architecture.md, "Head geometry", head 2 reads the disc α ahead, also in the mean."""
+    """By docs/architecture.md, "Head geometry", head 2 reads a place of the disc that is α ahead;
+    the mean separation shows this too."""
     theta = np.linspace(-1.0, 1.0, 20_001)
     table = RotaryTable(two_heads(), (GraduationBump(50 * ARCSEC, 0.2, 0.01),))
     plain = RotaryTable(two_heads())
@@ -66,7 +69,7 @@ def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> Non
 
 
 def test_second_order_is_the_known_one() -> None:
-    # For 30 µm, a²/2 is 0.032″ of the second order. Slip 5 of the paper is of that size.
+    # For 30 µm the second-order term a²/2, see "(8)" in docs/errata.md, is 0.032″.
     ratio = 30e-6 / DISC_RADIUS_M
     turn = np.arange(4096) * (2 * np.pi / 4096)
     table = eccentric(30e-6, 0.0)
@@ -76,7 +79,7 @@ def test_second_order_is_the_known_one() -> None:
 
 
 def test_both_heads_see_one_error_function_alpha_apart() -> None:
-    # R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α), so R₂(θ) is R₁(θ + α).
+    # From R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α) follows R₂(θ) = R₁(θ + α).
     table = RotaryTable(
         two_heads(),
         (
@@ -93,8 +96,8 @@ def test_both_heads_see_one_error_function_alpha_apart() -> None:
 
 
 def test_head_separation_is_the_mean_over_true_angle_not_over_reading() -> None:
-    # Averaged over uniform reading, the separation is off by (a²/2)·sin α, which is 0.017″ for 30
-    # µm.
+    # The mean over uniform readings gives a separation that is wrong by (a²/2)·sin α, which is
+    # 0.017″ for 30 µm.
     table = eccentric(30e-6)
     turn = np.arange(3600) * (2 * np.pi / 3600)
     state = TableState.at_rest(turn)
@@ -123,7 +126,7 @@ def test_axis_that_moves_is_seen_by_head_one_across_its_ray_only() -> None:
     tiny = 1e-9
     assert change(1j * tiny, 0) == pytest.approx(tiny / DISC_RADIUS_M, rel=1e-6)
     assert change(tiny, 0) == pytest.approx(0, abs=1e-14)
-    # The separation δ₂₁ contains x·sin α + y·(cos α − 1).
+    # The difference δ₂₁ of the heads contains x·sin α + y·(cos α − 1).
     alpha = HEAD_SEPARATION_RAD
     both = change(tiny * (1 + 1j), 1) - alpha - change(tiny * (1 + 1j), 0)
     expected = tiny / DISC_RADIUS_M * (np.sin(alpha) + np.cos(alpha) - 1)
@@ -139,7 +142,7 @@ def test_index_of_each_head_is_the_mark_on_the_disc() -> None:
         index_mark_rad=mark,
     )
     for head in (0, 1):
-        # The disc angle under the head is the mark, where the count is 0 by definition.
+        # By definition a head's count is 0 when the mark of the disc is under the head.
         angle = np.array([mark + table.heads[head].angle_rad])
         for _ in range(20):
             angle += mark - table.disc_angle_rad(head, TableState.at_rest(angle))

@@ -15,7 +15,8 @@ def test_angle_is_the_integral_of_the_speed() -> None:
     integral = np.concatenate(
         [[0.0], np.cumsum((state.speed_rad_s[1:] + state.speed_rad_s[:-1]) / 2)]
     )
-    # The trapezoid rule on a 10 µs grid errs by less than step² × max of the second derivative.
+    # The trapezoidal rule on a 10 µs grid errs by less than step² times the largest second
+    # derivative.
     np.testing.assert_allclose(state.angle_rad, 0.3 + integral * step, rtol=0, atol=1e-9)
 
 
@@ -54,8 +55,9 @@ def test_instants_outside_the_motion_are_refused() -> None:
 
 
 def test_side_and_travel_through_reversals_and_pauses() -> None:
-    # The motion goes up, over rest to down, pauses, and goes up again. Calculated by hand, 0, 3,
-    # 3.75, 4.5, 5.25, 5.25 and 6.25 rad are travelled at the knots and at 3 s, where it turns back.
+    # The motion goes up, stops and goes down, pauses, and goes up again. The distances travelled
+    # are computed by hand: 0, 3, 3.75 (at 3 s, where the table turns back), 4.5, 5.25, 5.25 and
+    # 6.25 rad.
     motion = Motion((0.0, 2.0, 4.0, 5.0, 7.0, 9.0), (1.5, 1.5, -1.5, 0.0, 0.0, 1.0))
     state = motion.state(np.array([0.0, 1.0, 2.5, 3.5, 4.5, 6.0, 8.0, 9.0]))
     np.testing.assert_array_equal(state.direction, [1, 1, 1, -1, -1, -1, 1, 1])
@@ -70,7 +72,8 @@ def test_travel_is_the_integral_of_the_speed() -> None:
     time_s = np.linspace(0.0, 6.0, 60_001)
     speed = np.abs(motion.state(time_s).speed_rad_s)
     integral = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(time_s))])
-    # The trapezoid errs where the speed passes zero within a step, by (3 rad/s² · 1e-4 s)·1e-4 s.
+    # The trapezoidal rule errs in the steps in which the speed passes zero, by (3 rad/s² · 1e-4
+    # s)·1e-4 s.
     np.testing.assert_allclose(motion.travel_rad(time_s), integral, atol=1e-7)
 
 

@@ -1,4 +1,5 @@
-"""Tests of noise in the time domain against closed forms, and of causes that a consumer lacks."""
+"""Tests of noise in the time domain against closed forms, and of noise that a consumer cannot
+apply."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ from arctrue.table.temperature import TemperatureCourse
 
 DRAWS = 4000
 SCATTER = 6 * np.sqrt(2 / DRAWS)
-"""This is six standard errors of a variance of 1 from DRAWS draws."""
+"""Six standard errors of a variance of 1 that is estimated from DRAWS draws."""
 
 
 def rows(number: int, period_s: float = 0.01) -> Conditions:
@@ -84,9 +85,9 @@ def test_left_out_rows_keep_the_sign_of_the_correlation() -> None:
 
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 1.5])
 def test_power_law_has_its_slope_between_its_corner_frequencies(exponent: float) -> None:
-    # The frequencies lie inside the corners 1/(2π·300 s) and 1/(2π·0.1 ms), below folding. The
-    # slope over 40 draws of 80 lines scatters by 0.01, and 0.05 leaves room for the ripple of the
-    # sum.
+    # The frequencies lie between the corners 1/(2π·300 s) and 1/(2π·0.1 ms), and below the Nyquist
+    # frequency. Over 40 draws of 80 lines the slope scatters by 0.01; the tolerance of 0.05 leaves
+    # room for the ripple of the sum.
     noise = PowerLawNoise(1.0, exponent).head_noise(0, rows(8192, 1e-3))
     random = np.random.default_rng(3)
     spectra = [periodogram(noise.draw(random), 1000.0, "hann")[1] for _ in range(40)]
@@ -98,8 +99,8 @@ def test_power_law_has_its_slope_between_its_corner_frequencies(exponent: float)
 
 
 def test_noise_does_not_come_round_at_the_end_of_a_run() -> None:
-    # A draw from a Fourier series would connect its end to its beginning, with a correlation of
-    # 0.99.
+    # A draw from a Fourier series would be periodic: its end and its beginning would have a
+    # correlation of 0.99.
     noise = RelaxingNoise(1.0, 1.0).head_noise(0, rows(3000))
     random = np.random.default_rng(2)
     ends = np.array([noise.draw(random)[[0, -1]] for _ in range(400)])
@@ -120,14 +121,14 @@ def test_a_spectrum_without_a_variance_is_refused() -> None:
 
 def test_outliers_strike_as_many_rows_as_they_say() -> None:
     struck = Outliers(0.02, 1.0).struck_rad(0, rows(20_000), np.random.default_rng(1))
-    # 6 standard deviations of this binomial distribution are 119.
+    # Six standard deviations of this binomial distribution are 119.
     assert abs(np.count_nonzero(struck) - 400) < 120
 
 
 def test_gaps_leave_out_their_share_and_no_end_of_a_run() -> None:
     state = rows(40_000)
     kept = TimeGaps(0.1, 20.0).kept_rows(state, np.random.default_rng(1))
-    # About 200 stretches overlap, so they take 1 − exp(−0.1) of the rows.
+    # About 200 stretches overlap, so that they cover 1 − exp(−0.1) of the rows.
     assert np.mean(~kept) == pytest.approx(1 - np.exp(-0.1), abs=6 * 0.1 / np.sqrt(200) * 2)
     assert kept[[0, 19_999, 20_000, -1]].all()
 

@@ -1,4 +1,4 @@
-"""Diagnose a set with the paper's model alone."""
+"""Diagnose a set with only the paper's model."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Makes logs of an hour from the physics: noise of many kinds with regular lines.
+"""Simulate logs of an hour: noise of many kinds with regular lines.
 
-The module uses plain numpy; no noise is drawn from a kernel of the workbench.
+The module uses plain numpy, and no noise is drawn from a kernel of the workbench.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Draw = Callable[[np.random.Generator, Float], Float]
 
 
 def ornstein_uhlenbeck(random: np.random.Generator, time_s: Float, constant_s: float) -> Float:
-    """Return Ornstein–Uhlenbeck noise of unit variance, exact over uneven steps."""
+    """Return Ornstein–Uhlenbeck noise with a standard deviation of one, exact over uneven steps."""
     kept = np.exp(-np.diff(time_s, prepend=time_s[0] - 1e9) / constant_s)
     found = np.zeros(time_s.size)
     drawn = random.normal(size=time_s.size)
@@ -28,9 +28,10 @@ def ornstein_uhlenbeck(random: np.random.Generator, time_s: Float, constant_s: f
 def driven_oscillator(
     random: np.random.Generator, time_s: Float, period_s: float, quality: float
 ) -> Float:
-    """Return an oscillator driven by noise, unit deviation: x″ + (ω/Q)x′ + ω²x = noise.
+    """Return the motion of an oscillator that noise drives, x″ + (ω/Q)x′ + ω²x = noise, with a
+    standard deviation of one.
 
-    The steps of Euler and Cromer are a quarter of a row or shorter.
+    The integration by Euler and Cromer has steps of at most a quarter of a row.
     """
     omega = 2.0 * np.pi / period_s
     span = float(time_s[-1] - time_s[0]) + 8.0 * quality * period_s / np.pi
@@ -49,8 +50,8 @@ def driven_oscillator(
 
 
 def flicker(random: np.random.Generator, time_s: Float, slope: float) -> Float:
-    """Return noise of unit deviation and density f^(−slope), from a transform over twice the
-    length."""
+    """Return noise with a standard deviation of one and the density f^(−slope), from a transform
+    over twice the length."""
     count = 2 * time_s.size
     frequency = np.fft.rfftfreq(count)
     frequency[0] = frequency[1]
@@ -60,23 +61,25 @@ def flicker(random: np.random.Generator, time_s: Float, slope: float) -> Float:
 
 
 def walk(random: np.random.Generator, time_s: Float, freedom: float) -> Float:
-    """Return a walk of unit deviation, the sum of Student's t steps.
+    """Return a random walk with a standard deviation of one, whose steps have Student's t
+    distribution.
 
-    A large ``freedom`` makes it Brownian motion.
+    With a large ``freedom`` the walk is Brownian motion.
     """
     found = np.cumsum(random.standard_t(freedom, time_s.size))
     return np.asarray(found / np.std(found))
 
 
 def moving_mean(random: np.random.Generator, time_s: Float, rows: int) -> Float:
-    """Return white noise averaged over ``rows``, unit deviation; its density has zeros."""
+    """Return white noise averaged over ``rows``, with a standard deviation of one; its density has
+    zeros."""
     found = np.convolve(random.normal(size=time_s.size + rows - 1), np.ones(rows), mode="valid")
     return np.asarray(found / np.std(found))
 
 
 def clock(random: np.random.Generator, rows: int, step_s: float, kind: str) -> Float:
-    """Return the times of rows: with even steps, with jitter, or with jitter and a pause of a tenth
-    of the log."""
+    """Return the times of the rows: at even steps, with jitter, or with jitter and a pause of a
+    tenth of the log."""
     time_s = np.arange(rows) * step_s
     if kind != "even":
         time_s = time_s + random.uniform(-0.3, 0.3, rows) * step_s
@@ -132,11 +135,12 @@ NULLS: dict[str, Draw] = {
         + 0.3 * random.normal(size=t.size)
     ),
 }
-"""Functions that draw noise without a line in arcseconds, one for each kind."""
+"""Functions that draw noise without a line, in arcseconds; one for each kind of noise."""
 
 
 def with_lines(time_s: Float, lines: Sequence[tuple[float, float]], phase: float = 0.4) -> Float:
-    """Return the sum of a·cos(2πt/P + phase) over (amplitude a, period P in seconds)."""
+    """Return the sum of a·cos(2πt/P + phase·k) over the lines, where line number k has (amplitude
+    a, period P in seconds)."""
     found = np.zeros(time_s.size)
     for number, (amplitude, period_s) in enumerate(lines):
         found += amplitude * np.cos(2.0 * np.pi * time_s / period_s + phase * (1.0 + number))

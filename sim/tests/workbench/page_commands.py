@@ -1,7 +1,7 @@
 """Run the commands that a page of the documents shows, and compare their output with the page.
 
-A ``console`` block holds commands after ``$`` and lines of their output; ``…`` replaces omitted
-lines. A block with ``title="FILE"`` is a file to write.
+A ``console`` block contains commands after ``$`` and lines of their output; ``…`` replaces omitted
+lines. A block with ``title="FILE"`` contains a file to write.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ BLOCK = re.compile(
 )
 NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 RELATIVE = 0.05
-"""Relative difference that another processor or library may cause in a figure of a page."""
+"""Relative difference between figures that another processor or library may cause."""
 WIDTH = 100
 
 
 @dataclass
 class Command:
-    """A command of a page and the lines that the page shows of its output."""
+    """A command of a page, with the lines of output that the page shows."""
 
     words: list[str]
     shown: list[str] = field(default_factory=list)
@@ -43,7 +43,7 @@ class FileToWrite:
 
 
 def steps(page: Path) -> Iterator[Command | FileToWrite]:
-    """Yield the commands and files of a page, in order."""
+    """Yield the commands and the files of a page in their order."""
     for block in BLOCK.finditer(page.read_text(encoding="utf-8")):
         if block["title"]:
             yield FileToWrite(block["title"], block["text"])
@@ -62,7 +62,7 @@ def _commands(text: str) -> list[Command]:
 
 
 def run(command: Command) -> str:
-    """Run an ``arctrue`` command in this process, which must succeed; return its output."""
+    """Run an ``arctrue`` command in this process, check that it succeeds, and return its output."""
     assert command.words[0] == "arctrue"
     _loaded_set.console.width = WIDTH
     result = CliRunner().invoke(main, command.words[1:], catch_exceptions=False)
@@ -72,7 +72,8 @@ def run(command: Command) -> str:
 
 
 def assert_shown(command: Command, output: str) -> None:
-    """Assert that the output has every line of the page, in order, with its figures."""
+    """Assert that the output contains every line of the page, in order and with the same
+    figures."""
     lines = iter(output.splitlines())
     for wanted in command.shown:
         passed: list[str] = []
@@ -88,7 +89,8 @@ def assert_shown(command: Command, output: str) -> None:
 
 
 def same(wanted: str, line: str) -> bool:
-    """Tell whether words are equal, and numbers within RELATIVE (p below 1e-6 is p below 1e-6)."""
+    """Tell whether two lines have equal words, and numbers equal within RELATIVE; two values of p
+    below 1e-6 are equal."""
     words = [" ".join(NUMBER.sub("#", text).split()) for text in (wanted, line)]
     if words[0] != words[1]:
         return False

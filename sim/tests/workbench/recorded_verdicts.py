@@ -1,7 +1,7 @@
 """Compare the output of ``diagnose --json`` for 40 benchmark sets with recorded output.
 
-The record holds verdicts, names, numbers and keys; sentences are left out, because they may be
-reworded. ``python -m scripts.record_verdicts`` writes it.
+The record contains verdicts, names, numbers and keys, but no sentences, because these may be
+reworded. ``python -m scripts.record_verdicts`` writes the record.
 """
 
 from __future__ import annotations
@@ -24,19 +24,21 @@ from arctrue.workbench.model.model import default_model
 RECORD = Path(__file__).parent / "recorded_verdicts.jsonl"
 SETS = 40
 WHOLE_CANDIDATES = 3
-"""Number of candidates recorded in full; of the further ones, only name and evidence."""
+"""Number of candidates that are recorded in full. Of the others only name and evidence are
+recorded."""
 DIGITS = 7
 RELATIVE = 1e-3
 """Largest relative difference of two numbers that count as equal.
 
-The fit of the noise stops when a round gains less than 0.01 of log likelihood, so that another
-order of summation may move the results in the fourth digit.
+The fit of the noise stops when a round gains less than 0.01 of log likelihood; another order of
+summation may therefore change the fourth digit of a result.
 """
 LEAST = 1e-6
-"""Absolute difference (arcseconds, or the parameter's unit) below which two numbers are equal."""
+"""Absolute difference, in arcseconds or in the unit of a parameter, below which two numbers are
+equal."""
 SMALLEST_P = 1e-300
 EVIDENCE = 0.02
-"""Largest difference of ΔBIC, which is twice the tolerance of the log likelihood."""
+"""Largest difference of ΔBIC: twice the tolerance of the log likelihood."""
 SENTENCES = {
     "description",
     "unlike",
@@ -46,18 +48,18 @@ SENTENCES = {
     "unlike_benchmark",
 }
 LACKING = {"cannot_be_tested", "look_alikes"}
-"""Keys of effects whose sentences say what the set lacks."""
+"""Keys under which each effect has a sentence that says what the set lacks."""
 
 
 def tasks() -> list[Task]:
-    """Return the first sets of the tier ``quick``, at least four of every world."""
+    """Return the first sets of the tier ``quick``, at least four of each world."""
     tier = TIERS["quick"]
     assert tier.seed is not None
     return set_tasks(tier.sets, tier.samples, tier.seed, "")[:SETS]
 
 
 def verdict_of(task: Task) -> dict[str, Any]:
-    """Return the output of ``diagnose --json`` for the set of a task, without its sentences."""
+    """Return the output of ``diagnose --json`` for the set of this task, without its sentences."""
     _, found = diagnosed(make_set(task).measurement)
     data = diagnosis_data(found, default_model().names())
     candidates = data["candidates"]
@@ -70,7 +72,7 @@ def verdict_of(task: Task) -> dict[str, Any]:
 
 
 def recorded() -> dict[str, dict[str, Any]]:
-    """Return the record by the names of the sets."""
+    """Return the recorded verdicts by the names of the sets."""
     lines = RECORD.read_text(encoding="utf-8").splitlines()
     return {item["set"]: item for item in map(json.loads, lines)}
 
@@ -81,7 +83,7 @@ def line_of(verdict: Mapping[str, Any]) -> str:
 
 
 def differences(before: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Yield a sentence for each place where two verdicts differ by more than the tolerance."""
+    """Yield a sentence for each place at which two verdicts differ by more than the tolerance."""
     if isinstance(before, Mapping) and isinstance(now, Mapping):
         for key in sorted({*before, *now}):
             if key not in before or key not in now:

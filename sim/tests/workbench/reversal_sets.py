@@ -1,5 +1,5 @@
-"""Makes sets of a table with a reversal error, measured with a polygon, from the definition of the
-error."""
+"""Simulate sets of a table with a reversal error that a polygon measures, from the definition of
+the error."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def reversal_set(
     varies: float = VARIES,
     noise: float = 0.05,
 ) -> MeasurementSet:
-    """Make a set that goes up and down over the same stations with a reversal error.
+    """Return a set that goes up and down over the same stations, with a reversal error.
 
-    Half the error acts each way; it differs between stations by a drawn factor with the standard
-    deviation ``varies``.
+    Half of the error acts in each direction. The error differs from station to station by a drawn
+    factor with the standard deviation ``varies``.
     """
     random = np.random.default_rng(seed)
     up = np.arange(stations) * 360.0 / stations

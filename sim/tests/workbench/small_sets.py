@@ -1,4 +1,4 @@
-"""Small measurement sets written from the definitions, without the package's own models."""
+"""Make small measurement sets from their definitions, without the package's own models."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 
 Float = NDArray[np.float64]
 Error = Callable[[Float, Float, float], Float]
-"""Function ε of (disc angle rad, temperature °C, speed rad/s), in arcseconds."""
+"""Error function ε in arcseconds; its arguments are disc angle in rad, temperature in °C and speed
+in rad/s."""
 
 COUNTS_PER_REV = 1 << 24
 LINES = 16_384
@@ -21,7 +22,7 @@ SAMPLES_A_TURN = 1200
 TURNS = 3
 RUNS = ((30.0, 20.0, 20.0, 0.0), (-30.0, 20.0, 20.0, 60.0), (90.0, 20.0, 20.0, 120.0),
         (30.0, 23.5, 24.5, 1800.0))  # fmt: skip
-"""Speed in deg/s, temperature at start and end, and start time of each run."""
+"""For each run: speed in deg/s, temperature at the start and at the end, and start time."""
 CAPTURE_NOISE = 0.1
 REFERENCE_NOISE = 0.15
 
@@ -48,10 +49,11 @@ def measurement_set(
     turns: int = TURNS,
     reference: bool = True,
 ) -> MeasurementSet:
-    """Make a capture of ``runs`` runs and a reference run on 24 faces in both directions.
+    """Return a set with a capture of ``runs`` runs, and with a reference run over 24 faces in both
+    directions.
 
-    ``head2_only`` adds arcseconds of (time s, speed rad/s) to head 2; ``electrical`` adds
-    arcseconds of the electrical phase to both heads.
+    ``head2_only`` gives arcseconds for (time s, speed rad/s), which are added to head 2.
+    ``electrical`` gives arcseconds for the electrical phase, which are added to both heads.
     """
     random = np.random.default_rng(seed)
     columns: dict[str, list[Float]] = {name: [] for name in ("run", "time", "h1", "h2", "warm")}

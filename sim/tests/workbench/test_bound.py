@@ -1,5 +1,5 @@
-"""Tests that an effect of the size that a set states is found in 95 % of such sets, for each kind
-of limit."""
+"""Tests, for each kind of limit, that an effect of the stated detectable size is found in 95 % of
+the sets."""
 
 from __future__ import annotations
 
@@ -30,17 +30,19 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 EFFECTS = built_in()
 TESTS = 19
-"""Number of tested effects: those of the catalogue without the model's own, as in a diagnosis."""
+"""Number of effects that a diagnosis tests: those of the catalogue, except the model's own."""
 SETS = 12
 LEAST = 9
-"""Least number of 12 sets found at 95 %: fewer occur in 1 of 450 such tests (binomial)."""
+"""Smallest accepted number of sets, of 12, in which the effect is found. At 95 %, fewer occur in 1
+of 450 such tests (binomial)."""
 INDEX_ARCSEC = 0.08
-"""Scatter of a run's offset: one count of 0.077″."""
+"""Standard deviation of a run's offset in arcseconds, about one count of 0.077″."""
 
 
 @pytest.mark.parametrize(("rank", "freedom"), [(1, 10.0), (1, 4.0), (3, 20.0), (23, 60.0)])
 def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> None:
-    """The set that states the size and the set that shows the effect each draw their own χ²."""
+    """Two sets each draw a χ² of their own: the set that states the size, and the set that contains
+    the effect."""
     random = np.random.default_rng(5)
     gain = needed_gain(rank, TESTS, freedom)
     size, draws = np.sqrt(gain), 40_000
@@ -49,26 +51,29 @@ def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> 
     columns[:, 0] += size * np.sqrt(stating)
     ratio = np.sum(columns**2, axis=1) / rank / showing
     found = float(np.mean(ratio > stats.f.ppf(1.0 - SIGNIFICANCE / TESTS, rank, freedom)))
-    # Three standard errors of 40,000 draws at 95 %, and the 32 quantiles of the noise.
+    # The tolerance is three standard errors of 40,000 draws at 95 %, plus the error from 32
+    # quantiles of the noise.
     assert found == pytest.approx(0.95, abs=0.0033 + 0.003)
 
 
 def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
-    """A servo log needed F above 10⁷, for which the series of the noncentral F gives NaN."""
+    """The log of a servo needed an F above 10⁷, for which the series of the noncentral F
+    distribution gives NaN."""
     rank, freedom, threshold, draws = 4, 2.0, 3.8e7, 200_000
     random = np.random.default_rng(7)
     stating, showing = (random.chisquare(freedom, draws) / freedom for _ in range(2))
     columns = random.normal(size=(draws, rank))
     columns[:, 0] += np.sqrt(_powerful(rank, freedom, threshold) * stating)
     found = float(np.mean(np.sum(columns**2, axis=1) / rank / showing > threshold))
-    # Three standard errors of the draws, and 32 quantiles of noise with two degrees of freedom.
+    # The tolerance is three standard errors of the draws, plus the error from 32 quantiles of noise
+    # with two degrees of freedom.
     assert found == pytest.approx(0.95, abs=0.0015 + 0.012)
 
 
 @pytest.mark.parametrize("rank", [1, 2, 8])
 def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
-    """Least squares in numpy with four folds: the log predictive density rises by 2 of its
-    errors."""
+    """Compare with least squares in numpy over four folds: the effect counts if the log predictive
+    density rises by twice its standard error."""
     random = np.random.default_rng(6)
     rows, draws = 400, 1500
     columns = np.linalg.qr(random.normal(size=(rows, rank)))[0]
@@ -89,8 +94,8 @@ def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
 
 
 def _of_runs(seed: int, added: Callable[[int, Float], Float]) -> MeasurementSet:
-    """Make four runs with scattering offsets; ``added`` of (run, 0 … 1 within it) goes to head
-    2."""
+    """Return a set with four runs, whose offsets scatter; ``added`` is called with the run and the
+    place within it (0 … 1), and gives what is added to head 2."""
     random = np.random.default_rng([seed, 1])
     offsets = random.normal(0.0, INDEX_ARCSEC, len(RUNS))
     starts = np.array([start for *_, start in RUNS]) / TURNS
@@ -104,7 +109,8 @@ def _of_runs(seed: int, added: Callable[[int, Float], Float]) -> MeasurementSet:
 
 
 def _wandering(seed: int, added: Callable[[Float, Float], Float]) -> MeasurementSet:
-    """Make a reference whose noise is half slow: 0.15″ white, 0.15″ with a memory of 100 s."""
+    """Return a set with a reference whose noise is half white and half slow: 0.15″ each; the slow
+    part has a memory of 100 s."""
     random = np.random.default_rng([seed, 2])
     made = measurement_set(seed=seed, runs=1, turns=1, cycles=6)
     assert made.reference is not None
@@ -120,7 +126,8 @@ def _wandering(seed: int, added: Callable[[Float, Float], Float]) -> Measurement
 
 
 def _made(effect: str, seed: int, size: float) -> MeasurementSet:
-    """Make a set with an effect of RMS ``size`` in the channel that shows it, by definition."""
+    """Return a set that contains an effect; by its definition the effect has the RMS ``size`` in
+    the channel that shows it."""
     if effect == "reference_drift":
         return _wandering(seed, lambda time, _: size * np.sqrt(12.0) * time / np.ptp(time))
     if effect == "hysteresis":
@@ -154,8 +161,8 @@ def _residuals(made: MeasurementSet) -> Residuals:
     ],
 )
 def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:
-    """Few runs or slow noise determine the limit: one set states a size, and the next set contains
-    an effect of this size."""
+    """Few runs or slow noise determine the detectable size: one set states this size, and the next
+    set contains an effect of it."""
     found = 0
     for seed in range(SETS):
         of = EFFECTS[effect]()

@@ -1,4 +1,4 @@
-"""Tests of the workbench's commands: files as input; text, JSON and pictures as output."""
+"""Tests of the workbench's commands, with files as input, and text, JSON and pictures as output."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ def _json(path: Path) -> Any:
 
 
 def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path) -> None:
-    """Run compare → diagnose → add → compare → another set of the same table → export."""
+    """The test runs compare → diagnose → add → compare → another set of the same table → export."""
     model = tmp_path / "model.toml"
     pictures = tmp_path / "pictures"
 
     compared = _run("compare", warm_set, "--out", pictures, "--json", tmp_path / "c.json")
     assert compared.exit_code == 0, compared.output
     assert "temperature × order 1" in compared.output
-    # A missing effect differs from noise: its residuals are correlated. The reference has white
-    # noise and passes the test.
+    # The residual of the capture contains a missing effect: it is correlated and fails the test.
+    # That of the reference is white noise and passes.
     assert "residual of the capture fails a test: an effect is" in compared.output
     assert _json(tmp_path / "c.json")["noise"]["reference"]["tests"]["normality_p"] > 0.001
     assert {path.name for path in pictures.iterdir()} == {
@@ -131,7 +131,7 @@ def test_an_unknown_effect_is_adopted_and_the_error_falls(tmp_path: Path) -> Non
     step = _json(tmp_path / "a.json")
     assert step["verdict_after"] == "adequate"
     assert step["heldout_after_arcsec"]["capture"] < 1.05 * step["noise_arcsec"]["capture"]
-    # The model file states the effect's file, so that --effects is no longer needed.
+    # The model file names the file of the effect, so that --effects is no longer needed.
     assert _run("compare", folder, "--model", model).exit_code == 0
 
 
@@ -149,7 +149,7 @@ def test_a_setting_is_changed_by_adding_again(warm_set: Path, tmp_path: Path) ->
     assert found.effects[place].settings == {"orders": [1, 2, 3]}
     assert len(found.effects[place].coefficients) == 6
     assert [step.action for step in found.history] == ["fit", "add", "set"]
-    # Order 5 has 0.4″: without it the error rises.
+    # Order 5 has 0.4″; without it the error rises.
     assert found.history[-1].rms_arcsec["capture"] > 2.0 * found.history[-2].rms_arcsec["capture"]
     again = _run(
         "add", "graduation_harmonics", warm_set, "--model", model, "--set", "orders=[1, 2, 3]"

@@ -1,7 +1,7 @@
-"""Tests that every constant that influences a result of the workbench states its origin.
+"""Tests that every constant which influences a result of the workbench states its origin.
 
-A constant of a module needs its own docstring with a derivation, a source, the command that
-calibrates it, or the statement that it only bounds cost or output.
+A constant of a module needs a docstring of its own with a derivation, a source, the command that
+calibrates it, or the statement that it only limits cost or output.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import arctrue.workbench
 ROOT = Path(arctrue.workbench.__file__).parent
 PACKAGES = ("diagnose", "inference", "noise", "observations")
 LEAST_WORDS = 3
-"""Least number of words of a statement; fewer only repeat the name of the constant."""
+"""Least number of words of such a docstring; fewer would only repeat the name of the constant."""
 MODULES = sorted(file for name in PACKAGES for file in (ROOT / name).rglob("*.py"))
 
 
 def _is_number(node: ast.expr) -> bool:
-    """Tell whether an expression is a number, or a sequence or sum of numbers."""
+    """Tell whether an expression is a number, or a sequence or a sum of numbers."""
     if isinstance(node, ast.Constant):
         return isinstance(node.value, (int, float)) and not isinstance(node.value, bool)
     if isinstance(node, ast.UnaryOp):
@@ -34,7 +34,7 @@ def _is_number(node: ast.expr) -> bool:
 
 
 def unstated(source: str) -> list[str]:
-    """Return the names of the numeric constants of a module that no statement follows."""
+    """Return the names of a module's numeric constants that have no docstring."""
     body = ast.parse(source).body
     found = []
     for statement, after in zip(body, [*body[1:], None], strict=True):

@@ -1,4 +1,5 @@
-"""Tests of the lines of a gear on the faces of a polygon; their orders are counted by hand."""
+"""Tests of the lines of a gear on the faces of a polygon; the expected orders are counted by
+hand."""
 
 from __future__ import annotations
 
@@ -44,7 +45,7 @@ def _narrowed(measurement: MeasurementSet):  # type: ignore[no-untyped-def]
     ("lines", "expected"),
     [
         ({90: 1.0}, {"multiples": [1], "below": [], "above": []}),
-        # 89 and 91 are orders 7 and 5 on 24 faces, 90 is order 6.
+        # On 24 faces 90 teeth look like order 6, and the side lines 89 and 91 like orders 7 and 5.
         ({90: 1.0, 89: 0.4, 91: 0.4}, {"multiples": [1], "below": [1], "above": [1]}),
     ],
 )
@@ -54,7 +55,8 @@ def test_lines_with_the_tooth_count_are_taken_where_they_are_there(lines, expect
 
 
 def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
-    """72 is 3 × 24, a constant; 71 and 73 are both order 1, like a lean of the polygon."""
+    """72 teeth are 3 × 24 and look like a constant. The side lines 71 and 73 both look like order
+    1, as a lean of the polygon does."""
     effect, trials = _narrowed(_with_lines(72, {72: 1.0, 71: 0.3}))
     assert effect.settings["multiples"] == []
     assert sorted([effect.settings["below"], effect.settings["above"]]) == [[], [1]]
@@ -62,8 +64,10 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
 
 
 def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
-    """The side lines are not significant in the noise estimate that contains the gear, but have 20
-    σ of the rows. Without the side lines, the faces of the polygon would fit better than the gear.
+    """The side lines have 20 σ of the rows, but are not significant with the noise that is
+    estimated with the gear in the model.
+
+    Without the side lines, errors of the polygon's faces would fit better than the gear.
     """
     measurement = _with_lines(65, {65: 2.1, 64: 0.22, 66: 0.22})
     found = diagnose(observations_of(measurement), default_model().terms(EFFECTS), EFFECTS)
@@ -73,10 +77,11 @@ def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
 
 
 def test_lines_that_the_stations_cannot_tell_apart_are_not_both_taken() -> None:
-    """On 24 faces, 90 is order 6 and 270 is order 6 with the other sign."""
+    """On 24 faces 90 teeth look like order 6, and 270 look like order 6 with the opposite sign."""
     effect, trials = _narrowed(_with_lines(90, {90: 2.2, 89: 0.3, 91: 0.3}))
     assert effect.settings == {"multiples": [1], "below": [1], "above": [1]}
-    # An eccentric gear gives a wave with a pair of side lines, which only few forms of error have.
+    # An eccentric gear makes a wave with a pair of side lines; only these few forms of error were
+    # tried.
     assert trials == len(USUAL)
 
 

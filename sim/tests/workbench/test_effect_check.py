@@ -1,4 +1,4 @@
-"""``arctrue effects check`` passes correct effects and names the faults of others."""
+"""Tests that ``arctrue effects check`` passes correct effects and names the faults of others."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests that every effect declares the properties that a user needs, and that a user's own file
-works like a built-in effect."""
+"""Tests that every effect declares the properties that a user needs, and that a user's own effect
+file works like a built-in effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of orders that are not exported, and of models of another table."""
+"""Tests of orders that are not exported, and of models that belong to another table."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _without_table(model: Path, place: Path) -> Path:
 
 
 def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The set has the orders of ``paper_error``; the model has twenty."""
+    """The set has only the orders of ``paper_error``, while the model has twenty."""
     answer = _run("export", folder, "--model", model, "--out", tmp_path)
     assert answer.exit_code == 0, answer.output
     held = read_coefficient_file(tmp_path / "coefficients.toml")
@@ -58,7 +58,7 @@ def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path
 def test_lanes_that_double_the_error_are_refused(
     made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
 ) -> None:
-    """The reference belongs to another disc: the model's lanes increase its error."""
+    """The reference belongs to another disc, whose error the lanes of the model would increase."""
     assert made.reference is not None
     assert made.capture is not None
     other = tmp_path / "other"
@@ -74,7 +74,8 @@ def test_lanes_that_double_the_error_are_refused(
     assert forced.exit_code == 0, forced.output
     assert (out / "coefficients.toml").exists()
 
-    # Without a reference, the two heads decide which orders are exported, as in the firmware.
+    # Without a reference, the two heads decide which orders are exported, as they do in the
+    # firmware.
     swapped = replace(
         made.capture,
         head1_counts=made.capture.head2_counts,

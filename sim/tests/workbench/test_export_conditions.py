@@ -1,5 +1,5 @@
-"""Tests that reversal error, latency, and products with direction or speed become lanes that follow
-these conditions."""
+"""Tests that a reversal error, a latency, and products with direction or speed are exported to
+lanes that follow these conditions."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_reversal_error_is_a_lane_of_order_0(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The lane has half the error times the direction; the file needs MODULATORS and reads back."""
+    """The lane has half of the error times the direction. The file needs MODULATORS, and it reads
+    back."""
     answer = _run("export", folder, "--model", model, "--out", tmp_path, "--modulators")
     assert answer.exit_code == 0, answer.output
     assert "order 0 × direction" in answer.output
@@ -83,7 +84,7 @@ def test_without_the_flag_it_is_left_and_said_so(folder: Path, model: Path, tmp_
 
 
 def test_a_steep_reversal_is_refused(folder: Path, model: Path, tmp_path: Path) -> None:
-    """50″ within 0.02° is a slope of 0.69, above the limit of a half."""
+    """50″ within 0.02° are a slope of 0.69; the limit is 0.5."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--modulators")
     answer = _run(*words, "--reversal-width", "0.02")
     assert answer.exit_code != 0
@@ -92,7 +93,7 @@ def test_a_steep_reversal_is_refused(folder: Path, model: Path, tmp_path: Path) 
 
 
 def test_latency_is_order_0_times_speed(made: MeasurementSet) -> None:
-    """ε = −ωτ: 20 µs are −4.125″ at 1 rad/s."""
+    """A latency gives ε = −ωτ: 20 µs are −4.125″ at 1 rad/s."""
     lanes = Latency().conditioned_lanes(np.array([20.0]), {}, observations_of(made))
     assert [one.condition for one in lanes] == ["speed"]
     assert lanes[0].lane.order == 0
@@ -117,7 +118,7 @@ def test_products_with_the_size_of_the_speed_have_no_modulator(made: Measurement
 
 
 def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
-    """Return the export of order 1 and of ``order`` × direction."""
+    """Return the exported coefficients of a model with order 1 and with ``order`` × direction."""
     observations = observations_of(made)
     settings = {"fixed_to": "disc"}
     plain = ModelEffect(
@@ -142,7 +143,8 @@ def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
 def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
     made: MeasurementSet, order: int
 ) -> None:
-    """Otherwise the calibration would fit that lane and include the direction of its turn."""
+    """Without the plain lane the calibration would fit this order itself, and include the direction
+    of the fitted turn."""
     held = exported(made, order, 4)
     assert held.extension is not None
     ((modulated, name),) = held.extension.modulators
@@ -155,21 +157,24 @@ def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
 
 
 def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet) -> None:
-    """Order 3 × direction and order 1 use both lanes, so that the calibration has no lane."""
+    """Order 3 × direction and order 1 use both lanes: the file has no room for a plain lane with
+    amplitude 0."""
     held = exported(made, 3, 2)
     assert held.orders.tolist() == [1, 3]
     assert (held.amplitudes != 0).all()
 
 
 def with_columns(made: MeasurementSet, names: tuple[str, ...]) -> MeasurementSet:
-    """Return the set with a load from 20 to 60 in the reference run, under each name."""
+    """Return the set with a load from 20 to 60 in the reference run, in one column for each
+    name."""
     assert made.reference is not None
     load = np.linspace(20.0, 60.0, made.reference.target_deg.size)
     return replace(made, reference=replace(made.reference, conditions=dict.fromkeys(names, load)))
 
 
 def column_export(made: MeasurementSet, names: tuple[str, ...]) -> Export:
-    """Export a model with order 3 × (column − 40), 0.3″ and −0.4″ a unit, for each name."""
+    """Export a model that has, for each name, order 3 × (column − 40) with 0.3″ and −0.4″ per
+    unit."""
     entries = [
         ModelEffect(
             "product_of_parts",
@@ -189,8 +194,8 @@ def column_export(made: MeasurementSet, names: tuple[str, ...]) -> Export:
 
 
 def test_a_product_with_a_column_follows_a_word_of_the_host(made: MeasurementSet) -> None:
-    """The largest distance from the zero is 20, so that the word is 1 at 40 + 30: 0.5″ · 30
-    there."""
+    """The load is at most 20 from its zero. The word is scaled to 1 at 40 + 30, where the amplitude
+    is 0.5″ · 30."""
     result = column_export(made, ("load_n",))
     held = result.coefficients
     assert held.extension is not None
@@ -201,12 +206,12 @@ def test_a_product_with_a_column_follows_a_word_of_the_host(made: MeasurementSet
     assert result.followed == [
         "order 3 × load_n: 15″ at load_n = 70, where word a is 1; it is 0 at 40"
     ]
-    # At a load of 55 the host writes 0.5: the gateware then removes the model's error.
+    # At a load of 55 the host writes 0.5, with which the gateware removes the error of the model.
     at_55 = modulated(held, Modulators(word_a=MODULATOR_ONE // 2))
     counts_seen = np.arange(0, COUNTS, 997)
     angle = 3.0 * counts_seen * 2.0 * np.pi / COUNTS
     expected = (0.3 * np.cos(angle) - 0.4 * np.sin(angle)) * 15.0 * COUNTS / 1_296_000
-    # A step of the amplitude and a step of the phase of 2π/2^24 at 6 counts.
+    # The tolerance is one step of the amplitude, plus a step of the phase of 2π/2^24 at 6 counts.
     assert np.abs(at_55.error_counts(counts_seen) - expected).max() < 2.0**-10
 
 

@@ -53,16 +53,17 @@ def bell(place_deg: float, width_deg: float, height_arcsec: float) -> LocalError
 def test_a_table_takes_bells_off(
     places_deg: list[float], widths_deg: list[float], windows: int, exponent: int
 ) -> None:
-    """Compare readings all over the turn, 997 counts apart, with the bells in float64."""
+    """Compare the table with the bells in float64, at readings 997 counts apart over the whole
+    turn."""
     errors = [bell(p, w, 12.0) for p, w in zip(places_deg, widths_deg, strict=True)]
     table = table_of(errors, TURN)
     assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)
     reading = np.arange(0, TURN, 997) * 2.0 * np.pi / TURN
     total = np.sum([one.error_arcsec(reading) for one in errors], axis=0)
     left = np.abs(total - taken_off_arcsec(table, TURN, reading)).max()
-    # The error of straight lines is step²/8 times the largest curvature, h/w² for each bell; bells
-    # may overlap. A point and the reading are rounded, and outside its window a bell has e^-12.5 of
-    # its height.
+    # Straight lines err by step²/8 times the largest curvature, h/w² for each bell; bells may
+    # overlap. In addition, points and readings are rounded, and at the end of its window a bell
+    # still has e^-12.5 of its height.
     step_deg = 360.0 / 2**exponent / (4096 / windows)
     lines = step_deg**2 / 8.0 * sum(12.0 / width**2 for width in widths_deg)
     steepest = 12.0 * 0.607 / (min(widths_deg) * 3600.0)
@@ -76,8 +77,8 @@ WEIGHTS = (0.31, 0.22, 0.3, 0.17)
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_a_scratch_is_taken_away_at_every_head_of_the_mean(heads: int) -> None:
-    """Its bell is 20″ high and 0.2° wide, at 2²⁴ counts a turn; at most a tenth of the bell
-    remains."""
+    """With 2²⁴ counts per turn, at most a tenth remains of a bell that is 20″ high and 0.2°
+    wide."""
     weights = [round(weight * 65536) for weight in WEIGHTS[:heads]]
     weights[0] += 65536 - sum(weights)
     offsets = [round(place / 360.0 * TURN * 16) for place in OFFSETS_DEG[:heads]]
@@ -126,13 +127,14 @@ def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The file needs LOCAL_TABLE and removes the scratch; its frames have all points."""
+    """The file needs LOCAL_TABLE, and its table removes the scratch; the frames of the load contain
+    all points."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--local-table")
     answer = _run(*words, "--json", tmp_path / "e.json")
     assert answer.exit_code == 0, answer.output
     said = re.search(r"in the local table: graduation_defect at (\S+)°", answer.output)
     assert said is not None, answer.output
-    # The table is addressed by the reading: 90″ of eccentricity are 0.025°.
+    # The table is addressed by the reading, which 90″ of eccentricity shift by 0.025°.
     assert float(said[1]) == pytest.approx(PLACE_DEG, abs=0.05)
     (effect,) = (
         item
@@ -150,7 +152,8 @@ def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path:
     reading = np.radians(np.linspace(PLACE_DEG - 3.0, PLACE_DEG + 3.0, 2001))
     taken = taken_off_arcsec(held.extension.local_table, TURN, reading)
     true = scratched(reading, reading, 0.0) - paper_error(reading, reading, 0.0)
-    # The fit has 16 samples of 0.1″ across the scratch; the reading is 0.025° from the angle.
+    # The fit has 16 samples of 0.1″ across the scratch, and the reading differs from the angle by
+    # 0.025°.
     assert np.abs(taken - true).max() < 0.1 * abs(HEIGHT_ARCSEC)
     frames = [frame.split() for frame in load_frames(held) if frame.startswith("load points ")]
     points = [int(word) for frame in frames for word in frame[3:-1]]

@@ -1,4 +1,5 @@
-"""Tests that lines of real orders become lanes whose phase continues from turn to turn."""
+"""Tests that lines of non-integer orders are exported to lanes whose phase continues from turn to
+turn."""
 
 from __future__ import annotations
 
@@ -53,7 +54,7 @@ def observations(made: MeasurementSet) -> Observations:
 
 
 def model() -> Model:
-    """Return a model of a belt, an eccentric gear, and a wave fixed to the disc."""
+    """Return a model with a belt, an eccentric gear, and a wave that is fixed to the disc."""
     sides = {"multiples": [1], "below": [1], "above": [1]}
     wave = {"orders": [2.75], "fixed_to": "disc"}
     return Model(
@@ -77,7 +78,7 @@ def exported(observations: Observations, **options: bool) -> Export:
 
 
 def error_arcsec(angle_rad: np.ndarray) -> np.ndarray:
-    """Return the model's error in float64, over any number of turns."""
+    """Return the error of the model in float64, over any number of turns."""
     total = np.zeros(angle_rad.size)
     for order, cosine, sine in (
         (0.5, 12.0, -5.0),
@@ -94,7 +95,7 @@ def test_every_line_has_a_lane_with_its_turn_step(observations: Observations) ->
     held = exported(observations, with_real_orders=True).coefficients
     assert held.extension is not None
     orders = sorted(float(held.real_orders[lane]) for lane, _ in held.extension.turn_steps)
-    # The rounding of a turn step is at most 2⁻⁴⁹.
+    # A turn step is rounded by at most 2⁻⁴⁹.
     assert orders == pytest.approx([0.5, 2.75, 70.4, 71.4, 72.4], abs=2.0**-48)
 
 
@@ -102,33 +103,34 @@ def test_every_line_has_a_lane_with_its_turn_step(observations: Observations) ->
 def test_the_gateware_takes_the_model_away_in_every_turn(
     observations: Observations, turn: int
 ) -> None:
-    """Compare the bit-true pipeline with the equation: half a count of rounding and no drift."""
+    """Compare the bit-true pipeline with the equation in each of these turns: the phase must not
+    drift."""
     held = exported(observations, with_real_orders=True).coefficients
     angles = np.arange(0, COUNTS, 4099)
     turns = np.full(angles.size, turn)
     found = compensate(angles, angles, held, turns=turns).correction / 2048.0
     total_rad = 2.0 * np.pi * (turn + angles / COUNTS)
     exact = error_arcsec(total_rad) / ARCSEC_PER_COUNT
-    # Phases (to 2⁻²⁴ turn), cosines and amplitudes are rounded; with 24 counts of amplitude in
-    # total, this is far below a tenth of a count.
+    # Phases (to 2⁻²⁴ turn), cosines and amplitudes are rounded; with amplitudes of 24 counts in
+    # total, the error stays far below a tenth of a count.
     assert np.abs(found - exact).max() < 0.02
     seen = held.error_counts(angles + turn * COUNTS)
     assert np.abs(seen - exact).max() < 0.02
 
 
 def test_the_bank_of_another_turn(observations: Observations) -> None:
-    """Turn 5 of the gateware may be turn 0 of the set."""
+    """Turn 0 of the set may be turn 5 of the gateware."""
     held = exported(observations, with_real_orders=True).coefficients
     angles = np.arange(0, COUNTS, 40_009)
     first = compensate(angles, angles, held, turns=np.zeros(angles.size, dtype=np.int64))
     moved = held.from_turn(5)
     later = compensate(angles, angles, moved, turns=np.full(angles.size, 5))
-    # An offset is then rounded twice: 2⁻²⁵ turn, at an amplitude of 12 counts.
+    # In another turn the offset is rounded twice: 2⁻²⁵ turn, at an amplitude of 12 counts.
     assert np.abs(first.correction - later.correction).max() <= 1
 
 
 def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
-    """A pinion of 21 teeth makes 3.4 turns in one of the table, with an index in each."""
+    """A pinion with 21 teeth makes 3.4 turns per turn of the table, with an index in each."""
     gear = export_model(
         Model(model().effects[1:2]),
         observations,
@@ -151,7 +153,7 @@ def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
             angle = 2.0 * np.pi * order * place
             exact = cosine * np.cos(angle) + sine * np.sin(angle)
             phase = 2.0 * np.pi * (source.probe_phase / 2**24 + source.side * place)
-            # Phases of the lane and of the probe are rounded to 2⁻²⁴ turn.
+            # The phases of lane and probe are each rounded to 2⁻²⁴ turn.
             assert np.hypot(cosine, sine) * np.cos(phase) == pytest.approx(exact, abs=1e-5)
     assert sides == {70.4: -1, 71.4: 0, 72.4: 1}
     with pytest.raises(ValueError, match=r"order 0\.5: neither it nor one of its sides"):
@@ -184,7 +186,7 @@ def test_lines_in_time_and_of_the_capture_have_none(observations: Observations) 
 
 
 def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> None:
-    """The reading of head 1 contains y, whose coefficients are the last two."""
+    """The reading of head 1 contains the motion in y, whose coefficients are the last two."""
     values = np.array([0.3, 0.1, -2.0, 5.0])
     lanes = BearingBallPass().real_lanes(values, {"order": 7.31}, observations)
     assert lanes == [RealLane(7.31, -2.0, 5.0)]
@@ -197,7 +199,7 @@ def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> N
 
 
 def test_few_counts_a_turn_are_refused(made: MeasurementSet) -> None:
-    """The offset of the next turn would not be ready at the highest speed."""
+    """At the highest speed the offset of the next turn would not be ready in time."""
     small = replace(made, table=replace(made.table, counts_per_rev=620))
     with pytest.raises(ValueError, match="needs 624 at least"):
         exported(observations_of(small), with_real_orders=True)

@@ -1,5 +1,5 @@
-"""Tests of the conditions that the residual follows: the cause comes first, its aliases are listed
-as similar."""
+"""Tests of the conditions that the residual follows: the cause comes first, and similar conditions
+are listed as its aliases."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _warm(disc, temperature, speed):  # type: ignore[no-untyped-def]
 def test_time_is_the_shadow_of_heat() -> None:
     found = [item for item in _findings(error=_warm) if item.channel == "capture"]
     first = found[0]
-    # The warm run is also the last one.
+    # The warm run is also the last one, so that time resembles temperature.
     assert first.follows in ("temperature × order 1", "time × order 1")
     assert first.shadow_of is None
     assert first.share > 0.9
@@ -50,9 +50,10 @@ def test_two_causes_both_stand_by_themselves() -> None:
     assert any("× order 1" in name for name in alone)
     phases = [item for name, item in alone.items() if name.startswith("electrical phase")]
     assert phases
-    # Neither finding includes the other's share: the sum of both is at most 1.
+    # No finding includes the share of another, so that the sum of the shares is about 1 at most.
     assert sum(item.share_beyond for item in alone.values()) < 1.1
-    # 0.8″ in each head is 0.64 arcsec² in the difference; the heat has 1.9″ in one run of four.
+    # 0.8″ in each head are 0.64 arcsec² in the difference; the warming causes 1.9″ in one of the
+    # four runs.
     assert all(item.share_beyond > 0.1 for item in phases)
 
 
@@ -61,16 +62,17 @@ def test_nothing_beyond_chance_is_no_finding() -> None:
 
 
 def test_share_of_the_excess() -> None:
-    # With a noise of 3 and a whole of 5, the excess is 16 of 25.
+    # With a noise of 3 and a whole residual of 5, the excess is 16 of 25.
     assert ExcessOf(100, 5.0, 4.0).share(0.32) == pytest.approx(0.5)
-    # An effect that does not repeat gives no excess over the repeats, so that the share refers to
-    # the whole residual.
+    # The repeats explain the whole residual of an effect that does not repeat, so that no excess
+    # remains; the share then refers to the whole residual.
     assert ExcessOf(100, 5.0, 0.5).share(0.32) == pytest.approx(0.32)
     assert ExcessOf(100, 5.0, 4.0).share(-0.1) == 0.0
 
 
 def test_the_picture_shows_what_the_text_says() -> None:
-    """The chart has one bar for each sentence, in their order, as long as the stated share."""
+    """The chart has one bar for each sentence, in the same order; its length is the stated
+    share."""
     found = [
         Finding("capture", "temperature × order 1", 0.97, 0.97, None, "97 % …"),
         Finding("capture", "time", 0.81, 0.02, "temperature × order 1", "time …"),

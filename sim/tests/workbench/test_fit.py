@@ -27,7 +27,7 @@ def _graduation() -> Term:
 
 def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
     observations = observations_of(measurement_set(runs=1, reference=False))
-    # Every row has the same weight: another test covers the weights that follow from the noise.
+    # All rows have the same weight here; another test covers weights that follow from the noise.
     noise = white_noise(observations, (CAPTURE_NOISE, None))
     solution = fit([_graduation()], observations, noise=noise)
     rows = observations.capture
@@ -37,20 +37,22 @@ def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
         for wave in (np.cos, np.sin):
             design.append(wave(order * (rows.angle_rad + ALPHA)) - wave(order * rows.angle_rad))
     expected, *_ = np.linalg.lstsq(np.stack(design, axis=1), rows.difference_arcsec, rcond=None)
-    # The prior of the run offset changes only the constant, by less than 0.001 of its sigma.
+    # The prior of the run's offset changes only the constant, by less than 0.001 of its
+    # uncertainty.
     np.testing.assert_allclose(solution.coefficients, expected[1:], atol=1e-6)
 
 
 def test_noise_of_both_channels_and_the_truth_are_found() -> None:
     solution = fit([_graduation()], observations_of(measurement_set()))
-    # Two heads' noise, and the rounding of both to whole counts of 0.0772″.
+    # The difference has the noise of two heads and the rounding of both to whole counts of 0.0772″.
     both_heads = np.sqrt(2.0 * (CAPTURE_NOISE**2 + 0.0772**2 / 12.0))
     assert solution.capture_sigma_arcsec == pytest.approx(both_heads, rel=0.03)
     assert solution.reference_sigma_arcsec == pytest.approx(REFERENCE_NOISE, rel=0.15)
     disc = np.linspace(0.0, 2.0 * np.pi, 100)
     found = solution.context.error_arcsec(disc)
     left = found - paper_error(disc, disc, 0.0)
-    # Orders 11 and 12 are amplified 19 and 5 times at 33°; the reference run determines them.
+    # At 33° the heads magnify the noise of orders 11 and 12 19 and 5 times; the reference run
+    # determines these orders.
     assert np.max(np.abs(left - left.mean())) < 0.05
 
 
@@ -65,8 +67,8 @@ def test_covariance_is_that_of_repetition() -> None:
         sigma = np.sqrt(np.diag(solution.covariance))[:10]
     assert sigma is not None
     ratio = np.std(draws, axis=0, ddof=1) / sigma
-    # 40 draws determine each standard deviation to 11 %, and the mean of 10 standard deviations to
-    # 4 %.
+    # 40 draws determine one standard deviation to 11 %, and the mean of 10 standard deviations to 4
+    # %.
     assert np.mean(ratio) == pytest.approx(1.0, abs=0.12)
 
 

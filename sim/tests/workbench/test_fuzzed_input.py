@@ -56,7 +56,8 @@ NASTY = (
 
 
 def _damaged(text: bytes, chance: random.Random) -> bytes:
-    """Apply one to three changes: bytes changed, cut or doubled; fields or lines changed or cut."""
+    """Return the text with one to three changes: bytes changed, cut or doubled; fields or lines
+    changed or cut."""
     data = bytearray(text)
     for _ in range(chance.randint(1, 3)):
         kind = chance.randrange(7)
@@ -87,7 +88,7 @@ def _damaged(text: bytes, chance: random.Random) -> bytes:
 
 
 def _check_set(folder: Path, damaged: str) -> None:
-    """Assert that a set has finite rows, or that its error names the place."""
+    """Assert that a set has only finite rows, or that its error names the place."""
     found, fault = None, None
     try:
         found = read_measurement_set(folder)
@@ -256,7 +257,7 @@ def test_the_commands_say_one_sentence(tmp_path: Path, change: Callable[[str], s
 
 
 def test_stored_models_of_any_shape_are_refused_by_name(tmp_path: Path) -> None:
-    """A model file is valid TOML but fits no effect: the reader always answers with one
+    """A model file is valid TOML but fits no effect; the reader always answers with one
     sentence."""
     folder = tmp_path / "set"
     folder.mkdir()
@@ -286,7 +287,7 @@ def test_stored_models_of_any_shape_are_refused_by_name(tmp_path: Path) -> None:
 
 
 def test_terms_are_plain(tmp_path: Path) -> None:
-    """The undamaged model file of the fuzz test contains a list of terms."""
+    """The undamaged model file of the fuzz test gives a list of terms."""
     from arctrue.workbench.effects.registry import built_in
 
     (tmp_path / "m.toml").write_bytes(_model_text(tmp_path))

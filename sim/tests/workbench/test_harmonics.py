@@ -1,4 +1,4 @@
-"""Tests of columns and sums of harmonics against cosine and sine of each multiple."""
+"""Tests of columns and sums of harmonics against the cosine and sine of each multiple."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import pytest
 from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_sum
 
 ANGLE = np.random.default_rng(5).uniform(-2000.0, 2000.0, 20_000)
-"""Angles over several hundred turns, which fill more than two blocks of a sum."""
+"""Angles over several hundred turns; there are enough of them to fill more than two blocks of a
+sum."""
 TOLERANCE = 1e-11
-"""Error of twenty multiplications of rounded factors; the angle's last bit is 2e-13."""
+"""Largest error of twenty multiplications of rounded factors; the last bit of the angle is
+2e-13."""
 
 
 @pytest.mark.parametrize(

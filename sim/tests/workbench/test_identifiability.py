@@ -1,4 +1,5 @@
-"""Tests of identifiability: undetermined coefficients, similar effects, smallest effects found."""
+"""Tests of identifiability: coefficients that are undetermined, effects that are similar, and the
+smallest effects that are found."""
 
 from __future__ import annotations
 
@@ -42,7 +43,7 @@ def test_blind_order_and_unseparable_motion_are_reported() -> None:
     ]
     assert reported.rank == 4 + 1
     motion = Term(EFFECTS["radial_error_motion"](orders=[2]), {})
-    # Without a reference, the difference shows only two of the six columns of order 2.
+    # Without a reference, the difference determines only two of the six columns of order 2.
     reported = identifiability(fit([_graduation(orders=[1, 2]), motion], alone))
     assert any("2" in name for name in reported.undetermined)
     both = observations_of(measurement_set())
@@ -53,7 +54,7 @@ def test_weak_orders_are_the_weakest() -> None:
     reported = identifiability(
         fit([_graduation()], observations_of(measurement_set(reference=False)))
     )
-    # Order 11 is amplified 19 times at 33°, orders 10 and 12 five times.
+    # At 33° the heads magnify order 11 19 times, and orders 10 and 12 five times.
     assert {name.split()[-1] for name in list(reported.weakest)[:2]} == {"11"}
     sigma = next(iter(reported.weakest.values()))
     rows = len(RUNS) * SAMPLES_A_TURN * TURNS
@@ -82,12 +83,12 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
     base = fit([_graduation()], observations_of(measurement_set(runs=1, cycles=2)))
     smallest = identifiability(base, absent).smallest_arcsec["hysteresis"]["reference"]
     needed = needed_gain(1, 1)
-    # One column at 1 %: z of 2.576 for the threshold and 1.645 for the power.
+    # For one column at 1 %, z is 2.576 for the threshold and 1.645 for the power.
     assert needed == pytest.approx((2.5758 + 1.6449) ** 2, rel=1e-3)
     found = {1.0: 0, 0.4: 0}
     for size in found:
         for seed in range(25):
-            # Half the reversal acts in each direction, so that its RMS is half of it.
+            # Half of the reversal error acts in each direction, so that its RMS is half of it.
             made = measurement_set(
                 runs=1, cycles=2, seed=seed, reversal_arcsec=2.0 * smallest * size
             )
@@ -95,7 +96,7 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
             # As in the diagnosis, the noise is estimated again with the effect in the model.
             null = restricted_likelihood(residuals)
             found[size] += evidence(residuals, null, EFFECTS["hysteresis"](), {}).gain > 6.635
-    # 95 % of 25 is 23.75; fewer than 20 have p = 1/3,000. At 0.4 of the size 19 % are expected.
+    # 95 % of 25 are 23.75; fewer than 20 have p = 1/3,000. At 0.4 of the size 19 % are expected.
     assert found[1.0] >= 20
     assert found[0.4] <= 14
 
@@ -126,7 +127,8 @@ def test_canonical_correlations_against_numpy() -> None:
         columns = columns - base @ np.linalg.lstsq(base, columns, rcond=None)[0]
         bases.append(np.linalg.qr(columns)[0])
     expected = np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)
-    # The index constrains the offsets of the runs: a difference of 1 in 10⁴.
+    # The prior of the index constrains the offsets of the runs, which causes a difference of 1 in
+    # 10⁴.
     np.testing.assert_allclose(found, expected, atol=2e-3)
     assert 0.3 < found[0] < 0.999
 
@@ -137,5 +139,5 @@ def test_an_effect_is_wholly_like_itself_and_unlike_another_order() -> None:
     np.testing.assert_allclose(canonical_correlations(residuals, three, three), 1.0, atol=1e-6)
     assert np.max(canonical_correlations(residuals, three, five)) < 0.1
     inside = Term(ProductOfParts.of(ALWAYS, (1.0,), "disc"), {})
-    # A column in the span of the model has no canonical direction.
+    # A column that the model already spans has no canonical direction.
     assert canonical_correlations(residuals, inside, three).size == 0

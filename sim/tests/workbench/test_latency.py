@@ -1,7 +1,6 @@
-"""Tests of a reading that is late by τ, with an integrated motion, for the constant and every
-order.
+"""Tests of a reading that is late by τ, for the constant and for every order.
 
-The motion is integrated in this file.
+This module integrates the motion itself.
 """
 
 from __future__ import annotations
@@ -32,10 +31,11 @@ def _error_arcsec(angle_rad: Float) -> Float:
 
 
 def _observations(passes: list[tuple[float, float]], delay_s: float) -> Observations:
-    """Make passes of one turn from speed to speed in °/s, with a row every half degree.
+    """Return passes of one turn each, whose speed goes from one value to another in °/s, with a row
+    every half degree.
 
-    At a constant acceleration a, ω² = ω₀² + 2aθ. The reading at t shows the angle of t − τ and the
-    error at that angle.
+    At a constant acceleration a, ω² = ω₀² + 2aθ. The reading at time t shows the angle of the time
+    t − τ and the error at that angle.
     """
     random = np.random.default_rng(5)
     parts: list[tuple[Float, ...]] = []
@@ -70,14 +70,14 @@ def _base() -> Term:
 
 @pytest.mark.parametrize("delay_us", [300.0, 5000.0])
 def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: float) -> None:
-    """At 90 °/s, 5 ms change the phase of order 20 by 9°; a constant per speed cannot describe
-    these 3.9″."""
+    """At 90 °/s a delay of 5 ms changes the phase of order 20 by 9°; a constant per speed cannot
+    describe these 3.9″."""
     observations = _observations([(20.0, 20.0), (90.0, 90.0), (-45.0, -45.0)], delay_us * 1e-6)
     latency = EFFECTS["latency"]()
     solution = fit([_base(), Term(latency, {})], observations)
     left = solution.reference_residual_arcsec()
     assert left is not None
-    # 2,160 rows and 42 coefficients determine the scatter to 1.5 %.
+    # 2,160 rows with 42 coefficients determine the scatter to 1.5 %.
     assert float(np.sqrt(np.mean(left**2))) == pytest.approx(NOISE_ARCSEC, rel=0.06)
     found = solution.parameters()[-1]["latency"]
     assert found.sigma < 2.0
@@ -85,7 +85,8 @@ def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: 
 
 
 def test_ramps_tell_a_delay_from_a_reversal_error() -> None:
-    """The set accelerates up and back; at one steady speed the two effects would look the same."""
+    """The table accelerates in both directions. At one constant speed the two effects would look
+    the same."""
     found = diagnose(_observations([(10.0, 60.0), (-10.0, -60.0)], 300e-6), [_base()], EFFECTS)
     assert found.verdict == "named"
     assert found.named is not None
@@ -95,10 +96,11 @@ def test_ramps_tell_a_delay_from_a_reversal_error() -> None:
 
 
 def _fast_log(delay_s: float) -> Observations:
-    """Make a log with a row each millisecond: the speed rises to 2,700 °/s, stays constant, and
-    falls to a fifth.
+    """Return a log with a row every millisecond: the speed rises to 2,700 °/s, stays constant,
+    falls to a fifth, and falls further.
 
-    Between two corners the acceleration a is constant, and before(t) = θ − ωτ + aτ²/2.
+    Between two corners the acceleration a is constant, and the delayed angle is before(t) = θ − ωτ
+    + aτ²/2.
     """
     time = np.arange(2000) * 1e-3
     corners, speeds = [0.0, 0.6, 1.0, 1.6, 2.0], [135.0, 2700.0, 2700.0, 540.0, 135.0]
@@ -112,9 +114,11 @@ def _fast_log(delay_s: float) -> Observations:
 
 
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
-    """At 2,700 °/s, 100 µs are 970″, so that a fit without the delay gives wrong orders. With
-    columns of the delay at these wrong orders, an error remains in the noise of 20″ that no effect
-    causes."""
+    """At 2,700 °/s a delay of 100 µs is 970″, so that a fit without the delay gives wrong orders.
+
+    If the columns of the delay were computed with these wrong orders, an error that no effect
+    causes would exceed the noise of 20″.
+    """
     found = diagnose(_fast_log(100e-6), [_base()], EFFECTS)
     assert found.named is not None, found.decision.unlike
     assert found.named.name == "latency"

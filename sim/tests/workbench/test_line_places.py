@@ -1,5 +1,5 @@
-"""Tests of the orders at which lines are searched: next to whole and half orders, and where the
-columns repeat."""
+"""Tests of the orders at which lines are searched: next to integer and half-integer orders, and
+where columns repeat."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ def _ball_pass(order: float, size: float = 1.0) -> list[Place]:
 
 
 def test_a_strong_line_is_found_nearer_to_a_whole_order_than_the_turns_resolve() -> None:
-    """Twelve turns resolve 0.042; a line of 7 σ a row is located to some 10⁻⁴ (Rife, Boorstyn)."""
+    """Twelve turns resolve 0.042 of an order, but a line of 7 σ per row is located to about 10⁻⁴
+    (Rife and Boorstyn)."""
     for order in (3.025, 9.53):
         assert abs(_ball_pass(order)[0].nonlinear["order"] - order) < 0.002
 
@@ -56,7 +57,7 @@ def test_a_half_order_is_no_ball_pass() -> None:
 
 
 def test_an_order_that_grows_is_no_vibration_with_it() -> None:
-    """θ·cos 6θ is a line next to order 6; the graduation absorbs it for any size."""
+    """θ·cos 6θ is a line next to order 6; the graduation absorbs most of it, whatever its size."""
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:
         return paper_error(disc, temperature, speed) + 0.15 * disc * np.cos(6.0 * disc)
@@ -73,7 +74,7 @@ def test_an_order_that_grows_is_no_vibration_with_it() -> None:
 
 
 def test_less_than_its_fewest_periods_is_no_line() -> None:
-    """A curve of 1.2 periods in the record lies below the searched range."""
+    """A curve with 1.2 periods in the record is below the searched range."""
     target = np.arange(1080.0)
     time = target / 2.0
     random = np.random.default_rng(5)
@@ -90,10 +91,13 @@ def test_less_than_its_fewest_periods_is_no_line() -> None:
 
 
 def test_a_line_that_is_noise_still_is_found_up_to_where_the_model_takes_it() -> None:
-    """Runs of three turns have a line of order 13.041: the model absorbs 97 %, and the estimated
-    noise increases. The nearest searched place is where the model leaves a twentieth of the power,
-    at most 1/(4·turns) = 0.083 from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more with the
-    other orders in the model)."""
+    """In runs of three turns, a line of order 13.041 is still part of the estimated noise: the
+    model absorbs 97 % of it.
+
+    The search begins at the place where the model leaves a twentieth of the power. This place is at
+    most 1/(4·turns) = 0.083 from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more with the other
+    orders in the model).
+    """
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:
         return paper_error(disc, temperature, speed) + np.cos(13.041 * disc + 0.7)

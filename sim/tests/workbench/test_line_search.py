@@ -1,4 +1,4 @@
-"""Tests of the forward search for lines on logs that are written from the physics."""
+"""Tests of the forward search for lines, on logs that are computed from the physics."""
 
 from __future__ import annotations
 
@@ -16,11 +16,15 @@ from tests.workbench.noisy_logs import NULLS, clock, ornstein_uhlenbeck, with_li
 
 WORM_S = 478.0
 MOUNT = [(8.5, WORM_S), (4.3, 180.3), (1.8, 71.9), (0.8, 43.1)]
-"""Amplitudes (arcsec) and periods (s) of a mount: its worm, and the gears before it."""
+"""Lines of a mount, each with amplitude (arcsec) and period (s): its worm, and the gears in front
+of it."""
 HOUR_S = 3600.0
 SAME_AMPLITUDE = 0.25
-"""Relative tolerance of an amplitude: three standard uncertainties √(2·2τσ²/T) = 0.21″ for lines of
-2.5″ or more, in OU noise of 0.9″ and 25 s over half an hour. The small line has its own bound."""
+"""Relative tolerance of an amplitude.
+
+For lines of 2.5″ or more, it is about three standard uncertainties of √(2·2τσ²/T) = 0.21″, in
+Ornstein–Uhlenbeck noise of 0.9″ and 25 s over half an hour. The small line has a bound of its own.
+"""
 
 
 def _record(time_s: np.ndarray, error: np.ndarray, declared_s: float | None = None) -> Record:
@@ -48,8 +52,8 @@ def _mount(seed: int, rows: int = 3000, step_s: float = 0.65) -> tuple[np.ndarra
 
 @pytest.mark.parametrize("size_arcsec", [3.0, 40.0, 400.0])
 def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
-    """σ_f = √6·σ/(π·T·A·√N) for a sine in white noise (Rife and Boorstyn, IEEE Trans. Inf. Theory
-    20 (1974) 591): a line of 400 σ is known to 10⁻⁵ of 1/T."""
+    """A sine in white noise has σ_f = √6·σ/(π·T·A·√N) (Rife and Boorstyn, IEEE Trans. Inf. Theory
+    20 (1974) 591): the frequency of a line of 400 σ is known to 10⁻⁵ of 1/T."""
     random = np.random.default_rng(11)
     rows, step_s, rate = 1500, 0.4, 0.0731
     time_s = np.arange(rows) * step_s
@@ -61,7 +65,8 @@ def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
-    """Four lines are far above the scatter of neighbours; the log has four periods of the worm."""
+    """Four lines are far above the scatter of neighbouring rows; the log has four periods of the
+    worm."""
     time_s, error = _mount(seed)
     found = search_lines(_record(time_s, error, declared_s=WORM_S))
     periods = _periods(found)
@@ -69,7 +74,7 @@ def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     amplitudes = [line.amplitude_arcsec for line in found.lines[:3]]
     assert amplitudes == pytest.approx([8.5, 4.3, 1.8], rel=SAME_AMPLITUDE)
     assert found.lines[0].multiple == 1
-    # Each further line is one of the mount's lines.
+    # Each line that is found is one of the mount's lines.
     assert all(min(abs(period / own - 1.0) for _, own in MOUNT) < 0.02 for period in periods)
 
 
@@ -83,7 +88,7 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
 
 
 def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
-    """An oscillation lasted for a part of the log only, so that the other blocks do not predict
+    """The oscillation lasts for only a part of the log, so that the other blocks do not predict
     it."""
     random = np.random.default_rng(4)
     time_s = clock(random, 1600, 1.0, "even")
@@ -96,7 +101,7 @@ def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
 
 @pytest.mark.parametrize("kind", NULLS)
 def test_noise_shows_no_line(kind: str) -> None:
-    """One log of each kind is searched; ``scripts.calibrate_line_search`` searches many."""
+    """The test searches one log of each kind; ``scripts.calibrate_line_search`` searches many."""
     random = np.random.default_rng((7, list(NULLS).index(kind)))
     time_s = clock(random, 900, 4.0, "jitter")
     assert _periods(search_lines(_record(time_s, NULLS[kind](random, time_s)))) == []
@@ -115,7 +120,8 @@ def test_noise_shows_no_line(kind: str) -> None:
 def test_noise_shows_no_line_next_to_the_orders_of_the_model(
     kind: str, rows: int, orders: int, number: int
 ) -> None:
-    """The log covers 0.95 turns; the model's orders have taken the noise of lower frequencies."""
+    """The log covers 0.95 turns, and the orders of the model have absorbed the noise of lower
+    frequencies."""
     random = np.random.default_rng((777, list(NULLS).index(kind), number, rows))
     time_s = clock(random, rows, HOUR_S / rows, ("even", "jitter", "pause")[number % 3])
     error = NULLS[kind](random, time_s)
@@ -126,7 +132,7 @@ def test_noise_shows_no_line_next_to_the_orders_of_the_model(
 
 
 def test_a_long_log_takes_seconds() -> None:
-    """The log has 72,000 rows in an hour: issue 26 asks for at most 10 s of processor time."""
+    """The log has 72,000 rows in an hour; at most 10 s of processor time are allowed."""
     random = np.random.default_rng(5)
     time_s = np.arange(72_000) * (HOUR_S / 72_000)
     coarse = time_s[::20]
@@ -141,8 +147,8 @@ def test_a_long_log_takes_seconds() -> None:
 
 
 def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
-    """With six averaged rows a period, the mean has sinc(1/6) = 0.955, which the columns allow
-    for."""
+    """With six averaged rows per period, averaging multiplies the amplitude by sinc(1/6) = 0.955;
+    the columns allow for this."""
     time_s = np.arange(8000) * 0.5
     record = _record(time_s, np.cos(2.0 * np.pi * time_s / 15.0))
     columns = record.line_columns(1.0 / 15.0)
@@ -162,7 +168,8 @@ def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
     ids=lambda parts: " ".join(part.kind for part in parts) or "white",
 )
 def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
-    """Compare with the written-out covariance, its determinant, and differences of both."""
+    """Compare with the complete covariance matrix, its determinant, and differences of the
+    likelihood."""
     random = np.random.default_rng(6)
     clock_s = np.sort(random.uniform(0.0, 300.0, 240))
     readings = random.integers(1, 4, clock_s.size).astype(np.float64)
@@ -188,8 +195,8 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
         return -0.5 * float(left @ precise @ left + np.linalg.slogdet(whole)[1])
 
     value, slopes = with_slopes(clock_s, readings, values, noise, range(noise.logs.size))
-    # Two exponentials whose constants differ by 10 % approximate smooth noise to 0.003 of its
-    # variance.
+    # Smooth noise is approximated by two exponentials whose constants differ by 10 %, to 0.003 of
+    # its variance.
     nearly = 1e-3 if noise.smooth else 1e-9
     assert value == pytest.approx(written_out(noise), rel=nearly)
     for index, slope in enumerate(slopes):
@@ -200,7 +207,7 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
 
 
 def test_drawn_kernel_noise_has_its_covariance() -> None:
-    """The covariance of 4,000 draws agrees within 5 standard uncertainties, √(2/4000) of a
+    """The covariance of 4,000 draws agrees within 5 standard uncertainties, each √(2/4000) of a
     variance."""
     clock_s = np.array([0.0, 3.0, 10.0])
     noise = KernelNoise(0.1, (Part("oscillator", 1.0, 20.0, 0.05),))
@@ -215,7 +222,7 @@ def test_drawn_kernel_noise_has_its_covariance() -> None:
 
 
 def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise: float) -> Record:
-    """Make a log over a part of the turns, with the 20 orders of the table in its model."""
+    """Return a log over a number of turns, with the table's 20 orders in its model."""
     random = np.random.default_rng(5)
     place = turns * np.arange(rows) / rows
     error = noise * random.normal(size=rows)
@@ -229,9 +236,10 @@ def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise:
 
 
 def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
-    """On 0.3 of a turn, 20 orders leave a fourth of the amplitude of order 25.
+    """On 0.3 of a turn, 20 orders leave only a fourth of the amplitude of order 25.
 
-    Order 25 itself would have four times that amplitude and cancel against the other orders.
+    An order 25 that described the residual would have four times this amplitude, and would cancel
+    against the other orders.
     """
     record = _on_an_arc(0.3, 400, [], 1.0)
     line = record.columns(np.array([25.0]))
@@ -239,9 +247,9 @@ def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
     left = line[:, 0] - record.base @ (record.base.T @ line[:, 0])
     seen = left * 6.0 / np.linalg.norm(left)
     found = search_lines(replace(record, residual_arcsec=record.residual_arcsec + seen))
-    # The RMS is 6/√400 = 0.3″; the bound is twice the amplitude of an even wave of that RMS.
+    # The RMS is 6/√400 = 0.3″; the bound is twice the amplitude of a steady wave with this RMS.
     assert all(one.amplitude_arcsec < 2.0 * np.sqrt(2.0) * 6.0 / 20.0 for one in found.lines)
-    # A line with the same gain that the model does not describe is found.
+    # A line with the same gain is found if the model does not describe it.
     far = record.columns(np.array([90.0]))[:, 0]
     seen = far * 8.0 / np.linalg.norm(far)
     shown = replace(record, residual_arcsec=record.residual_arcsec + seen)
@@ -249,7 +257,8 @@ def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
 
 
 def test_a_line_between_two_orders_is_found() -> None:
-    """The orders describe half of order 6.5 on 1.3 turns; the residual is far above the noise."""
+    """On 1.3 turns the orders describe half of order 6.5; the residual is still far above the
+    noise."""
     record = _on_an_arc(1.3, 300, [(30.0, 6.5)], 1.0)
     lines = search_lines(record).lines
     assert lines[0].rate == pytest.approx(6.5, abs=0.1)
@@ -257,8 +266,8 @@ def test_a_line_between_two_orders_is_found() -> None:
 
 
 def test_a_line_takes_no_more_than_there_is() -> None:
-    """Blocks test the part that a line adds to the model, not a part that the model then
-    cancels."""
+    """Blocks test only the part that a line adds to the model, and not the part that the model
+    would then cancel."""
     record = _on_an_arc(1.3, 400, [(10.0, 6.5)], 1.0)
     columns = record.columns(np.array([6.5]))
     noise = KernelNoise(1.0)

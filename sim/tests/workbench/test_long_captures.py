@@ -1,5 +1,5 @@
-"""Tests that the answer for a long capture, of which a part is searched and every row fitted,
-equals that for a search in all rows."""
+"""Tests that a long capture, of which a part is searched and every row is fitted, gives the same
+answer as a search in all rows."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ EFFECTS = built_in()
 TURNS = 12
 ROWS = len(RUNS) * TURNS * SAMPLES_A_TURN
 LIMIT = 20_000
-"""Largest number of searched rows of 57,600: two pairs of turns of each run."""
+"""Largest number of searched rows, of 57,600: two pairs of turns from each run."""
 
 
 def _warm_error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -72,7 +72,8 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
     assert 0.9 * LIMIT < rows.run.size <= LIMIT
     assert set(np.unique(rows.run)) == set(range(len(RUNS)))
     _, counts = np.unique(rows.revolution, return_counts=True)
-    # The angle of the first sample decides whether a turn of noise-free steps has one row more.
+    # The steps are free of noise; the angle of the first sample decides whether a turn has one row
+    # more.
     assert np.all(np.abs(counts - SAMPLES_A_TURN) <= 1)
     again = observations_of(warm).capture
     assert again is not None
@@ -81,9 +82,11 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: int) -> None:
-    """Compare with one fit of all rows, with the noise of the part. In one block, both calculate
-    the same sum. With two blocks, the correlation is cut once in 57,600 rows, which may lose one
-    time constant (at most 108 s) of 576 s of slow noise: here 0.4 % of a σ."""
+    """Compare with one fit of all rows, with the noise of the part.
+
+    In one block, both compute the same sum. With two blocks the correlation is cut once in 57,600
+    rows. This may lose one time constant (at most 108 s) of 576 s of slow noise, here 0.4 % of a σ.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(part, "MOST_ROWS", LIMIT)
         observations = observations_of(warm)
@@ -112,8 +115,8 @@ def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: 
         np.testing.assert_allclose(np.sqrt(np.diag(streamed.covariance)), sigma, rtol=0.01)
         assert figures.rms_arcsec == pytest.approx(expected.rms_arcsec, rel=1e-3)
     away = (searched.coefficients - whole.coefficients) / np.sqrt(np.diag(searched.covariance))
-    # The model lacks the heat, so that the residual is not white; the part is representative
-    # anyway.
+    # The model lacks the thermal effect, so that the residual is not white; the part is still
+    # representative.
     assert np.sqrt(np.mean(away**2)) < 2.0
 
 
@@ -173,7 +176,7 @@ def test_a_fault_that_the_part_does_not_show_is_reported(in_part: None) -> None:
 def test_a_vibration_is_found_window_by_window(
     monkeypatch: pytest.MonkeyPatch, in_part: None
 ) -> None:
-    """Windows of 9 s lie in runs of 144 s, of which a part is kept."""
+    """The search has windows of 9 s in runs of 144 s, of which only a part is kept."""
     monkeypatch.setattr(scan, "LONGEST_WINDOW", 900)
     made = measurement_set(
         turns=TURNS,
@@ -184,7 +187,7 @@ def test_a_vibration_is_found_window_by_window(
     observations = observations_of(made)
     assert observations.stored is not None
     found = places_of(EFFECTS["vibration"](), Residuals(fit([_graduation()], observations)))
-    # A tenth of the resolution of the run: 1/144 s.
+    # The tolerance is a tenth of the resolution 1/144 s of the run.
     assert found[0].nonlinear["frequency"] == pytest.approx(7.3123, abs=0.0007)
 
 
@@ -223,8 +226,8 @@ def test_many_short_runs_all_stay_in_the_part(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_dense_turns_are_thinned_evenly() -> None:
-    # A run has 2 turns of 100,000 rows: a pair of whole turns exceeds the limit, but every eighth
-    # row is below it.
+    # A run has 2 turns of 100,000 rows. A pair of whole turns exceeds the limit, but every eighth
+    # row of it does not.
     revolution = np.repeat([0, 1], 100_000).astype(np.int32)
     pieces = part._stretches(revolution, 0, 25_000, np.random.default_rng(1))
     assert pieces == [(0, 200_000, 8)]
@@ -261,8 +264,8 @@ def test_the_command_judges_all_rows_and_tells_how_far_it_is(
     assert f"comparing: 100 % of {ROWS:,} rows" in done.stderr
     channel = json.loads(out.read_text(encoding="utf-8"))["channels"]["capture"]
     assert channel["rows"] == ROWS
-    # The stored figures also come from every row and the same coefficients. The noise, which
-    # weights the offsets of the runs, is estimated anew.
+    # The stored figures also come from every row and the same coefficients. Only the noise, which
+    # weights the offsets of the runs, is estimated again.
     assert read_model(model).history[-1].rms_arcsec["capture"] == pytest.approx(
         channel["rms_arcsec"], rel=1e-3
     )

@@ -1,5 +1,5 @@
-"""Tests that the answer for a long reference, of which a part is searched and every row fitted,
-equals that for a search in all rows."""
+"""Tests that a long reference, of which a part is searched and every row is fitted, gives the same
+answer as a search in all rows."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _line(angle: Float) -> Float:
 
 
 def _observations(limit: int, *, with_time: bool = True) -> Observations:
-    """Make two runs of five turns with a line between the orders."""
+    """Return two runs of five turns, with a line between two integer orders."""
     random = np.random.default_rng(8)
     way = np.arange(ROWS // 2) * (5.0 * 360.0 / (ROWS // 2))
     target = np.concatenate([way, way[::-1]])
@@ -71,7 +71,8 @@ def test_the_part_is_stretches_of_every_run() -> None:
     assert rows.row is not None
     assert 0.8 * LIMIT <= rows.run.size <= LIMIT
     assert set(np.unique(rows.run)) == {0, 1}
-    # Rows keep their own numbers, so that the noise is not continuous over a gap.
+    # Rows keep their numbers in the whole reference, so that the noise is not continuous over a
+    # gap.
     np.testing.assert_array_equal(rows.target_rad, whole.target_rad[rows.row])
     noise = fit([_base()], observations).noise.reference
     assert noise is not None
@@ -85,9 +86,10 @@ def _all_at_once(searched: Solution) -> Solution:
 
 
 def _estimator(whole: Solution, blocks: Iterable[slice]) -> Float:
-    """Return the matrix of generalised least squares whose noise is uncorrelated between blocks.
+    """Return the matrix of generalised least squares for noise that is uncorrelated between blocks.
 
-    (XᵀV⁻¹X)⁻¹XᵀV⁻¹ with the columns X and a constant; its rows are those of the coefficients.
+    It is (XᵀV⁻¹X)⁻¹XᵀV⁻¹, where X has the columns and a constant; only the rows of the coefficients
+    are returned.
     """
     rows, noise = whole.observations.reference, whole.noise.reference
     assert rows is not None
@@ -106,12 +108,13 @@ def _estimator(whole: Solution, blocks: Iterable[slice]) -> Float:
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
-    """In one block both are the same sum; otherwise the correlation is cut at the end of a block.
+    """In one block both fits are the same sum; with more blocks the correlation is cut at the end
+    of each block.
 
-    The cut gives the rows other weights: it changes the coefficients by D·rows, where D is the
+    The cut changes the weights of the rows: it changes the coefficients by D·rows, where D is the
     difference of both estimators. White noise of ``NOISE_ARCSEC`` gives this change the standard
-    uncertainty NOISE_ARCSEC·|D|, for order 1 a share of 0.043 of that of the coefficient; the line
-    in the rows adds D·line.
+    uncertainty NOISE_ARCSEC·|D|, which for order 1 is 0.043 of the coefficient's own. The line in
+    the rows adds D·line.
     """
     searched = fit([_base()], _observations(LIMIT))
     whole = _all_at_once(searched)
@@ -138,7 +141,7 @@ def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
     np.testing.assert_array_less(np.abs(moved), 4.0 * moved_sigma + rounding)
     assert (moved_sigma.max() > rounding.max()) == (block_rows < ROWS)
     np.testing.assert_allclose(np.sqrt(np.diag(streamed.covariance)), sigma, rtol=0.01)
-    # The part has a quarter of the rows: twice the uncertainty.
+    # The part has a quarter of the rows, and therefore twice the uncertainty.
     assert np.median(np.sqrt(np.diag(searched.covariance)) / sigma) == pytest.approx(2.0, rel=0.1)
 
 
@@ -147,7 +150,8 @@ def test_a_line_is_found_in_the_part_and_measured_in_all_rows() -> None:
     grown, solution = fitted(model, _observations(LIMIT), EFFECTS)
     assert solution.every_row
     order = grown.effects[1].parameters["order"]
-    # Cramér–Rao: two runs of five turns, each with half the rows, and one phase for both.
+    # This is the Cramér–Rao bound for two runs of five turns, each with half of the rows, and one
+    # common phase.
     least_sigma = np.sqrt(6.0 / ROWS) * NOISE_ARCSEC / (np.pi * 0.05 * 5.0)
     assert order.sigma == pytest.approx(least_sigma, rel=0.2)
     assert order.value == pytest.approx(ORDER, abs=4.0 * least_sigma)

@@ -1,4 +1,4 @@
-"""Tests that model files are read back as written, and that their faults are reported."""
+"""Tests that model files are read back as they were written, and that their faults are reported."""
 
 from __future__ import annotations
 
@@ -104,8 +104,8 @@ def test_a_model_that_was_never_fitted_is_said_to_be_so() -> None:
 
 
 def test_which_differences_of_tables_count() -> None:
-    """±50″ is the mounting tolerance of the heads; a value that a set does not state cannot
-    contradict."""
+    """A difference within ±50″, the mounting tolerance of the heads, does not count. A value that a
+    set does not state cannot contradict."""
     table = ModelTable(1 << 24, 33.0)
     assert table.differences(table) == []
     assert table.differences(ModelTable()) == []

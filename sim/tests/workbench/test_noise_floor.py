@@ -1,5 +1,5 @@
-"""Tests that the ladder's noise is one figure of the set, equal to the simulated noise for any
-model."""
+"""Tests that the ladder states one noise for a set, which equals the simulated noise whatever the
+model is."""
 
 from __future__ import annotations
 
@@ -32,19 +32,23 @@ from tests.workbench.small_sets import (
 )
 
 ROWS_A_TURN = 6_000.37
-"""Rows of a turn, 2.7 lines apart, so that the signal phase varies and never repeats exactly."""
+"""Rows per turn. They are 2.7 lines apart, so that the signal phase varies and never repeats
+exactly."""
 NOISE = 0.1
 ROW_NOISE = NOISE * np.sqrt(2.0)
-"""Noise of R₂ − R₁, arcseconds."""
+"""Noise of R₂ − R₁ in arcseconds."""
 HIDDEN = 0.63
 KNOWN_TO = 0.1
-"""Relative tolerance: four standard deviations of a scatter from some 6,000 differences that share
-rows are 5 %; twice 0.02 of a period leave 2π·0.02·0.63″/√3, another 5 % of the noise."""
+"""Relative tolerance.
+
+The scatter comes from about 6,000 differences that share rows; four standard deviations of it are 5
+%. Phases that differ by up to 0.02 of a period leave 2π·0.02·0.63″/√3, another 5 % of the noise.
+"""
 SHAKE_HZ = 7.0
 
 
 def hidden_capture(seed: int = 4) -> MeasurementSet:
-    """Make three turns with an interpolation error of both heads."""
+    """Return a set of three turns; both heads have an interpolation error."""
     random = np.random.default_rng(seed)
     size = int(3 * ROWS_A_TURN)
     angle = 0.3 + np.arange(size) * 2.0 * np.pi / ROWS_A_TURN
@@ -97,8 +101,8 @@ def test_it_does_not_lie_above_what_an_adequate_model_leaves(after: Analysis) ->
 
 
 def test_a_few_rows_leave_no_less_than_the_noise() -> None:
-    """The residual of a fit with many coefficients is smaller than the noise of a row, so that it
-    is not the noise floor."""
+    """With many coefficients the residual of a fit may be smaller than the noise of a row; the
+    stated noise must not exceed it."""
     for seed in range(1, 5):
         made = measurement_set(paper_error, seed=seed, runs=1, cycles=2, turns=1)
         seen = analyse(made, "", default_model(), built_in())
@@ -145,7 +149,7 @@ def test_what_does_not_repeat_is_noise_until_it_is_known() -> None:
 
     made = measurement_set(paper_error, head2_only=shake, runs=1, cycles=1, reference=False)
     first = analyse(made, "", default_model(), built_in())
-    # Repeats scatter as much as the whole residual.
+    # The repeats scatter as much as the whole residual.
     (step,) = first.model.history
     assert step.noise_arcsec["capture"] <= step.rms_arcsec["capture"]
     last = with_effect(first, "vibration", {})
@@ -167,6 +171,6 @@ def test_steps_on_another_set_have_its_own_noise() -> None:
     assert [item.noise_arcsec["capture"] for item in with_one_floor(history)] == [
         0.3, 0.2, 0.3, 0.3,
     ]  # fmt: skip
-    # A set that was changed under its name is another set.
+    # A set that has changed, but has the same name, counts as another set.
     changed = [*history[:3], structs.replace(history[3], measurement_sha256="3")]
     assert floor_of(changed) == {"capture": 0.4}

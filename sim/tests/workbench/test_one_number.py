@@ -1,5 +1,5 @@
-"""Tests that *left* and *held out* are the same figures in every output, and equal those after the
-effect is added."""
+"""Tests that *left* and *held out* have the same figures in every output, and that these equal the
+figures after the effect is added."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from arctrue.workbench.model.model import default_model
 from arctrue.workbench.observations.build import observations_of
 
 SAME = 1e-9
-"""Relative tolerance for the same sums of the same rows in the same order."""
+"""Relative tolerance of sums over the same rows in the same order."""
 
 
 def _warm(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -52,10 +52,10 @@ SETS = {
     "drift of a head": {"head2_only": lambda time, speed: 1e-3 * time},
     "no reference": {"error": _warm, "reference": False},
 }
-"""Twelve sets of 6,400 rows or fewer."""
+"""Twelve sets with at most 6,400 rows each."""
 LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
-"""Sets of ``make test-large``. The others have a linear effect of the capture, one of the
-reference, one whose place is searched, and none."""
+"""Sets that only ``make test-large`` runs. The other sets have one linear effect in the capture,
+one in the reference, one effect whose place is searched, and no effect."""
 
 
 def _made(name: str) -> MeasurementSet:
@@ -79,12 +79,12 @@ def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None
     data = json.loads((tmp_path / "d.json").read_text("utf-8"))
     _run("compare", str(folder), "--json", str(tmp_path / "c.json"))
     compared = json.loads((tmp_path / "c.json").read_text("utf-8"))["channels"]
-    # The set as it was written: rounded to the digits of the file.
+    # This is the set as it was written, rounded to the digits of the file.
     seen = analyse(read_measurement_set(folder), "", default_model(), built_in())
     first = seen.model.history[-1]
     ranking = {"diagnosis": data, "sentences": []}
 
-    # Before an effect is added: JSON, comparison and ladder.
+    # Before an effect is added, JSON, comparison and ladder agree.
     for channel, value in first.rms_arcsec.items():
         assert data["residual_rms_arcsec"][channel] == pytest.approx(value, rel=SAME)
         assert compared[channel]["rms_arcsec"] == pytest.approx(value, rel=SAME)
@@ -131,7 +131,7 @@ def _card(ranking, name, seen):  # type: ignore[no-untyped-def]
 
 
 def test_left_is_the_rms_of_measured_less_predicted() -> None:
-    """Compare with plain least squares of the columns written here: the paper's 20 orders."""
+    """Compare with plain least squares; this test writes the columns of the paper's 20 orders."""
     made = measurement_set(runs=1, turns=2, cycles=2, reference=False)
     observations = observations_of(made)
     grown, _ = fitted(default_model(), observations, built_in())
@@ -149,5 +149,6 @@ def test_left_is_the_rms_of_measured_less_predicted() -> None:
     )
     measured = rows.difference_arcsec
     left = measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0]
-    # White noise has equal weights; readings used as angles move an order by 90″ of 10⁶.
+    # With white noise all rows have the same weight. The readings serve as angles, which changes an
+    # order by 90″ in 10⁶.
     assert step.rms_arcsec["capture"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-3)

@@ -1,4 +1,4 @@
-"""Tests that a user's effect that fails or returns a wrong result is reported with file, method and
+"""Tests that an error or a wrong result of a user's effect is reported with file, method and
 line."""
 
 from __future__ import annotations
@@ -110,17 +110,17 @@ def test_a_fault_of_columns_is_named(
     place = re.escape(f"{tmp_path / 'mine.py'}: capture_columns, line ")
     line = re.match(place + r"(\d+): ", str(caught.value))
     assert line is not None, caught.value
-    # A wrong result is found after the call, so that the line is that of the method.
+    # A wrong result is found after the call; therefore the stated line is that of the method.
     assert int(line.group(1)) in (COLUMNS_LINE, COLUMNS_LINE - 1)
 
 
 ENDLESS = {
     "while True: pass": "capture_columns, line 13",
     "[0 for _ in iter(int, 1)]": "capture_columns, line 13",
-    # A bare except catches every error that is sent to end the loop.
+    # A bare except catches every error that is raised to end the loop.
     "import threading\n        while not threading.end_of_test.is_set():\n"
     "            try: rows.run.sum()\n            except: pass": "capture_columns, line 1[4567]",
-    # An error cannot reach a thread that waits.
+    # No error can be raised in a thread that waits.
     "import threading; threading.end_of_test.wait()": "capture_columns, line 13",
 }
 
@@ -160,8 +160,8 @@ def test_a_loop_at_loading_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_no_error_comes_after_the_call(tmp_path: Path, observations: Observations) -> None:
-    """A call that ends near its time limit gives the error of the limit, or its columns without a
-    later error."""
+    """If a call ends near its time limit, it either raises the error of the limit or returns its
+    columns; no error comes later."""
     limit = 0.15
     text = f"import time; time.sleep({limit}); return np.ones((rows.run.size, 2))"
     effect = _effect(tmp_path, columns=text, declared=f"longest_call_s = {limit}")
@@ -203,9 +203,10 @@ def test_ctrl_c_within_an_effect_is_no_fault_of_it(
     tmp_path: Path, observations: Observations, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     effect = _effect(tmp_path, columns="import _thread; _thread.ctrl_c()\n        while True: pass")
-    # Send the signal of Ctrl-C while the effect runs.
+    # The effect sends the signal of Ctrl-C while it runs.
     monkeypatch.setattr(_thread, "ctrl_c", _thread.interrupt_main, raising=False)
-    # Tests that a shell started in the background inherit its ignored SIGINT.
+    # Tests that a shell starts in the background inherit an ignored SIGINT; the default handler is
+    # set.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):

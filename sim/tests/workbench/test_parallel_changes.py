@@ -1,4 +1,4 @@
-"""Tests that no change is lost if several commands change one model file at the same time."""
+"""Tests that no change is lost when several commands change one model file at the same time."""
 
 from __future__ import annotations
 
@@ -32,6 +32,6 @@ def test_three_parallel_additions_keep_three_effects(tmp_path: Path) -> None:
         assert process.returncode == 0, reported
     found = read_model(model)
     assert sorted(found.names()) == sorted(["graduation_harmonics", *ADDED])
-    # One row for the first fit and one for each effect: the history also loses no step.
+    # The history has a row for the first fit and one for each effect; no step is lost.
     assert [step.action for step in found.history] == ["fit", "add", "add", "add"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["set", "table.toml"]

@@ -1,5 +1,5 @@
-"""Tests of lines without a known cause: any order or frequency and its σ, stated only if the data
-determine it."""
+"""Tests of lines without a known cause: they may have any order or frequency, and σ is stated only
+if the data determine it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def _reference(
     teeth: float | None = None,
     step_deg: float = 1.0,
 ) -> Observations:
-    """Make one head against a moving reference: orders with amplitudes, and one line in time."""
+    """Return one head against a moving reference; the error has orders with amplitudes, and one
+    line in time."""
     random = np.random.default_rng(11)
     targets, times, runs = [], [], []
     start = 0.0
@@ -66,7 +67,8 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
     assert found.named is not None
     assert found.named.name == "periodic_error"
     parameters = found.named.parameters()
-    # Cramér–Rao bound of a frequency (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591).
+    # The Cramér–Rao bound of a frequency is from Rife and Boorstyn, IEEE Trans. Inf. Theory 20
+    # (1974) 591.
     rows = turns * 360
     least_sigma = np.sqrt(6.0 / rows) * NOISE_ARCSEC / (np.pi * size * turns)
     assert parameters["order"].sigma == pytest.approx(least_sigma, rel=0.25)
@@ -74,7 +76,7 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
     assert parameters["amplitude"].value == pytest.approx(
         size, abs=4.0 * NOISE_ARCSEC * np.sqrt(2.0 / rows)
     )
-    # One speed, 2 °/s: 37.43 periods in 180 s.
+    # At the only speed, 2 °/s, there are 37.43 periods in 180 s.
     assert parameters["period_time"].value == pytest.approx(180.0 / order, rel=1e-3)
     assert parameters["frequency"].value == pytest.approx(order / 180.0, rel=1e-3)
     relative = parameters["order"].sigma / parameters["order"].value
@@ -82,7 +84,8 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
 
 
 def test_without_a_disc_nothing_is_said_of_one() -> None:
-    """A whole order in a reference alone may come from a gear or a motor as well as the encoder."""
+    """In a set with only a reference, an integer order may come from the encoder, a gear or a
+    motor."""
     said = " ".join(sentences(_diagnosed(_reference([(40.0, 0.6)]))))
     assert "Missing: periodic_error." in said
     assert "disc" not in said
@@ -118,7 +121,7 @@ def test_it_is_added_again_for_the_next_line() -> None:
 
 
 def test_a_drive_of_a_broken_tooth_count_has_its_own_name() -> None:
-    """A worm, a belt and a motor make 53.71 periods a turn, as the set states."""
+    """Worm, belt and motor together make 53.71 periods per turn, as the set states."""
     found = _diagnosed(_reference([(53.71, 0.6)], teeth=53.71))
     assert found.named is not None
     assert found.named.name == "drive_gear_error"
@@ -131,7 +134,7 @@ def test_nothing_is_named_in_noise_alone() -> None:
 
 
 def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
-    """Offsets of runs that are half an hour apart always fit some slow sine."""
+    """A sine so slow that it only fits the offsets of runs half an hour apart must be excluded."""
     observations = observations_of(measurement_set(turns=2, reference=False))
     rows = observations.capture
     assert rows is not None
@@ -139,6 +142,6 @@ def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
     longest_s = max(float(np.ptp(rows.time_s[rows.run == run])) for run in range(rows.runs))
     found = line_spectrum(residuals, capture=True, in_time=True)
     assert found is not None
-    # Four periods, and one step of the rates.
+    # The search begins at four periods, rounded up by at most one step of the rates.
     assert 4.0 <= found.rates[0] * longest_s < 4.0 + longest_s * (found.rates[1] - found.rates[0])
     assert float(np.ptp(rows.time_s)) > 20.0 * longest_s

@@ -1,7 +1,7 @@
-"""Tests of leaning axes of a mount against rotations of the sight in three dimensions.
+"""Tests of leaning axes of a mount against rotations of the line of sight in three dimensions.
 
-The tests use no formula of the effect: the mount's own axes turn a unit vector, and the angles of
-that vector in the frame of the ground are those of the stars.
+The tests use no formula of the effect: the axes of the mount turn a unit vector, and the angles of
+this vector in the frame of the ground are those of the stars.
 """
 
 from __future__ import annotations
@@ -26,12 +26,13 @@ EFFECTS = built_in()
 ARCSEC = np.pi / 648_000.0
 NOISE_ARCSEC = 0.5
 LEAN_X, LEAN_Y, SQUARENESS, COLLIMATION = -10.0, 4.0, 6.0, -8.0
-"""Errors in arcseconds: of the first axis about x and y, of the second axis from the right angle,
-and of the line of sight."""
+"""Errors in arcseconds: of the first axis about x and y, of the angle between the axes from a right
+angle, and of the line of sight."""
 
 
 def _sky(azimuth: Float, elevation: Float) -> tuple[Float, Float]:
-    """Return azimuth and elevation (radians) of the sight for these angles of the encoders."""
+    """Return azimuth and elevation of the line of sight in radians, for these angles of the
+    encoders."""
     lean = Rotation.from_euler("xy", [LEAN_X * ARCSEC, LEAN_Y * ARCSEC])
     square = Rotation.from_euler("x", SQUARENESS * ARCSEC)
     look = Rotation.from_euler("z", COLLIMATION * ARCSEC).apply([1.0, 0.0, 0.0])
@@ -49,7 +50,8 @@ def _sky(azimuth: Float, elevation: Float) -> tuple[Float, Float]:
 def _set(
     axis: int, conditions: tuple[str, ...], *, seed: int = 4, stars: int = 80, level: bool = False
 ) -> MeasurementSet:
-    """Make stars all over the sky for ``axis`` 0 or 1; with ``level`` all have one elevation."""
+    """Return a set with stars all over the sky, for ``axis`` 0 or 1; with ``level`` all stars have
+    the same elevation."""
     random = np.random.default_rng(seed)
     encoder = random.uniform(0.0, 2.0 * np.pi, stars), np.radians(random.uniform(15, 80, stars))
     if level:
@@ -87,7 +89,8 @@ def test_a_mount_that_leans_is_named(axis: int, column: str) -> None:
 
 
 def test_the_columns_take_the_rotations_away() -> None:
-    """The residual of 80 stars with 0.5″ of noise has χ² of 75 degrees of freedom (99.9 %)."""
+    """The residual of 80 stars with 0.5″ of noise is a χ² with 75 degrees of freedom; the bound is
+    its 99.9 % point."""
     effect = EFFECTS["pointing_geometry"]()
     observations = observations_of(_set(0, ("elevation_deg",)))
     solution = fit([Term(effect, {})], observations)
@@ -98,7 +101,7 @@ def test_the_columns_take_the_rotations_away() -> None:
     left = rows.error_arcsec - columns @ solution.coefficients - solution.reference_offset_arcsec
     assert np.sum((left / NOISE_ARCSEC) ** 2) < 118.6
     values = {name: item.value for name, item in solution.parameters()[0].items()}
-    # The lean is one vector: its size is the same in every frame in which the angle is counted.
+    # The lean is a vector: its size is the same in every frame in which the angle is counted.
     lean = np.hypot(values["tilt_cosine"], values["tilt_sine"])
     assert lean == pytest.approx(np.hypot(LEAN_X, LEAN_Y), abs=0.5)
     assert abs(values["squareness"]) == pytest.approx(SQUARENESS, abs=2.0)
@@ -112,6 +115,6 @@ def test_a_table_without_such_a_column_is_not_asked_about_it() -> None:
 
 
 def test_one_elevation_cannot_tell() -> None:
-    """At one elevation a lean is order 1 of the azimuth."""
+    """At a single elevation, a lean looks like order 1 of the azimuth."""
     found = _diagnosed(_set(0, ("elevation_deg",), level=True))
     assert "over 20° of the mount's other axis" in found.untestable["pointing_geometry"][0]

@@ -85,7 +85,7 @@ def test_settings_that_say_none_are_refused(settings: dict[str, object], said: s
 def test_it_is_listed_and_nobody_looks_for_it_without_settings(observations: Observations) -> None:
     effects = catalogue()
     assert set(effects) - set(ORDER) == {"product_of_parts"}
-    # The set has no angle of a second axis, so that no mount is considered.
+    # The set has no angle of a second axis, so that a mount's geometry is not considered.
     expected = set(ORDER) - {"hysteresis", "pointing_geometry"}
     assert set(absent_effects(effects, ["hysteresis"], observations)) == expected
 

@@ -1,4 +1,4 @@
-"""Tests that findings on two measured machines agree with the statements next to the sets in
+"""Tests that the findings for two measured machines agree with the statements next to the sets in
 docs/data."""
 
 from __future__ import annotations
@@ -52,10 +52,11 @@ def test_source_and_licence_are_with_the_data(name: str) -> None:
 
 @pytest.mark.large
 def test_motor_reversal_error(motor: Observations) -> None:
-    """Up and down differ by 1,200″: the means of the two directions show it without a fit."""
+    """Up and down differ by 1,200″, which the means of the two directions show without a fit."""
     lines = [_line(order) for order in (126, 108, 72, 42)]
     found = diagnose(motor, [_base(), *lines], EFFECTS)
-    # All rows have one speed: a delay of the reference would look the same and cannot be tested.
+    # All rows have the same speed, so that a delay of the reference would look the same and cannot
+    # be tested.
     assert found.verdict == "ambiguous"
     assert found.effect_class == ["hysteresis", "latency"]
     assert found.candidates[0].name == "hysteresis"
@@ -65,13 +66,14 @@ def test_motor_reversal_error(motor: Observations) -> None:
     assert rows.direction is not None
     up = float(np.mean(rows.error_arcsec[rows.direction > 0]))
     down = float(np.mean(rows.error_arcsec[rows.direction < 0]))
-    # Rows are weighted by noise that is correlated over the turn: the result is not the plain mean.
+    # The noise is correlated over the turn and weights the rows, so that the result differs from
+    # the plain mean.
     assert reversal == pytest.approx(up - down, rel=0.2)
     assert abs(reversal) == pytest.approx(1200.0, rel=0.2)
 
 
 def test_motor_orders_above_the_model(motor: Observations) -> None:
-    """The search of the residual finds multiples of the 21 pole pairs and of 36, one after
+    """The search in the residual finds multiples of the 21 pole pairs and of 36, one after
     another."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     effect = EFFECTS["periodic_error"]()
@@ -89,8 +91,8 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
 
 @pytest.mark.large
 def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
-    """The named effect of each verdict is added: both families of lines, then the difference of up
-    and down; at the end an error remains."""
+    """Each step adds the effect that the verdict names: both families of lines, then the difference
+    of up and down. At the end an error remains."""
     terms, named, orders = [_base()], [], []
     for _ in range(12):
         found = diagnose(motor, terms, EFFECTS)
@@ -112,7 +114,7 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
 
 @pytest.mark.large
 def test_motor_lack_of_fit_is_reported_without_repeats(motor: Observations) -> None:
-    """No station repeats; order 126 is nevertheless a lack of fit and is named."""
+    """No station repeats, but order 126 is still recognised as a lack of fit and is named."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
     lack_of_fit_p = found.channels["reference"].lack_of_fit_p
@@ -150,10 +152,10 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
 
 
 def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
-    """Over 9°, order 30 has three quarters of a period: the finding is a slow curve, not a property
-    of the axis.
+    """Over 9°, order 30 has only three quarters of a period: such a finding is a slow curve and no
+    property of the axis.
 
-    The second record of such a mount, from another night, shows the same 16 periods a tooth.
+    The second record of such a mount, from another night, shows the same 16 periods per tooth.
     """
     terms = [
         Term(EFFECTS["reference_drift"](degree=2), {}),
@@ -168,7 +170,7 @@ def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> 
         assert abs(multiple - round(multiple)) < 3.0 * order.sigma / 225.0
         assert "fixed to the drive" in " ".join(sentences(found))
         terms.append(found.named.term)
-    # No line of an order remains; a set that can test few effects does not get the verdict
+    # No line of an order remains. A set that can test only a few effects does not get the verdict
     # "adequate".
     assert found.verdict == "cannot_tell"
     assert found.decision.cannot_tell is not None

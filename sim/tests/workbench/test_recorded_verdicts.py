@@ -1,8 +1,8 @@
 """Tests that a change which must not alter results leaves the recorded verdicts unchanged.
 
-The test diagnoses four of the recorded sets again, of four worlds with different contents; ``make
-test-large`` diagnoses the set that takes longest. ``python -m scripts.record_verdicts --check``
-does so with all 40.
+The test diagnoses four of the recorded sets again, from four worlds and with different contents;
+``make test-large`` diagnoses the set that takes longest. ``python -m scripts.record_verdicts
+--check`` diagnoses all 40.
 """
 
 from __future__ import annotations

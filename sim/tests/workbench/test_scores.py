@@ -1,4 +1,5 @@
-"""Tests of score tests of several effects at once, maxima between grid points, and kept noise."""
+"""Tests of score tests of several effects at once, of maxima between grid points, and of the noise
+that is kept."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ SOLUTION = fit([Term(EFFECTS["graduation_harmonics"](), {})], OBSERVATIONS)
 
 
 def test_scores_of_several_effects_are_those_of_each_alone() -> None:
-    """The effects act in both channels or in one, and have more columns than one group holds."""
+    """The effects act in one channel or in both, and together have more columns than one group can
+    hold."""
     names = ["hysteresis", "polygon_face_error", "subdivision_error", "thermal_head_drift"]
     asked = [(EFFECTS[name](), {}) for name in names]
     asked += [
@@ -40,7 +42,7 @@ def test_scores_of_several_effects_are_those_of_each_alone() -> None:
 
 
 def test_score_is_the_fall_of_generalised_least_squares() -> None:
-    """Compare with χ² with and without the columns, from dense matrices of the covariance."""
+    """Compare with the fall of χ² when the columns are added, from dense covariance matrices."""
     residuals = Residuals(SOLUTION)
     effect = EFFECTS["thermal_head_drift"]()
     score = residuals.score(effect, {})
@@ -70,9 +72,12 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
 
 def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
     """A gain of 1 % changes ε and therefore its own column, so that the residual is not that of a
-    least-squares fit. The gain has absorbed all but 1 % of one direction of a first order, in which
-    the small residual would appear as a large wave. Both are judged with the same noise and the
-    same ε."""
+    least-squares fit.
+
+    The gain has absorbed all but 1 % of one direction of order 1; in this direction the small
+    residual would look like a large wave. The score and the fit are compared with the same noise
+    and the same ε.
+    """
     measurement = measurement_set(turns=1, runs=1)
     assert measurement.reference is not None
     measurement.reference.error_arcsec[:] *= 1.01
@@ -86,13 +91,13 @@ def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> No
         for solution in (grown, again)
     )
     assert found.gain == pytest.approx(expected.gain, rel=1e-6)
-    assert found.gain < 12.0  # χ² of two columns: 1 in 400
+    assert found.gain < 12.0  # χ² of two columns exceeds this in 1 of 400 sets
 
 
 @pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])
 def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) -> None:
-    """Grid steps are a quarter of the resolution of the record; the result is right to 0.001 of the
-    resolution."""
+    """The grid has steps of a quarter of the record's resolution; the found place is right to 0.001
+    of the resolution."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     step = 0.25 / OBSERVATIONS.longest_run_s
@@ -111,7 +116,7 @@ def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) ->
 
 
 def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
-    """The noise of the channel that the effect changes is estimated anew."""
+    """Only the noise of the channel that the effect changes is estimated again."""
     turned = observations_of(measurement_set(reversal_arcsec=1.0))
     solution = fit(SOLUTION.terms, turned)
     residuals = Residuals(solution)
@@ -125,10 +130,11 @@ def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
 
 
 def test_scales_that_a_missing_effect_made_go_with_it() -> None:
-    """2″/K add scatter to the one warm run; with the effect in the model no run scatters more.
+    """2″/K increase the scatter of the only warm run; with the effect in the model, no run scatters
+    more than the others.
 
-    The noise that the score test estimates with the effect equals the noise of a fit with the
-    effect within 1 %; 14,400 rows determine it to 1/√(2·14,400) = 0.6 %.
+    The score test's estimate of the noise with the effect equals that of a fit with the effect
+    within 1 %; 14,400 rows determine it to 1/√(2·14,400) = 0.6 %.
     """
 
     def warm(disc: Float, temperature: Float, speed: float) -> Float:
@@ -151,7 +157,7 @@ def test_scales_that_a_missing_effect_made_go_with_it() -> None:
 
 
 def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
-    """The first product that is found has the parts wave of order 12.5 and head 2."""
+    """The first product that is found is a wave of order 12.5."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     wave = SOLUTION.noise.capture.draw(np.random.default_rng(2))  # type: ignore[union-attr]
@@ -162,9 +168,11 @@ def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
 
 @pytest.mark.parametrize("order", [48.3072, 200.3])
 def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None:
-    """With free faces any wave over the stations is absorbed; only noise of the angles remains.
+    """The errors of free faces absorb any wave over the stations, so that only the noise of the
+    angles remains.
 
-    The capture's two columns remain: in white noise, their gain is above 18.4 in 10⁻⁴ of sets.
+    The two columns of the capture remain; in white noise their gain exceeds 18.4 in 10⁻⁴ of the
+    sets.
     """
     observations = observations_of(measurement_set(runs=1, cycles=6))
     model = [Term(EFFECTS[name](), {}) for name in ("graduation_harmonics", "polygon_face_error")]
@@ -176,11 +184,11 @@ def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None
 
 
 def test_a_score_with_coefficients_away_from_the_maximum_is_that_of_the_fit() -> None:
-    """This also holds in the dropped directions of a block: two of four columns belong to the
+    """This also holds in the dropped directions of a block: two of its four columns belong to the
     faces.
 
-    Without a column that depends on the model, the score test is quadratic: the values of the
-    model's coefficients make no difference.
+    Without a column that depends on the model, the score test is quadratic, so that the values of
+    the model's coefficients have no influence.
     """
     observations = observations_of(measurement_set(runs=1, cycles=6))
     model = [Term(EFFECTS[name](), {}) for name in ("graduation_harmonics", "polygon_face_error")]

@@ -1,4 +1,5 @@
-"""A search ends at the range that the effect declares, even if the maximum lies outside it."""
+"""Tests that a search ends at the range that the effect declares, even if the maximum lies outside
+it."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ class _Bell(Effect):
 
 
 class _Likelihood:
-    """A gain that is highest at one place, without any data."""
+    """A likelihood without data, whose gain is highest at one place."""
 
     def __init__(self, top: float) -> None:
         self.top = top
@@ -60,7 +61,7 @@ def test_places_outside_the_range_are_not_scored() -> None:
 
 
 def test_a_refinement_ends_where_the_settings_end_the_range() -> None:
-    """The setting narrows the range: ball passes up to order 10 of the 60 that are declared."""
+    """The setting narrows the declared range of ball passes from order 60 to order 10."""
     term = Term(BearingBallPass(highest_order=10), {"order": 9.9})
     assert _moved(term, np.array([0.05])).nonlinear["order"] == pytest.approx(9.95)
     assert _moved(term, np.array([0.5])).nonlinear["order"] == 10.0

@@ -1,4 +1,4 @@
-"""Tests of stated uncertainties of search parameters against the scatter of simulations."""
+"""Tests of the stated uncertainties of search parameters against the scatter of simulations."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TRUTH = {"frequency": FREQUENCY, "order": ORDER, "place": PLACE, "width": WIDTH}
 
 
 def _error(disc, temperature, speed):  # type: ignore[no-untyped-def]
-    # Orders are small, so that reading and true angle differ by less than 0.001°.
+    # The orders are small, so that reading and true angle differ by less than 0.001°.
     away = np.degrees((disc - np.radians(PLACE) + np.pi) % (2.0 * np.pi) - np.pi)
     return 1.0 * np.cos(disc) + HEIGHT * np.exp(-0.5 * (away / WIDTH) ** 2)
 
@@ -61,7 +61,8 @@ def test_scatter_is_what_the_linearised_jacobian_says(repeats: int) -> None:
         for name, true in TRUTH.items():
             scaled[name].append((parameters[name].value - true) / parameters[name].sigma)
         scaled["height"].append((height - HEIGHT) / sigma)
-    # Five tests with p = 1/2,000 each: a correct implementation fails once in 400 draws of seeds.
+    # Each of the five tests has p = 1/2,000, so that a correct implementation fails for one of 400
+    # seeds.
     low, high = chi2.ppf([0.00025, 0.99975], repeats)
     for name, values in scaled.items():
         assert low < float(np.sum(np.square(values))) < high, (name, np.std(values))
@@ -94,7 +95,7 @@ def test_place_of_a_step_scatters_as_stated(ratio: float) -> None:
         values[size // 2 :] += ratio
         gain = np.cumsum((ratio * (values - 0.5 * ratio))[::-1])[::-1]
         places.append(int(np.argmax(gain)) - size // 2)
-    # 1,500 draws of a distribution with heavy tails (kurtosis about 9) determine σ to 4 %.
+    # 1,500 draws from a distribution with heavy tails (kurtosis about 9) determine σ to 4 %.
     assert position_sigma_samples(ratio, 1.0) == pytest.approx(np.std(places), rel=0.15)
 
 
@@ -120,8 +121,8 @@ def test_instant_of_a_slip_is_within_its_uncertainty(repeats: int) -> None:
         )
         grown, _ = fitted(model, observations, EFFECTS)
         found = grown.effects[1].parameters["instant"]
-        # 0.35″ in noise of 0.15″: σ is below two samples, and never below the spread of half a
-        # sample.
+        # For a step of 0.35″ in noise of 0.15″, σ is below two samples. It is never smaller than
+        # that of a uniform distribution over one sample.
         assert period / np.sqrt(12.0) <= found.sigma < 2.0 * period
         scaled.append((found.value - instant) / found.sigma)
     low, high = chi2.ppf([0.0001, 0.9999], len(scaled))

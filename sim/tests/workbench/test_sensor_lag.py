@@ -1,4 +1,4 @@
-"""Tests that the time constant of a set's thermometer is fitted together with the model."""
+"""Tests that the time constant of the set's thermometer is fitted together with the model."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from arctrue.workbench.observations.build import observations_of
 
 LAG_S = 60.0
 ARCSEC_K = 0.9e-6 / 0.053975 * 648_000 / np.pi
-"""Error in arcseconds per kelvin of a centre that shifts by 0.9 µm/K, at the disc's radius."""
+"""Error in arcseconds per kelvin when the centre shifts by 0.9 µm/K, at the radius of the disc."""
 
 
 def _simulated(noise: list[Wanted]) -> SimulatedSet:
@@ -75,26 +75,29 @@ def test_one_temperature_tells_no_lag(lagging: SimulatedSet) -> None:
 
 
 def _fitted_default(made: SimulatedSet) -> tuple[Model, Observations]:
-    """Fit a model without any effect of the temperature."""
+    """Fit a model that has no thermal effect."""
     observations = observations_of(made.measurement)
     model, _ = fitted(default_model(), observations, built_in())
     return model, observations
 
 
 def test_the_lag_is_taken_off_against_the_exact_course() -> None:
-    """T_s of a course with corners is solved exactly; the parabola has no error on a straight T."""
+    """The lagging temperature T_s of a course with corners is computed exactly. The parabola has no
+    error on a straight part."""
     course = TemperatureCourse((0.0, 100.0, 400.0), (20.0, 20.0, 26.0))
     time_s = np.arange(110.0, 390.0, 0.25)
     shown = course.lagging(time_s, LAG_S)
     found = without_lag(shown, time_s, np.zeros(time_s.size, dtype=np.int64), LAG_S)
-    # The third derivative of T_s, 0.02·e^(−t/τ)/τ² K/s³, times h²/2 at the ends, h = τ/16.
+    # The bound is the third derivative of T_s, 0.02·e^(−t/τ)/τ² K/s³, times τ·h²/2 at the ends,
+    # where h = τ/16.
     bound = LAG_S * 0.02 / LAG_S**2 * (LAG_S / 16.0) ** 2 / 2.0
     assert np.abs(found - course.at(time_s)).max() < bound
     assert np.abs(shown - course.at(time_s)).max() > 1.0
 
 
 def test_export_fits_the_lag_and_the_rate_with_it(lagging: SimulatedSet, tmp_path: Path) -> None:
-    """The file gives the firmware the lag; the rate is the table's, not the thermometer's."""
+    """The file contains the lag for the firmware; the rate in it refers to the temperature of the
+    table, not to that of the thermometer."""
     write_measurement_set(tmp_path / "set", lagging.measurement)
     observations = observations_of(lagging.measurement)
     model, _ = fitted(_model(), observations, built_in())

@@ -1,4 +1,4 @@
-"""Tests that a stored thermal effect keeps its own T₀ when it is compared with any set."""
+"""Tests that a stored thermal effect keeps its own T₀ when it is compared with another set."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def warming(disc: Float, temperature: Float, speed: float) -> Float:
 
 
 def warmer_set() -> MeasurementSet:
-    """Make a set of the same table on a warmer day."""
+    """Return a set of the same table, measured on a warmer day."""
     fresh = measurement_set(lambda disc, t, speed: warming(disc, t + WARMER_K, speed), seed=2)
     capture, reference = fresh.capture, fresh.reference
     assert capture is not None
@@ -58,11 +58,12 @@ def test_a_stored_model_holds_on_a_warmer_day(tmp_path: Path) -> None:
         assert residual is not None
         return float(np.std(residual))
 
-    # RMS of the noise of both heads and of their rounding to counts; plus 5 % for the finite
-    # sample.
+    # The noise of both heads and their rounding to counts have this RMS; 5 % are added for the
+    # finite sample.
     noise = np.hypot(np.sqrt(2.0) * CAPTURE_NOISE, 0.0772 / np.sqrt(6.0))
     assert left(stored.reference_temperature_c) < 1.05 * noise
-    # With the set's own T₀ the effect would lack 6 K of 2″/K, seen as |e^{jα} − 1| = 0.568.
+    # With the T₀ of this set, the effect would lack 6 K of 2″/K, which the heads show multiplied by
+    # |e^{jα} − 1| = 0.568.
     assert left(None) > 0.5 * WARMER_K * RATE_ARCSEC_PER_K * 0.568 / np.sqrt(2.0)
 
 

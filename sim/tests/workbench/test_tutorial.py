@@ -1,4 +1,4 @@
-"""Tests that pages which show commands show the real output of these commands."""
+"""Tests that pages with commands show the real output of these commands."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 def _follow(page: Path) -> int:
-    """Run all commands and write all files of a page in the working folder; return the number of
-    commands."""
+    """Run all commands of a page and write all its files in the working folder; return the number
+    of commands."""
     commands = 0
     for step in steps(page):
         if isinstance(step, FileToWrite):
@@ -51,7 +51,7 @@ def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.large
 def test_tutorial() -> None:
-    """``test_commands.py`` tests the same loop and the adopted effect on other sets."""
+    """``test_commands.py`` tests the same steps and the adopted effect on other sets."""
     assert _follow(DOCS / "tutorial.md") >= 12
     hidden = json.loads(Path("monday.truth.json").read_text(encoding="utf-8"))
     assert hidden["hidden"] == "thermal_eccentricity"
@@ -63,13 +63,15 @@ def test_first_own_table() -> None:
 
 @pytest.mark.large
 def test_own_effect() -> None:
-    """``test_effects.py``, ``test_commands.py``, ``test_effect_check.py`` test these commands."""
+    """``test_effects.py``, ``test_commands.py`` and ``test_effect_check.py`` also test these
+    commands."""
     assert _follow(DOCS / "own-effect.md") >= 6
 
 
 @pytest.mark.large
 def test_real_data() -> None:
-    """``test_real_data.py`` tests what the page finds in these sets, without the commands."""
+    """``test_real_data.py`` tests the findings that the page shows for these sets, without the
+    commands."""
     assert _follow(DOCS / "real-data.md") >= 12
 
 

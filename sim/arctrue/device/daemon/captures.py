@@ -16,7 +16,7 @@ _NAME = re.compile(r"\d{8}T\d{6}Z(-\d+)?-(schedule|alarm|asked)")
 
 
 def take_capture(daemon: Announcement, folder: Path, why: str, timeout_s: float) -> Path:
-    """Write the next turn as a set and return its folder; it blocks for the transfer.
+    """Write the next turn as a set and return its folder; the call blocks during the transfer.
 
     Raises ConsoleError, OSError, MeasurementError or ValueError.
     """

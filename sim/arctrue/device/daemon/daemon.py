@@ -41,7 +41,7 @@ _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
 
 class Daemon:
-    """One device. ``report`` gets a sentence for the log whenever something happens."""
+    """The daemon of one device. ``report`` gets a sentence for the log at each event."""
 
     def __init__(self, settings: DaemonSettings, report: Callable[[str], None]) -> None:
         """Open the record. Raises OSError or sqlite3.Error."""
@@ -254,7 +254,8 @@ class Daemon:
             await asyncio.sleep(settings.files_every_s)
 
     def _life(self, alarms: Any) -> dict[str, Any]:
-        """Take the alarms of ``arctrue life`` in place of its earlier ones; return the answer."""
+        """Replace the earlier alarms of ``arctrue life`` by ``alarms``; return the answer to the
+        request."""
         try:
             given = checked_machine_alarms(alarms)
             write_machine_alarms(self._settings.machine_alarms, given)
@@ -275,7 +276,8 @@ class Daemon:
             self._start(self._capture("alarm"))
 
     async def _capture(self, why: str) -> dict[str, Any]:
-        """Take a capture as soon as the console is free; ``capture`` has the set's folder."""
+        """Take a capture as soon as the console is free; return the answer, whose key ``capture``
+        is the set's folder."""
         settings = self._settings
         assert self._self is not None
         async with self._capturing:

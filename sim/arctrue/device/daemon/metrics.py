@@ -46,7 +46,7 @@ _OF_ORDER = {
 
 
 def metrics_text(state: DaemonState) -> str:
-    """Write all metrics with the label ``port``; leave out what the device did not send."""
+    """Write all metrics with the label ``port``; omit values that the device did not send."""
     port = {"port": state.port}
     values = state.as_dict()
     lines: list[str] = []

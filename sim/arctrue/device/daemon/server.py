@@ -22,7 +22,8 @@ from arctrue.device.recorder import RecordedTurn
 
 FIRST_LINE_S = 5.0
 MOST_REQUEST_BYTES = 65_536
-"""Longest request; the longest one contains the alarms of a machine's history."""
+"""Largest length of a request in bytes; the longest request has the alarms of a machine's
+history."""
 MOST_UNREAD_BYTES = 1_000_000
 """Most unread bytes; a client with more is disconnected, so that the daemon never waits."""
 MOST_CLIENTS = 64
@@ -50,7 +51,8 @@ class Server:
 
         ``life`` takes the alarms of a machine's history and returns the answer.
 
-        ``turns`` reads the latest turns of the record: at most a number, after an id.
+        ``turns`` reads the latest turns of the record; its arguments are the largest number of
+        turns and the id after which they begin.
         """
         self._settings, self._state = settings, state
         self._write, self._turns, self._capture, self._life = write, turns, capture, life
@@ -192,7 +194,7 @@ class Server:
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
                 last = turn.id
             await asyncio.wait_for(writer.drain(), _LATEST_S)
-            for turn in self._turns(MOST_LATEST, last):  # turns of the meantime
+            for turn in self._turns(MOST_LATEST, last):  # recorded in the meantime
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
         self._watchers.add(writer)
         self._state.watchers = len(self._watchers)

@@ -14,9 +14,10 @@ from arctrue.measurement import MeasurementError
 
 
 def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]]) -> FileContent:
-    """Make a recording of equally long columns; a matrix gives numbered columns (``name.1``).
+    """Return a recording with equally long columns; a matrix gives numbered columns (``name.1``).
 
-    Raises MeasurementError for arrays of unequal length, of more than two dimensions, or none.
+    Raises MeasurementError if there is no array, and for arrays of unequal length or of more than
+    two dimensions.
     """
     columns: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():

@@ -21,17 +21,17 @@ from arctrue.importing.readers.text_lines import TextLines, encoding_of
 from arctrue.measurement import MeasurementError
 
 LOOKED_AT = 400
-"""Number of lines from which the format is determined."""
+"""Number of lines from which the form of the table is determined."""
 BLOCK_LINES = 1 << 16
 _RULER = re.compile(r"[-=_+|*.,;\s]+\Z")
-"""A line of separators only: ------ or ;;;"""
+"""Pattern of a line of separators only: ------ or ;;;"""
 _SHOWN = 60
 
 Line = tuple[int, str]
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for text."""
+    """Tell whether the file may be text: its first bytes contain no zero."""
     return b"\0" not in head
 
 
@@ -41,8 +41,10 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     Lines that begin with #, % or // are comments; the last comment before the rows is the header if
     it has as many words as the rows have fields. A row of units under the header is added to the
     names. Lines of words after the last row and repeated headers are left out, with a note. A
-    column with a field that is no number becomes a text column. Raises MeasurementError naming row
-    and column, AmbiguousError if two interpretations are possible.
+    column with a field that is no number becomes a text column.
+
+    Raises MeasurementError naming row and column, AmbiguousError if two interpretations are
+    possible.
     """
     encoding = encoding_of(path)
     source = TextLines(path, encoding)
@@ -80,7 +82,8 @@ def _is_row(text: str, shape: RowShape) -> bool:
 
 @dataclass
 class _Rows:
-    """Collects rows; lines of words are stored until the next line shows whether a row follows."""
+    """Collects rows; it holds back lines of words until the next line shows whether a row
+    follows."""
 
     path: Path
     shape: RowShape
@@ -95,7 +98,7 @@ class _Rows:
         self._repeated: list[int] = []
 
     def add(self, block: Sequence[Line]) -> None:
-        """Add the rows among the lines. Raises MeasurementError for a line that is not a row."""
+        """Add the lines that are rows. Raises MeasurementError for a line with a wrong field."""
         lines = [line for line in block if not line[1].startswith(COMMENT)]
         if not lines:
             return
@@ -111,7 +114,8 @@ class _Rows:
         self._places.append(np.array([line for line, _ in lines], dtype=np.int64))
 
     def _plain(self, fields: Sequence[Iterable[object]]) -> bool:
-        """True if the first field of each line is a number, so that none is a line of words."""
+        """Tell whether the first field of each line is a number, so that no line is a line of
+        words."""
         form = self.shape.form
         return all(form.weight(str(text)) for text in fields[min(self.shape.numeric)])
 
@@ -125,14 +129,16 @@ class _Rows:
                 self._back.append((line, text))
                 continue
             if len(fields) != self.shape.width:
-                # The last line may be cut off.
+                # The last line of the file may be cut off, so a line with too few fields is held
+                # back.
                 self._back.append((line, text))
                 continue
             yield from self._kept_back()
             yield line, text
 
     def _kept_back(self) -> Iterable[Line]:
-        """Give the held-back lines before a row: rows with a wrong field, or none."""
+        """Give the lines that were held back before a row. Raises MeasurementError if one of them
+        is no row."""
         for line, text in self._back:
             self._refuse_other_width(line, text)
             yield line, text
@@ -153,7 +159,7 @@ class _Rows:
         )
 
     def finish(self, *, ended: bool) -> NDArray[np.int64]:
-        """Give the line of each row; a note reports what follows the last row."""
+        """Give the line number of each row; a note reports what follows the last row."""
         name = self.path.name
         if self._back and not ended:
             line, text = self._back[-1]
@@ -210,7 +216,7 @@ def _header(path: Path, above: Sequence[Line], shape: RowShape) -> tuple[list[st
 
 
 def _words(text: str, shape: RowShape) -> list[str] | None:
-    """Split the line into words, one per column; None if their number differs."""
+    """Split the line into words, one per column; return None if their number differs."""
     stripped = text.lstrip("#%/ ")
     for words in ([name.strip() for name in shape.form.split(stripped)], stripped.split()):
         if len(words) == shape.width and any(words):
@@ -223,14 +229,15 @@ def _unit_of(word: str) -> str:
 
 
 def _is_units(words: Sequence[str], units: Sequence[str]) -> bool:
-    """True if at least half of the words are known units, and at least one is."""
+    """Tell whether at least half of the words are known units, and at least one is."""
     said = [unit for word, unit in zip(words, units, strict=True) if word not in ("", "-")]
     known = sum(any_unit(unit) for unit in said)
     return known > 0 and 2 * known >= len(said)
 
 
 def _unique(names: Sequence[str]) -> list[str]:
-    """Make names unique: a missing name becomes the column's number, a repeated name gets it."""
+    """Make names unique: append the column's number to a repeated name, and use it for a missing
+    one."""
     found: list[str] = []
     for number, name in enumerate(names, start=1):
         own = name or str(number)

@@ -20,17 +20,18 @@ _NOT_THERE = re.compile(r"\S+\s+\*\*\* ")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True if the first line has this form."""
+    """Tell whether the first line has this form."""
     text = head.decode("utf-8", "replace")
     return any(_LINE.match(line) for line in text.splitlines()[:3])
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read one column per variable at the times of one variable; the others are interpolated.
+    """Read one column per variable at the times of one variable; interpolate the others.
 
-    EPICS posts a variable when it changes, so each has its own times. ``settings.group`` names the
-    variable whose times are used; it is asked for if the times differ. Rows outside the times of
-    another variable are left out. Raises MeasurementError naming the row, AmbiguousError.
+    EPICS posts a variable when it changes, so each variable has its own times. ``settings.group``
+    names the variable whose times are used; the user is asked for it if the times differ. Rows
+    outside the times of another variable are left out. Raises MeasurementError naming the row,
+    AmbiguousError.
     """
     times: dict[str, list[float]] = {}
     values: dict[str, list[float]] = {}

@@ -17,7 +17,7 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True if the file begins with the HDF5 signature."""
+    """Tell whether the file begins with the HDF5 signature."""
     return head.startswith(b"\x89HDF\r\n\x1a\n")
 
 
@@ -25,8 +25,10 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the datasets of one group as columns, or one table (compound or two-dimensional).
 
     ``settings.group`` names the group or the dataset; without it, the user is asked if several
-    contain data. Raises MeasurementError for a damaged file, an unknown group or more than the
-    limit, ValueError without h5py (:class:`~arctrue.base.extras.MissingExtraError`).
+    contain data.
+
+    Raises MeasurementError for a damaged file, an unknown group or a size above the limit, and
+    :class:`~arctrue.base.extras.MissingExtraError`, a ValueError, without h5py.
     """
     h5py = optional("h5py")
     try:
@@ -37,7 +39,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
                 if isinstance(item, h5py.Dataset) and item.ndim in (1, 2):
                     refuse_other_files(path, name, item)
                     parent, _, own = name.rpartition("/")
-                    # A table is a group of its own; a column belongs to its parent group.
+                    # A table counts as a group; any other dataset is a column of its parent group.
                     table = item.ndim == 2 or item.dtype.names
                     found.setdefault(name if table else parent, {})["" if table else own] = item
 
@@ -53,7 +55,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 def refuse_other_files(path: Path, name: str, item: Any) -> None:
     """Raise MeasurementError for a dataset whose values are in another file.
 
-    A file from another machine must not cause other files of this machine to be read.
+    A file from another machine must not make the import read other files of this machine.
     """
     if item.external or item.is_virtual:
         raise MeasurementError(

@@ -17,7 +17,7 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True if the first line is a JSON object or list."""
+    """Tell whether the first line is a JSON object or list."""
     first = head.lstrip(b"\xef\xbb\xbf \t\r\n").split(b"\n", 1)[0].strip()
     if first[:1] not in (b"{", b"["):
         return False

@@ -1,7 +1,8 @@
 """Reads samples of LinuxCNC's HAL as ``halsampler`` prints them.
 
-Each line is a sample: the pins in the order of the sampler's configuration, separated by spaces,
-preceded by the sample's number if it was started with -t; ``overrun`` marks lost samples.
+Each line is a sample: the values of the pins in the order of the sampler's configuration, separated
+by spaces. The number of the sample precedes them if ``halsampler`` was started with -t; ``overrun``
+marks lost samples.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True if a line says ``overrun``; otherwise the file needs --format linuxcnc."""
+    """Tell whether a line says ``overrun``; other files of this format need --format linuxcnc."""
     return any(line.strip() == b"overrun" for line in head.splitlines())
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read columns ``1``, ``2`` … and ``time_s``, the sample's number times the thread's period.
 
-    A file with an overrun and without sample numbers is refused: the number of lost samples is
-    unknown. Raises MeasurementError naming the row, AmbiguousError if the period is not stated.
+    A file with an overrun and without sample numbers is refused, because the number of lost samples
+    is unknown. Raises MeasurementError naming the row, AmbiguousError if the period is not stated.
     """
     rows: list[list[float]] = []
     places: list[int] = []

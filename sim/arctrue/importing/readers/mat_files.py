@@ -21,10 +21,10 @@ from arctrue.measurement import MeasurementError
 
 LEVEL_5, LEVEL_73 = b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"
 MOST_ROWS_LYING = 16
-"""A matrix with fewer rows than this limit, and fewer rows than columns, has one quantity per
-row."""
+"""Limit of rows: a matrix with fewer rows than this, and fewer rows than columns, has one quantity
+per row."""
 NUMBER_BYTES = 8
-"""Bytes of a number in memory; it may take one byte in the file."""
+"""Bytes of a number in memory; in the file a number may need only one byte."""
 TOP = "/"
 _NUMBERS = ("int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64",
             "single", "double", "logical", "char")  # fmt: skip
@@ -38,7 +38,8 @@ Tree = dict[str, Any]
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True if the file begins with the text of either level, or of Octave."""
+    """Tell whether the file begins with the header of level 5 or 7.3, or of Octave's text
+    format."""
     return head.startswith((LEVEL_5, LEVEL_73)) or (
         path.suffix.lower() == ".mat" and head[124:128] in (b"\x00\x01IM", b"\x01\x00MI")
     )
@@ -85,7 +86,7 @@ def _leaves(tree: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
 
 
 def _as_rows(array: NDArray[Any]) -> NDArray[Any] | None:
-    """Give an array (rows,) or (rows, columns); None if it is no column."""
+    """Give an array as (rows,) or (rows, columns); None if it cannot be a column."""
     if array.dtype.kind not in "iufbU" or array.ndim > 2 or array.size == 0:
         return None
     if array.ndim < 2 or 1 in array.shape:
@@ -119,7 +120,7 @@ def _group(
 def _equally_long(
     columns: Mapping[str, NDArray[Any]], left_out: list[str]
 ) -> dict[str, NDArray[Any]]:
-    """Select the columns of the most frequent length; scalars are left out."""
+    """Select the columns of the most frequent length; leave out scalars."""
     lengths = Counter(len(array) for array in columns.values() if len(array) > 1)
     rows = max(lengths, key=lambda length: (lengths[length], length))
     for name, array in columns.items():
@@ -139,7 +140,7 @@ def _level_5(path: Path, left_out: list[str]) -> Tree:
         left_out += [f"{name or 'an object'} ({kind})" for name, _, kind in held
                      if name not in wanted]  # fmt: skip
         numbers = sum(math.prod(shape) for _, shape, kind in held if kind in _NUMBERS)
-        # The sizes inside a struct are unknown: each byte may become a number.
+        # The sizes inside a struct are unknown; at worst each byte becomes a number in memory.
         structs = total if any(kind == "struct" for _, _, kind in held) else 0
         refuse_above_limit(path, NUMBER_BYTES * max(numbers, structs))
         loaded = loadmat(path, variable_names=wanted, simplify_cells=True)

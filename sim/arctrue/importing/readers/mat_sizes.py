@@ -14,7 +14,7 @@ from arctrue.measurement import MeasurementError
 
 _HEADER_BYTES = 128
 _PACKED = 15
-"""miCOMPRESSED of the format's description."""
+"""Number of the type miCOMPRESSED in the description of the format."""
 _READ, _UNPACKED = 1 << 16, 1 << 20
 
 

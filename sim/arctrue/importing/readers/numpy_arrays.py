@@ -20,7 +20,7 @@ MAGIC = np.lib.format.MAGIC_PREFIX
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True if the file begins with the magic bytes of .npy, or is a .npz archive."""
+    """Tell whether the file begins with the magic bytes of .npy, or is a .npz archive."""
     return head.startswith(MAGIC) or (
         head.startswith(b"PK\x03\x04") and path.suffix.lower() == ".npz"
     )
@@ -29,8 +29,8 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the columns of an array (rows, columns) or structured array, or an archive's arrays.
 
-    Raises MeasurementError for a damaged file, pickled objects (never unpickled) and arrays that
-    are no columns or unpack to more than the limit.
+    Raises MeasurementError for a damaged file, for pickled objects (never unpickled), for arrays
+    that are no columns, and for a size above the limit.
     """
     try:
         refuse_above_limit(path, _unpacked_bytes(path))
@@ -46,7 +46,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
 
 def _unpacked_bytes(path: Path) -> int:
-    """Sum the arrays' sizes by their headers: numpy allocates that memory before it reads."""
+    """Sum the sizes that the arrays' headers state: numpy allocates that memory before it reads."""
     if not zipfile.is_zipfile(path):
         with path.open("rb") as file:
             return _array_bytes(file)
@@ -59,7 +59,8 @@ def _unpacked_bytes(path: Path) -> int:
 
 
 def _array_bytes(file: IO[bytes]) -> int:
-    """Give the size that the header states; 0 without a header, which numpy refuses."""
+    """Give the size that the header states; 0 without a header, because numpy refuses such a
+    file."""
     if file.read(len(MAGIC)) != MAGIC:
         return 0
     file.seek(0)

@@ -23,14 +23,14 @@ else:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True if the file begins with the magic bytes."""
+    """Tell whether the file begins with the magic bytes of Parquet."""
     return head.startswith(b"PAR1")
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the columns of the table.
 
-    Raises MeasurementError for a damaged file or one above the limit, MissingExtraError without
+    Raises MeasurementError for a damaged file or a size above the limit, MissingExtraError without
     pyarrow.
     """
     try:

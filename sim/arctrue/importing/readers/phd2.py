@@ -1,9 +1,9 @@
 """Reads guide logs of PHD2: the error of a telescope axis against a guide star.
 
-Distances are camera pixels from the lock position and include the guiding corrections. The
-error of the axis without guiding is the distance plus all earlier corrections, times the pixel
-scale, divided by the cosine of the star's declination. Format: the project's wiki, "PHD2 Guide
-Log Format".
+Distances in the log are camera pixels from the lock position and include the effect of the guiding
+corrections. Without guiding, the error of the axis would be the distance plus all earlier
+corrections, times the pixel scale, divided by the cosine of the star's declination. Format: the
+project's wiki, "PHD2 Guide Log Format".
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _RATE = re.compile(r"\bxRate = ([\d.]+)")
 
 @dataclass
 class _Section:
-    """One stretch of guiding at one lock position."""
+    """One stretch of guiding without a change of the lock position."""
 
     scale: float | None
     declination_deg: float | None
@@ -44,7 +44,7 @@ class _Section:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True if the first line is that of a guide log."""
+    """Tell whether the first line is that of a guide log."""
     return head.lstrip(b"\xef\xbb\xbf").startswith(b"PHD2 version")
 
 
@@ -52,8 +52,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read ``error_arcsec`` over ``target_deg``, the sidereal rotation since guiding began.
 
     Each stretch of guiding is a run; a dither or a new lock position begins a new run. The zero of
-    a run is unknown, so its mean is subtracted. The sign of the error depends on the camera, so
-    that the user is asked for it. Raises MeasurementError naming the row, AmbiguousError.
+    a run is unknown, so its mean is subtracted. The sign of the error depends on the camera, so the
+    user is asked for it. Raises MeasurementError naming the row, AmbiguousError.
     """
     sections, dropped = _sections(path)
     sections = [section for section in sections if len(section.rows) > 1]
@@ -145,7 +145,8 @@ def _sections(path: Path) -> tuple[list[_Section], int]:
 def _error(
     path: Path, section: _Section, choices: Choices, notes: list[str]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Compute time in seconds and error of the axis without guiding in arcseconds."""
+    """Compute the time in seconds and the error that the axis would have without guiding,
+    arcseconds."""
     time_s = _numbers(path, section, "Time")
     raw = _numbers(path, section, "RARawDistance")
     guide = _numbers(path, section, "RAGuideDistance")
@@ -153,8 +154,9 @@ def _error(
     rate = section.rate_px_s
     sent = np.copysign(duration_s * (rate or 0.0), guide)
     moved = (duration_s > 0.0) & (guide != 0.0)
-    # The length of a pulse is limited, so the correction is its duration times the guide rate. The
-    # rate of old logs, in pixels per millisecond, does not agree with that.
+    # The length of a pulse is limited, so the correction is the duration of the pulse times the
+    # guide rate. Old logs state the rate in pixels per millisecond, which does not agree with the
+    # corrections.
     agrees = moved.any() and 0.5 < float(np.median(np.abs(sent[moved] / guide[moved]))) < 2.0
     if not (rate and agrees):
         sent = guide

@@ -40,19 +40,19 @@ class Form:
         return [field.strip() for field in line.split(sign)]
 
     def number_pattern(self) -> str:
-        """The regular expression of a number."""
+        """Return the regular expression of a number with this decimal sign."""
         if self.decimal == "comma":
             return COMMA
         return POINT if self.delimiter == "comma" else f"({POINT}|{THOUSANDS})"
 
     def is_number(self, text: str) -> bool:
-        """True if the text is a number with this decimal sign."""
+        """Tell whether the text is a number with this decimal sign."""
         if self.decimal == "comma":
             return bool(_COMMA.match(text))
         return bool(_POINT.match(text) or (self.delimiter != "comma" and _THOUSANDS.match(text)))
 
     def weight(self, text: str) -> int:
-        """Count the numbers in a field: a sexagesimal angle or time has three."""
+        """Count the numbers in a field; a sexagesimal angle or time has three."""
         if self.is_number(text):
             return 1
         return 3 if is_sexagesimal(text, spaces=self.delimiter != "space") else 0
@@ -60,14 +60,16 @@ class Form:
 
 @dataclass(frozen=True)
 class RowShape:
-    """The form of a row: ``width`` fields; in the columns ``numeric`` numbers or missing values."""
+    """The form of a row: it has ``width`` fields; the columns ``numeric`` hold numbers or missing
+    values."""
 
     form: Form
     width: int
     numeric: frozenset[int]
 
     def is_words(self, fields: Sequence[str]) -> bool:
-        """True for a line of words: a heading, a remark, statistics after the rows.
+        """Tell whether the fields are a line of words: a heading, a remark, statistics after the
+        rows.
 
         A row that begins correctly and has a wrong field is a fault, not a line of words.
         """
@@ -85,7 +87,7 @@ class RowShape:
 def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
     """Find the form in which the file has rows of numbers; ask the user if several forms match.
 
-    Raises MeasurementError if there is none, AmbiguousError, ValueError for an unknown setting.
+    Raises MeasurementError if no form matches, AmbiguousError, ValueError for an unknown setting.
     """
     for value, known, option in (
         (settings.delimiter, [*DELIMITERS], "--delimiter"),
@@ -132,8 +134,11 @@ def _has_comma(form: Form, data: Sequence[str]) -> bool:
 
 
 def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
-    """Return the count of numbers minus other fields in the lines of one width, and these lines;
-    None if there are no such lines."""
+    """Rate a form by the lines of the most common width; None if no line has numbers in this form.
+
+    Returns the number of numbers less the number of other fields in these lines, and the number of
+    lines.
+    """
     widths: dict[int, int] = {}
     numbers: dict[int, int] = {}
     for text in data:

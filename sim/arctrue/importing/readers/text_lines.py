@@ -11,14 +11,14 @@ from arctrue.measurement import MeasurementError
 
 _BLOCK = 1 << 20
 LONGEST_LINE = 1_000_000
-"""Limit in characters; a longer line is no row of a table."""
+"""Largest number of characters of a line; a longer line is no row of a table."""
 _MARKS = (  # UTF-32 comes first, because its mark begins like that of UTF-16
     (codecs.BOM_UTF32_LE, "utf-32"),
     (codecs.BOM_UTF32_BE, "utf-32"),
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-_OTHER_FILES = {  # by their first bytes
+_OTHER_FILES = {  # message by the first bytes of the file
     b"PK\x03\x04": "is an archive or a workbook: of a workbook, save the sheet as CSV; unpack an "
     "archive first",
     b"\xd0\xcf\x11\xe0": "is a workbook of an old Excel version: save the sheet as CSV",
@@ -38,7 +38,7 @@ class Encoding:
 
 
 def encoding_of(path: Path) -> Encoding:
-    """Find the encoding: by the byte order mark, else UTF-8, else Windows-1252.
+    """Find the encoding by the byte order mark; without one it is UTF-8, or else Windows-1252.
 
     Windows-1252 has all letters of Latin-1. Raises MeasurementError for a file that is no text.
     """
@@ -79,7 +79,7 @@ def _decodes(path: Path, name: str) -> bool:
 
 
 class TextLines:
-    """The non-empty lines with their numbers; ``ended``: the last line has a line end."""
+    """The non-empty lines with their numbers; ``ended``: the last line ends with a line feed."""
 
     def __init__(self, path: Path, encoding: Encoding) -> None:
         """Begin at the first line."""
@@ -88,7 +88,8 @@ class TextLines:
         self.ended = True
 
     def __iter__(self) -> Iterator[tuple[int, str]]:
-        """Yield (1, text), … stripped. Raises MeasurementError for a line that is too long."""
+        """Yield number and stripped text of each line. Raises MeasurementError for a line that is
+        too long."""
         try:
             with self._path.open(encoding=self._encoding) as file:
                 number = 0

@@ -1,6 +1,6 @@
 """Limits the memory that a packed file of arrays may take.
 
-Ten kilobytes can unpack to ten megabytes of zeros, and a header may state any number of rows: a
+Ten kilobytes can unpack to ten megabytes of zeros, and a header may state any number of rows. A
 file that came by mail or was dropped into the page must not exhaust the machine's memory.
 """
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from arctrue.measurement import MeasurementError
 
 MOST_BYTES = 2_000_000_000
-"""The size of 10⁷ rows of 25 columns."""
+"""Limit of the memory, the size of 10⁷ rows of 25 columns."""
 
 
 def refuse_above_limit(path: Path, size: int) -> None:

@@ -1,7 +1,7 @@
-"""Tables by which other controllers correct a rotary axis, and how they interpolate between rows.
+"""Tables by which other controllers correct a rotary axis, and their interpolation between rows.
 
-Each format is written from the controller's public sources, which docs/reports.md names, and is
-read back by a model of the controller's own interpolation.
+Each format is written from the controller's public sources, which docs/reports.md names. A model of
+the controller's own interpolation reads it back.
 """
 
 from collections.abc import Mapping

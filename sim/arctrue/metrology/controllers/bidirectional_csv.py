@@ -1,4 +1,4 @@
-"""The table for a program of the user's own."""
+"""The correction table for a program of the user's own."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ Float = NDArray[np.float64]
 
 
 class Bidirectional(TableOfReading):
-    """CSV: reading, and the value subtracted from it after an approach from below and from above;
-    the program interpolates linearly."""
+    """CSV with the reading and two values, for an approach from below and from above.
+
+    The program subtracts the value of its direction from the reading, and interpolates linearly
+    between rows.
+    """
 
     name = "csv"
     file_name = "correction.csv"

@@ -16,7 +16,8 @@ class LinuxCnc(TableOfCommand):
     """COMP_FILE of type 0: commanded position, actual position moving up, actual position moving
     down.
 
-    The controller commands the servo nominal + (nominal − actual), linear between rows.
+    The controller commands the servo to the position nominal + (nominal − actual), linear between
+    rows.
     """
 
     name = "linuxcnc"

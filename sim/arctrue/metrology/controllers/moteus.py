@@ -13,17 +13,18 @@ Float = NDArray[np.float64]
 
 
 class _Moteus(TableOfReading):
-    """Compensation table of a moteus position source: fractions of a turn that are added."""
+    """Compensation table of a moteus position source; its entries are fractions of a turn that are
+    added."""
 
     knows_direction = False
     key = "motor_position.sources.0.compensation_"
 
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:
-        """Calculate like the firmware: entry i is the value at i/size of a turn; after the last
-        entry follows the first.
+        """Calculate like the firmware: entry i is the value at i/size of a turn, and the table is
+        periodic.
 
-        The firmware calculates in single precision; this model contains only the table's own
-        rounding.
+        The firmware calculates in single precision; this model contains only the rounding of the
+        table.
         """
         entries: dict[int, float] = {}
         scale = 1.0

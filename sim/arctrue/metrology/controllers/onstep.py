@@ -22,24 +22,26 @@ LEAST_WORM_S = 61
 MOST_STEPS = 127
 """Largest table entry: OnStepX stores an entry as a signed byte."""
 PLAYED_LATER_S = 1
-"""Delay of the playback: OnStepX plays entry n during second n + 1 of the worm's turn."""
+"""Delay of the playback in seconds: OnStepX plays entry n during second n + 1 of the worm's
+turn."""
 
 ENTRY = re.compile(r":WR(\d+),([+-]\d+)#")
 
 
 @dataclass(frozen=True)
 class OnStep(TableFormat):
-    """Commands ``:WRn,s#``: motor steps added to the tracking in each sidereal second of the worm.
+    """Commands ``:WRn,s#``: motor steps added to the tracking in each sidereal second of the worm's
+    turn.
 
     The table corrects a rate only: a constant error remains, and the mount's alignment absorbs it.
-    Steps are rounded as a running sum, so that the table never differs from the error by more than
+    The sum of the steps is rounded, so that the table never differs from the error by more than
     half a step.
     """
 
     teeth: float | None = None
-    """Teeth of the worm wheel; the worm turns once in 86,400 / teeth sidereal seconds."""
+    """Number of teeth of the worm wheel; the worm turns once in 86,400 / teeth sidereal seconds."""
     steps_per_second: float | None = None
-    """Motor steps a sidereal second, the mount's answer to ``:VS#``."""
+    """Motor steps per sidereal second, which the mount answers to ``:VS#``."""
 
     name = "onstep"
     file_name = "pec.onstep"
@@ -67,7 +69,7 @@ class OnStep(TableFormat):
         return replace(self, teeth=teeth, steps_per_second=steps_per_second)
 
     def part_of(self, correction: Correction) -> Correction:
-        """Keep the harmonics of the worm, and list the other orders as left out."""
+        """Return the harmonics of the worm, with the other orders listed as left out."""
         assert self.teeth is not None
         harmonic = np.mod(correction.orders, self.teeth) == 0
         others = ", ".join(map(str, correction.orders[~harmonic]))
@@ -82,7 +84,8 @@ class OnStep(TableFormat):
 
     def text(self, correction: Correction, points: int, title: str) -> str:
         seconds = np.arange(self._worm_s() + 1, dtype=np.float64)
-        # The motor is at its zero in second 0: R(t) − ε(R(t)) = t − ε(0).
+        # The motor is at its zero in second 0, and tracks so that the reading R satisfies R(t) −
+        # ε(R(t)) = t − ε(0).
         start_deg = float(correction.error_arcsec(np.zeros(1), None)[0]) / 3600.0
         wanted = wanted_deg(correction, seconds * (360.0 / SECONDS_A_TURN) - start_deg, 0)
         steps = np.rint((wanted - wanted[0]) / self._step_deg()).astype(np.int64)

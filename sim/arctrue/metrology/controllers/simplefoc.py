@@ -13,11 +13,11 @@ Float = NDArray[np.float64]
 
 
 class SimpleFoc(TableOfReading):
-    """C array of radians that the library subtracts from the sensor's angle, linear between
-    entries.
+    """C array of angles in radians that the library subtracts from the sensor's angle, linear
+    between entries.
 
-    The library calculates in single precision; its own rounding, 0.1″ near a full turn, is not part
-    of the remaining error that the command states.
+    The library calculates in single precision. Its rounding, 0.1″ near a full turn, is not part of
+    the remaining error that the command states.
     """
 
     name = "simplefoc"

@@ -1,4 +1,4 @@
-"""Defines the interface of every controller's table: its text, and the remaining error."""
+"""Defines the interface of every controller's table: its text, and the error that remains."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 GRID = 36_000
-"""Number of angles at which a table is judged: 36″ apart, also between the rows of every table."""
+"""Number of angles at which a table is tested: 36″ apart, also between the rows of every table."""
 
 
 @dataclass(frozen=True)
 class Left:
-    """Remaining error after the controller's correction.
+    """Error that remains after the controller's correction.
 
     Parameters
     ----------
     largest_arcsec : float
-        Largest size of the error, arcseconds.
+        Largest absolute error, arcseconds.
     rms_arcsec : float
         Root mean square of the error, arcseconds.
     """
@@ -40,7 +40,7 @@ class TableFormat(ABC):
     file_name: ClassVar[str]
     """Default name of the file."""
     points: ClassVar[int]
-    """Default number of rows over a turn."""
+    """Default number of rows per turn."""
     least_points: ClassVar[int] = 3
     most_points: ClassVar[int] = 100_000
     knows_direction: ClassVar[bool]
@@ -52,19 +52,19 @@ class TableFormat(ABC):
         Parameters
         ----------
         teeth : float or None
-            Teeth of the worm wheel, None if the set does not state them.
+            Number of teeth of the worm wheel; None if the set does not state it.
         steps_per_second : float or None
-            Motor steps a sidereal second, None if the user does not state them.
+            Motor steps per sidereal second; None if the user does not state them.
 
         Returns
         -------
         TableFormat
-            The format with what it needs of the axis.
+            The format with these values as far as it needs them.
 
         Raises
         ------
         ValueError
-            If a stated value does not fit the format, or a needed one is missing.
+            If a stated value does not fit the format, or a value that it needs is missing.
         """
         if steps_per_second is not None:
             raise ValueError(f"--steps-per-second: {self.name} does not take it")
@@ -92,34 +92,34 @@ class TableFormat(ABC):
         Parameters
         ----------
         correction : Correction
-            What the table corrects.
+            Correction that the table contains.
         points : int
-            Rows over a turn.
+            Number of rows per turn.
         title : str
-            A comment, in formats that have comments.
+            Comment for formats that have comments.
 
         Returns
         -------
         str
-            The whole file.
+            Content of the file.
         """
 
     @abstractmethod
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
     ) -> Float:
-        """Calculate the remaining error with the table.
+        """Calculate the error that remains with the table.
 
         Parameters
         ----------
         text : str
             Content of the file.
         correction : Correction
-            The axis has exactly this error.
+            Error of the axis.
         angle_rad : ndarray, shape (n,)
             Angles in [0, 2π), radians.
         direction : int
-            1 from below, −1 from above.
+            Direction of approach: 1 from below, −1 from above.
 
         Returns
         -------
@@ -128,14 +128,14 @@ class TableFormat(ABC):
         """
 
     def left(self, text: str, correction: Correction) -> Left:
-        """Find the remaining error on a fine grid, from below and from above.
+        """Find the remaining error on a fine grid of angles, approached from below and from above.
 
         Parameters
         ----------
         text : str
             Content of the file.
         correction : Correction
-            The axis has exactly this error.
+            Error of the axis.
 
         Returns
         -------
@@ -161,7 +161,7 @@ class TableOfReading(TableFormat):
 
     @abstractmethod
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:
-        """Return what the controller subtracts from readings in [0°, 360°)."""
+        """Return the value that the controller subtracts from each reading in [0°, 360°)."""
 
 
 def turn_deg(points: int) -> Float:
@@ -170,5 +170,5 @@ def turn_deg(points: int) -> Float:
 
 
 def columns(text: str) -> Float:
-    """Read lines of numbers; return their columns, (columns, rows)."""
+    """Read lines of numbers and return their columns, (columns, rows)."""
     return np.array([[float(cell) for cell in line.split()] for line in text.splitlines()]).T

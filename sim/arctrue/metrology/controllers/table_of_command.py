@@ -1,4 +1,4 @@
-"""A table by which a controller changes the command of an axis, not its reading."""
+"""A table by which a controller changes the command of an axis and not its reading."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 ROUNDS = 20
-"""Number of iterations of e ← g(θ + e); each one reduces the remainder by a factor g′, below 0.01.
-"""
+"""Number of iterations of e ← g(θ + e); each one reduces the remaining difference by the factor g′,
+below 0.01."""
 
 
 class TableOfCommand(TableFormat):
-    """A table of values added to the command; the servo then brings the reading to the sum."""
+    """A table of values that the controller adds to the command; the servo then moves the reading
+    to the sum."""
 
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
@@ -34,7 +35,8 @@ class TableOfCommand(TableFormat):
 
 
 def wanted_deg(correction: Correction, nominal_deg: Float, direction: int) -> Float:
-    """Return ε(θ): the reading exceeds ``nominal_deg`` by ε if the table is at ``nominal_deg``."""
+    """Return ε(θ), by which the reading exceeds ``nominal_deg`` when the table is at
+    ``nominal_deg``."""
     angle = np.radians(nominal_deg)
     error = np.zeros_like(angle)
     for _ in range(ROUNDS):

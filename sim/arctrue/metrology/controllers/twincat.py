@@ -12,7 +12,7 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 UNITS_PER_DEG = 10_000
-"""Units in a degree: the file states angles of rotary axes in whole 0.0001° (0.36″)."""
+"""Number of units in a degree: the file states angles of rotary axes in whole 0.0001° (0.36″)."""
 
 
 class TwinCat(TableOfCommand):

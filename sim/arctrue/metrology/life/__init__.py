@@ -1,6 +1,7 @@
-"""One machine's history: sizes of effects over months, changes, and the day of a limit.
+"""The history of one machine: sizes of effects over months, changes, and the day on which a limit
+is passed.
 
 ``machine`` fits every set of a folder; ``series`` holds a size over time; ``change`` finds steps
 and drifts with a stated rate of false alarms; ``forecast`` gives the day on which a limit is
-passed. ``arctrue life`` prints what :func:`arctrue.metrology.life.history.history_of` finds.
+passed. ``arctrue life`` prints the result of :func:`arctrue.metrology.life.history.history_of`.
 """

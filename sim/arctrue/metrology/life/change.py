@@ -1,14 +1,14 @@
 """Finds changes of a series: steps and the beginnings of drifts, with a stated false-alarm rate.
 
-The statistic is the generalised likelihood ratio: the largest, over all places between two sets, of
-N·log(RSS₀/RSS₁), where RSS₀ and RSS₁ are the weighted sums of squares about a constant and about a
-constant with a step or a drift that begins there. The weight of a set is 1/(u² + s²): u from its
-fit, s the scatter between sets by Paule and Mandel (1982). The factor of the variance is free.
+The statistic is the generalised likelihood ratio: the largest value of N·log(RSS₀/RSS₁) over all
+places between two sets. RSS₀ is the weighted sum of squares about a constant, RSS₁ that about a
+constant with a step or a drift that begins at the place. The weight of a set is 1/(u² + s²); u
+comes from its fit, and s is the scatter between sets by Paule and Mandel (1982).
 
-The null distribution is that of the same statistic of normal draws with these weights, whose factor
-is free, so that the scatter need not be known. The p-value of a series is its rank among the draws;
-multiplied by the number of series (Bonferroni) it bounds the probability of any false alarm in one
-evaluation of the whole machine.
+The null distribution is that of the same statistic for normal random numbers with these weights. A
+common factor of the variance cancels, so the true scatter need not be known. The p-value of a
+series is its rank among these draws; multiplied by the number of series (Bonferroni) it bounds the
+probability of any false alarm in one evaluation of the whole machine.
 """
 
 from __future__ import annotations
@@ -37,22 +37,24 @@ MOST_CHANGES = 4
 """Largest number of changes that are searched in one series."""
 FEWEST_DRAWS, MOST_DRAWS = 199, 19_999
 DRAWS_OF_ALPHA = 10.0
-"""Number of draws times α, for each series: the smallest adjusted p-value is then a tenth of α."""
+"""Number of draws for each series, times α: the smallest adjusted p-value is then a tenth of α."""
 EXPONENTS = (0.5, 1.0, 2.0)
-"""Exponents of the time since a drift began: it slows down, keeps its rate, or speeds up. The
-search for changes uses 1; date, size and forecast are averaged over all."""
+"""Exponents of the time since a drift began: with 0.5 the drift slows down, with 1 it keeps its
+rate, with 2 it speeds up. The search for changes uses 1; date, size and forecast are averaged over
+all three."""
 LEVEL = 0.95
-"""Probability that the stated interval of the date contains the change."""
+"""Probability that the stated interval of the date contains the true date."""
 DAYS_A_YEAR = 365.25
 LARGEST_ALPHA = 0.05
-"""Largest false-alarm probability of one evaluation, also if sets are rare."""
+"""Upper limit of the false-alarm probability of one evaluation, which applies if sets are rare."""
 BISECTIONS = 40
-"""Number of bisections in the search for the scatter; its square is then exact to 10⁻¹²."""
+"""Number of bisections in the search for the scatter; the square of the scatter is then exact to
+10⁻¹²."""
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A kind of change at a place, with its posterior probability."""
+    """A kind of change at one place, with its posterior probability."""
 
     kind: Kind
     index: int
@@ -63,7 +65,7 @@ class Place:
 
     @property
     def shape(self) -> Shape:
-        """The change in the form that :func:`basis` takes."""
+        """Kind, place and exponent as :func:`basis` takes them."""
         return self.kind, self.index, self.exponent
 
 
@@ -75,13 +77,14 @@ class Change:
     kind: Kind
     earliest_day: float
     day: float
-    """Most probable day: the middle between the two sets of a step, or the beginning of a drift."""
+    """Most probable day: the middle between the sets before and after a step, or the beginning of a
+    drift."""
     latest_day: float
     p_value: float
     """Probability that any series of an unchanged machine shows a change of this size in one
     evaluation."""
     size: float
-    """Size of the change until the last set, in the unit of the series."""
+    """Size of the change up to the last set, in the unit of the series."""
     u: float
     """Standard uncertainty of ``size``."""
     places: tuple[Place, ...]
@@ -106,9 +109,9 @@ def places(sets: int) -> list[tuple[Kind, int]]:
 def weights(values: Float, u: Float, design: Float) -> Float:
     """Return the weights 1/(u² + s²), (sets,).
 
-    The scatter s is that of Paule and Mandel: with it the weighted sum of squared residuals equals
-    its degrees of freedom. ``values`` (sets, components); ``design`` (sets, columns): design matrix
-    of the model whose residuals count.
+    The scatter s is that of Paule and Mandel: it makes the weighted sum of squared residuals equal
+    to its degrees of freedom. ``values`` (sets, components); ``design`` (sets, columns) is the
+    design matrix of the model that gives the residuals.
     """
     freedom = int((values.shape[0] - design.shape[1]) * values.shape[1])
     if freedom <= 0:
@@ -157,8 +160,8 @@ def ratios(days: Float, weight: Float, values: Float) -> Float:
 
 
 def look_probability(days: Float, false_alarms_a_year: float) -> float:
-    """Return the permitted false-alarm probability of one evaluation, if an evaluation follows
-    every set."""
+    """Return the permitted false-alarm probability of one evaluation, if every set is followed by
+    one."""
     between = float(np.median(np.diff(days))) if days.size > 1 else DAYS_A_YEAR
     return float(min(false_alarms_a_year * between / DAYS_A_YEAR, LARGEST_ALPHA))
 
@@ -166,8 +169,8 @@ def look_probability(days: Float, false_alarms_a_year: float) -> float:
 def adjusted_p_values(
     series: Sequence[Series], values: Sequence[Float], alpha: float, random: Random
 ) -> Float:
-    """Return, per series, the probability that an unchanged machine shows as large a change in any
-    series.
+    """Return for each series the probability that an unchanged machine shows as large a change in
+    any series.
 
     ``values``: (sets, components) of each series, minus the known changes.
     """
@@ -186,9 +189,10 @@ def adjusted_p_values(
 def find_changes(
     series: Sequence[Series], false_alarms_a_year: float, random: Random
 ) -> list[Change]:
-    """Find the changes of all series, earliest first; none for fewer than ``FEWEST_SETS`` sets.
+    """Find the changes of all series, earliest first; return none for fewer than ``FEWEST_SETS``
+    sets.
 
-    All series have the same days. A change that is found is subtracted, and the remainder is tested
+    All series have the same days. Each change that is found is subtracted and the series is tested
     again, at most ``MOST_CHANGES`` times.
     """
     if not series or series[0].days.size < FEWEST_SETS:
@@ -216,12 +220,12 @@ def find_changes(
 
 
 def design_of(days: Float, known: Sequence[Shape]) -> Float:
-    """Return the design matrix of a constant and the shapes of changes, (sets, 1 + changes)."""
+    """Return the design matrix of a constant and of the known changes, (sets, 1 + changes)."""
     return np.stack([np.ones(days.size), *(basis(days, *place) for place in known)], axis=1)
 
 
 def _of_changes(series: Series, known: Sequence[Shape]) -> Float:
-    """Return the sum of the known changes, (sets, components)."""
+    """Return the sum of the fitted known changes, (sets, components)."""
     design = design_of(series.days, known)
     root = np.sqrt(weights(series.values, series.u, design))[:, None]
     solution, *_ = np.linalg.lstsq(root * design, root * series.values, rcond=None)
@@ -259,7 +263,7 @@ def _located(series: Series, known: Sequence[Shape], p_value: float) -> Change:
 
 
 def _between(days: Float, place: Place) -> tuple[float, float]:
-    """Return the two days between which a change at this place lies."""
+    """Return the two days between which a change of this kind and place lies."""
     if place.kind == "step":
         return float(days[place.index - 1]), float(days[place.index])
     return float(days[max(place.index - 1, 0)]), float(days[place.index + 1])
@@ -269,9 +273,9 @@ def posterior(series: Series, known: Sequence[Shape]) -> list[Place]:
     """Return the probability of every kind and place of a further change, with equal prior
     probabilities.
 
-    Coefficients and the variance are integrated out under Jeffreys' prior: the integrated
-    likelihood is |X'WX|^(−d/2) · RSS^(−(n − p)·d/2). The shapes reach 1 at the last set, so that
-    step and drift have the same prior for the whole change.
+    Coefficients and variance are integrated out under Jeffreys' prior: the integrated likelihood is
+    |X'WX|^(−d/2) · RSS^(−(n − p)·d/2). The shapes reach 1 at the last set, so that step and drift
+    have the same prior for the whole change.
     """
     days, values = series.days, series.values
     size, parts = values.shape

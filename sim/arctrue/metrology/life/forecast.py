@@ -1,9 +1,9 @@
 """The day on which the size of an effect passes its limit, with an interval.
 
-The values follow a constant and the changes that were found; the last one continues: a step stays,
-a drift slows down, keeps its rate or speeds up. Draws of the posterior (kind, place and course of
-the last change, all coefficients, the variance) each give a day; it is infinite where the limit is
-never passed.
+The values follow a constant and the changes that were found. The last change continues: a step
+stays, a drift slows down, keeps its rate or speeds up. Each draw of the posterior (kind, place and
+course of the last change, all coefficients, the variance) gives a day, which is infinite if the
+limit is never passed.
 """
 
 from __future__ import annotations
@@ -31,17 +31,18 @@ DRAWS = 1_000
 """Number of draws of the posterior; the ends of the interval are the 25th draws from either side.
 """
 GRID = 160
-"""Number of days ahead at which a course is evaluated; each is 6 % farther away than the previous
+"""Number of future days at which a course is evaluated; each is 6 % farther away than the previous
 one."""
 NEAREST_DAYS = 1.0
 LEVEL = 0.95
 FARTHEST_DAYS = 36_525.0
-"""Greatest number of days ahead, a hundred years; a later day counts as never."""
+"""Largest number of days ahead, a hundred years; a later day counts as never."""
 
 
 @dataclass(frozen=True, eq=False)
 class Forecast:
-    """Forecast of the day on which a limit is passed; days since 1970, infinite: never."""
+    """Forecast of the day on which a limit is passed. Days count from 1970; an infinite day means
+    never."""
 
     series: Series
     limit: float
@@ -54,7 +55,7 @@ class Forecast:
     latest_day: float
     """Day before which 97.5 % of the draws pass the limit."""
     passing_days: Float
-    """Day of each draw, (draws,), ascending."""
+    """Day on which each draw passes the limit, (draws,), ascending."""
 
     def probability(self, day: float) -> float:
         """Return the probability that the limit is passed on or before ``day``."""
@@ -68,7 +69,7 @@ class Forecast:
     def alarm(self, horizon_days: float) -> bool:
         """Tell whether the limit is passed, or a change may lead to it within ``horizon_days``.
 
-        A change may lead to it if the interval's earlier end lies within the horizon.
+        A change may lead to it if the earlier end of the interval lies within the horizon.
         """
         within = self.earliest_day <= float(self.series.days[-1]) + horizon_days
         return self.passed or (self.changed and within)
@@ -104,7 +105,8 @@ def forecast(series: Series, changes: Sequence[Change], limit: float, random: Ra
 def _days_of(
     series: Series, known: Sequence[Shape], limit: float, number: int, random: Random
 ) -> Float:
-    """Return the days of ``number`` draws under one course of changes, (number,)."""
+    """Return the days on which ``number`` draws of one course of changes pass the limit,
+    (number,)."""
     days, values = series.days, series.values
     design = design_of(days, known)
     weight = weights(values, series.u, design)
@@ -112,7 +114,7 @@ def _days_of(
     mean, *_ = np.linalg.lstsq(root * design, root * values, rcond=None)
     parts = values.shape[1]
     freedom = max((days.size - design.shape[1]) * parts, 1)
-    # The variance of weight 1: at least 1, which u alone states.
+    # Variance of a value with weight 1: at least 1, the variance that u alone states.
     square = max(weighted_rss(values, weight, design), float(freedom)) / random.chisquare(
         freedom, number
     )
@@ -136,8 +138,8 @@ def _days_of(
 def _first_passing(ahead: Float, size: Float, limit: float) -> Float:
     """Return the time at which each course, (draws, grid), first reaches the limit.
 
-    Courses are linear between points. The time is 0 for a course that starts above the limit, and
-    infinite for one that never reaches it.
+    Courses are linear between the points of the grid. The time is 0 for a course that starts above
+    the limit, and infinite for a course that never reaches it.
     """
     above = size >= limit
     first = above.argmax(axis=1)

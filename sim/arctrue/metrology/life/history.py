@@ -15,9 +15,9 @@ from arctrue.metrology.life.machine import FittedSet, Machine
 from arctrue.metrology.life.series import Series, series_of
 
 FALSE_ALARMS_A_YEAR = 0.5
-"""Expected number of false changes a year, if a machine is evaluated after every set."""
+"""Expected number of false changes a year if a machine is evaluated after every set."""
 HORIZON_DAYS = 30.0
-"""An alarm is raised if a change may lead to the limit within this time."""
+"""Time in days; a change that may lead to the limit within this time raises an alarm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +26,13 @@ class Calibration:
 
     of: FittedSet
     broken_by: tuple[Change, ...]
-    """Changes after the set, and drifts that continued after it, earliest first; empty: the
+    """Changes after the set, and drifts that continued after it, earliest first; empty if the
     calibration holds."""
 
     @property
     def broken_since_day(self) -> float:
-        """Beginning of the first of these changes, but not before the set; infinite: the
-        calibration holds."""
+        """Day on which the first of these changes begins, at the earliest the day of the set;
+        infinite if the calibration holds."""
         return max(min((one.day for one in self.broken_by), default=np.inf), self.of.day)
 
 
@@ -50,7 +50,7 @@ class LifeHistory:
 
     @property
     def look_probability(self) -> float:
-        """Probability of any false finding in this evaluation."""
+        """Probability of any false change in this evaluation."""
         return look_probability(self.machine.days, self.false_alarms_a_year)
 
     @property
@@ -73,8 +73,9 @@ def history_of(
 ) -> LifeHistory:
     """Find the changes of every parameter, and forecast when each limit of ``limits`` is passed.
 
-    ``limits``: by effect (each of its amplitudes in arcseconds) or by effect and parameter, in the
-    parameter's unit. ``seed`` of the random draws. Raises ValueError for an unknown name.
+    ``limits``: a limit by effect (for each of its amplitudes, arcseconds) or by effect and
+    parameter, in the parameter's unit. ``seed``: seed of the random draws. Raises ValueError for an
+    unknown name.
     """
     random = np.random.default_rng(seed)
     series = series_of(machine.days, [one.parameters for one in machine.sets])
@@ -102,8 +103,10 @@ def history_of(
 
 def _breaks(change: Change, number: int) -> bool:
     """Tell whether this change makes the calibration from set ``number`` invalid for the last set.
-    This holds if the change may be later than set ``number``, or if a drift has since continued by
-    more than ``COVERAGE`` standard uncertainties of the two fits."""
+
+    It does if it may be later than set ``number``, or if it is a drift that has since continued by
+    more than ``COVERAGE`` standard uncertainties of the two fits.
+    """
     series = change.series
     if change.latest_day > float(series.days[number]):
         return True

@@ -26,7 +26,7 @@ DAY_S = 86_400.0
 
 @dataclass(frozen=True, eq=False)
 class FittedSet:
-    """A set of the machine and the fitted parameters."""
+    """A set of the machine with its fitted parameters."""
 
     name: str
     """Folder of the set, relative to the machine's folder."""
@@ -63,7 +63,8 @@ class Machine:
 
 
 def set_folders(folder: Path) -> list[Path]:
-    """List the folders of sets below ``folder``, by name. Raises ValueError if there is none."""
+    """List the folders of sets below ``folder``, sorted by name. Raises ValueError if there is
+    none."""
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder; expected a folder of measurement sets")
     found = sorted(path.parent for path in folder.rglob(FILE_NAME) if path.parent != folder)
@@ -80,7 +81,8 @@ def fit_machine(
     effects: Mapping[str, type[Effect]],
     report_step: Callable[[str], None] = lambda _: None,
 ) -> Machine:
-    """Fit ``model`` to each set below ``folder``; list a set that cannot be used with the reason.
+    """Fit ``model`` to each set below ``folder``; list each set that cannot be used, with the
+    reason.
 
     Raises ValueError if no set can be used.
     """

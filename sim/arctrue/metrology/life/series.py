@@ -1,4 +1,4 @@
-"""The size of an effect over time, one point a measurement set."""
+"""The size of an effect over time, one point per measurement set."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ AMPLITUDE, PHASE = "amplitude", "phase"
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """A parameter of the model over time; an amplitude and its phase are one point of a plane.
+    """A parameter of the model over time; an amplitude and its phase form one point of a plane.
 
-    In the plane a change of phase alone is a change, and the noise of a small amplitude has mean 0.
+    In the plane a change of the phase alone is a change too, and the noise of a small amplitude has
+    mean 0.
     """
 
     name: str
@@ -28,13 +29,14 @@ class Series:
     days: Float
     """Times of the sets, (sets,), days since 1970, ascending."""
     values: Float
-    """Values, (sets, 1); for an amplitude with a phase cosine and sine, (sets, 2)."""
+    """Values, (sets, 1); for an amplitude with a phase its cosine and sine components, (sets,
+    2)."""
     u: Float
     """Standard uncertainty of each component, (sets,), from the fit of the set."""
 
     @property
     def size(self) -> Float:
-        """Amplitude, or absolute value, (sets,)."""
+        """Absolute value of each point, or amplitude, (sets,)."""
         return np.asarray(np.linalg.norm(self.values, axis=1))
 
     def until(self, sets: int) -> Series:
@@ -45,8 +47,9 @@ class Series:
 def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Series]:
     """Make the series of every parameter that all sets determine.
 
-    ``days`` (sets,) ascending; ``found``: the parameters of each set by name. A phase has a series
-    only if there is an amplitude, a parameter only if some set states its uncertainty.
+    ``days`` (sets,) ascend; ``found`` contains the parameters of each set by name. A phase is used
+    only together with its amplitude; a parameter has a series only if some set states its
+    uncertainty.
     """
     made: list[Series] = []
     for name in found[0] if found else ():
@@ -67,12 +70,12 @@ def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Ser
 
 
 def _plane(amplitudes: Sequence[Parameter], phases: Sequence[Parameter]) -> tuple[Float, Float]:
-    """Return cosine and sine of each amplitude, (sets, 2), and a component's mean uncertainty,
+    """Return cosine and sine of each amplitude, (sets, 2), and the mean uncertainty of a component,
     (sets,).
 
-    The uncertainty along the amplitude is that of the amplitude, the one across it is amplitude ·
-    u(phase). The stated u(phase) is at most that of a uniform phase; if the amplitude is below its
-    own u, the uncertainty along the amplitude is therefore used for both.
+    The uncertainty along the amplitude is that of the amplitude; the uncertainty across is
+    amplitude · u(phase). The stated u(phase) is at most that of a uniform phase; if the amplitude
+    is below its own u, the uncertainty along the amplitude is therefore used for both.
     """
     size = np.array([item.value for item in amplitudes])
     angle = np.radians([item.value for item in phases])

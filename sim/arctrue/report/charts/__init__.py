@@ -1,5 +1,6 @@
-"""Figures of the page, of ``arctrue report`` and of the demo's pages, one figure a file.
+"""Figures of the page, of ``arctrue report`` and of the demo's pages, one figure per file.
 
-A file turns results into a :class:`Chart`: axes with units and what is drawn on them, as data.
-``matplotlib_chart`` makes SVG and PNG from it, ``plotly_chart`` an interactive figure.
+Each file converts results to a :class:`Chart`, which describes axes with units, and the layers
+drawn on them, as data. ``matplotlib_chart`` makes SVG and PNG from it, ``plotly_chart`` an
+interactive figure.
 """

@@ -1,4 +1,4 @@
-"""Determines the measured part of the turn, which an axis of angles shows."""
+"""Determines the measured part of the turn, to which the axis of angles is limited."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ Float = NDArray[np.float64]
 
 WHOLE_DEG = 360.0
 _PLACES = 3600
-"""Number of places of the turn among which gaps between the rows are searched: steps of 0.1°."""
+"""Number of places of the turn, in steps of 0.1°, by which gaps between the rows are found."""
 _ARC_DEG = 180.0
-"""Largest gap of a whole turn; rows with a larger gap cover an arc, and the axis shows this arc
-only."""
+"""Largest gap between rows that cover the whole turn; rows with a larger gap cover an arc, and the
+axis shows this arc only."""
 _EDGE, _LEAST_SPAN_DEG = 0.03, 0.1
-"""Margin at each end of an arc, as a share of the arc; and the span of the axis for a single place.
-"""
+"""Margin at each end of an arc, as a share of the arc; and the span of the axis if all rows are at
+one place."""
 
 
 @dataclass(frozen=True)
 class AngleWindow:
-    """The part of the turn that a chart shows: ``span_deg`` from ``start_deg``, 360 for the whole
+    """The part of the turn that a chart shows: ``span_deg`` from ``start_deg`` on; 360 is the whole
     turn."""
 
     start_deg: float = 0.0
@@ -33,7 +33,7 @@ class AngleWindow:
 
     @classmethod
     def over(cls, angle_rad: Float) -> AngleWindow:
-        """Return the window of angles, shape (rows,): the arc that the rows cover, or the whole
+        """Return the window for angles of shape (rows,): the arc that the rows cover, or the whole
         turn."""
         if not angle_rad.size:
             return cls()
@@ -43,7 +43,7 @@ class AngleWindow:
         step = WHOLE_DEG / _PLACES
         if gaps[largest] * step <= _ARC_DEG:
             return cls()
-        # Cut the turn in the middle of the gap, where no row is.
+        # Cut the turn in the middle of the largest gap, where there is no row.
         cut = (places[largest] + 0.5 * gaps[largest]) * step
         past = np.mod(np.degrees(angle_rad) - cut, WHOLE_DEG)
         low, high = cut + float(past.min()), cut + float(past.max())
@@ -52,7 +52,7 @@ class AngleWindow:
 
     @property
     def is_whole(self) -> bool:
-        """True for the whole turn."""
+        """Whether the window is the whole turn."""
         return self.span_deg == WHOLE_DEG
 
     @property
@@ -68,7 +68,7 @@ class AngleWindow:
         return np.asarray(middle + np.mod(np.degrees(angle_rad) - middle, WHOLE_DEG))
 
     def group(self, angle_rad: Float, bins: int) -> Integer:
-        """Return the number of the bin of each angle."""
+        """Return the number of the bin for each angle."""
         if self.is_whole:
             return turn_group(angle_rad, bins)
         part = (self.degrees(angle_rad) - self.start_deg) / max(self.span_deg, 1e-12)
@@ -79,7 +79,8 @@ class AngleWindow:
         return np.asarray(self.start_deg + (np.arange(bins) + 0.5) * self.span_deg / bins)
 
     def bins(self, angle_rad: Float, values: Float, bins: int) -> Bins:
-        """Average rows in bins of the angle; a bin of an arc is drawn at its rows' mean angle."""
+        """Average rows in bins of the angle; a bin of an arc is drawn at the mean angle of its
+        rows."""
         group, centres = self.group(angle_rad, bins), self.centres(bins)
         if not self.is_whole:
             rows = np.maximum(np.bincount(group, minlength=bins), 1)
@@ -87,7 +88,7 @@ class AngleWindow:
         return of_groups(values, group, centres)
 
     def axis(self, label: str = "angle of the table") -> Axis:
-        """Make the axis; that of an arc ends near the first and last row."""
+        """Return the axis of the window; the axis of an arc ends near the first and last row."""
         if self.is_whole:
             return angle_axis(label)
         edge = max(_EDGE * self.span_deg, _LEAST_SPAN_DEG / 2.0)

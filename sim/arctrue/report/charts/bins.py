@@ -16,7 +16,7 @@ TURN_BINS = 180
 
 @dataclass(frozen=True)
 class Bins:
-    """Mean values of the bins that hold rows; every array has shape (bins,)."""
+    """Mean values of the bins that contain rows; every array has the shape (bins,)."""
 
     centre: Float
     mean: Float
@@ -28,7 +28,7 @@ class Bins:
 
 
 def of_groups(values: Float, group: Integer, centres: Float) -> Bins:
-    """Make bins from rows; ``group``, shape (rows,): number of the bin of each row."""
+    """Make bins from rows; ``group``, shape (rows,), is the number of the bin of each row."""
     size = centres.size
     rows = np.bincount(group, minlength=size)
     there = rows > 0
@@ -43,25 +43,27 @@ def of_groups(values: Float, group: Integer, centres: Float) -> Bins:
 
 
 def of_turn(angle_rad: Float, values: Float, bins: int = TURN_BINS) -> Bins:
-    """Make bins round the turn, centres in degrees."""
+    """Make equal bins over the turn, with their centres in degrees."""
     group = turn_group(angle_rad, bins)
     return of_groups(values, group, (np.arange(bins) + 0.5) * 360.0 / bins)
 
 
 def turn_group(angle_rad: Float, bins: int) -> Integer:
-    """Return the number of the bin of each angle."""
+    """Return the number of the bin for each angle."""
     part = np.mod(angle_rad / (2.0 * np.pi), 1.0)
     return np.minimum((part * bins).astype(np.int64), bins - 1)
 
 
 def of_values(condition: Float, values: Float, bins: int = 24) -> Bins:
-    """Make bins over a condition: one for each value if there are few values, else equal steps."""
+    """Make bins over a condition: one bin per value if there are few values, else bins of equal
+    width."""
     names, group = np.unique(condition, return_inverse=True)
     if names.size <= bins:
         return of_groups(values, group.astype(np.int64), names.astype(np.float64))
     low, high = float(condition.min()), float(condition.max())
     step = (high - low) / bins
     group = np.minimum(((condition - low) / step).astype(np.int64), bins - 1)
-    # Rows may lie at one end of a step, so that their mean is drawn at the mean of their condition.
+    # The rows of a bin may all lie at one end of it, so their mean is drawn at the mean of their
+    # condition.
     rows = np.maximum(np.bincount(group, minlength=bins), 1)
     return of_groups(values, group, np.bincount(group, condition, bins) / rows)

@@ -1,4 +1,4 @@
-"""The picture of ``arctrue calibrate``: error before and after, orders with their limits."""
+"""The picture of ``arctrue calibrate``: error before and after, and orders with their limits."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from arctrue.report.svg import AFTER, BEFORE, INK
 Float = NDArray[np.float64]
 
 _CURVE_POINTS = 1441
-"""Number of points of the fitted error over the turn, one per quarter of a degree."""
+"""Number of points of the fitted error over the turn, one for each quarter of a degree."""
 _FLOOR_ARCSEC = 1e-5
-"""Lowest start of the logarithmic axis of the amplitudes."""
+"""Lower limit of the start of the logarithmic axis of amplitudes."""
 _ROOM = 3.0
-"""Factor of free room above and below the amplitudes."""
+"""Factor by which the axis extends below and above the amplitudes."""
 _DIRECTIONS: tuple[tuple[int, str, str, Marker], ...] = (
     (1, "up", AFTER, "circle"),
     (-1, "down", QUIET, "diamond"),
@@ -39,8 +39,8 @@ _DIRECTIONS: tuple[tuple[int, str, str, Marker], ...] = (
 
 
 def calibration_chart(calibration: Calibration, title: str) -> Chart:
-    """Draw the fitted error, the remaining error at the reference run's targets, and the orders'
-    amplitudes."""
+    """Draw the fitted error, the error that remains at the targets of the reference run, and the
+    amplitudes of the orders."""
     degrees = np.linspace(0.0, 360.0, _CURVE_POINTS)
     fitted = calibration.estimate.error_arcsec(np.radians(degrees))
     layers: list[Layer] = [Curve(degrees, fitted, "from the two heads", BEFORE, width=1.2)]
@@ -56,7 +56,7 @@ def calibration_chart(calibration: Calibration, title: str) -> Chart:
 
 
 def reference_calibration_chart(comparison: ReferenceComparison, title: str) -> Chart:
-    """Draw the errors of a reference run before and after the gateware."""
+    """Draw the errors of a reference run before and after the correction by the gateware."""
     panels = [_error_panel([_before(comparison, BEFORE)], title), _after(comparison)]
     words = f"Error of head 1 at the reference run's targets, before and after: {title}."
     return Chart("calibration", words, panels)

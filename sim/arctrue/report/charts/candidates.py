@@ -14,13 +14,15 @@ Float = NDArray[np.float64]
 
 _MOST = 10
 LINEAR_TO = 10.0
-"""|ΔBIC| up to which the axis is linear, odds of 150 to 1; beyond it is logarithmic."""
+"""Largest |ΔBIC| on the linear part of the axis, odds of 150 to 1; the axis is logarithmic
+beyond."""
 _ROOM = 0.4
-"""Space next to the longest bars for their figures, in decades."""
+"""Space for the figures next to the longest bars, in decades of the axis."""
 
 
 def candidates_chart(result: Diagnosis) -> Chart:
-    """Draw ΔBIC of the leading candidates; colours mark the named effect and its class."""
+    """Draw ΔBIC of the leading candidates; colours mark the named effect and the effects of its
+    class."""
     shown = result.candidates[:_MOST]
     named = None if result.named is None else result.named.name
 
@@ -64,7 +66,7 @@ def candidates_chart(result: Diagnosis) -> Chart:
 
 
 def along(delta_bic: Float) -> Float:
-    """Return the place of each ΔBIC on the axis: x/10 up to ±10, then ±(1 + log₁₀|x|/10)."""
+    """Return the position of each ΔBIC on the axis: x/10 up to ±10, then ±(1 + log₁₀|x|/10)."""
     size = np.abs(delta_bic) / LINEAR_TO
     return np.asarray(
         np.sign(delta_bic) * np.where(size > 1.0, 1.0 + np.log10(np.maximum(size, 1.0)), size)

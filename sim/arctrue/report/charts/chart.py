@@ -13,7 +13,7 @@ from arctrue.base.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.floating[Any]]
 Angle = Literal["arcsec", "urad"]
-"""Unit in which a reader wants small angles."""
+"""Unit in which a reader wants to see small angles."""
 
 Dash = Literal["solid", "dash", "dot"]
 Marker = Literal["circle", "square", "diamond", "hollow"]
@@ -28,7 +28,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
 """Colours of up to six series, after Okabe and Ito: distinct for every kind of colour vision."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
 QUIET = "#8a94a0"
-"""Colour of elements of little importance to the reader."""
+"""Colour of elements that matter little to the reader."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,13 @@ class Axis:
     logarithmic: bool = False
     reach: tuple[float, float] | None = None
     ticks: Sequence[tuple[float, str]] | None = None
-    """Values with their labels; None: the axis shows numbers."""
+    """Values of the ticks with their names; None: the ticks show numbers."""
     also: tuple[str, float] | None = None
-    """A second unit and its factor to ``unit``; on paper it is drawn on the opposite side."""
+    """A second unit and its factor to ``unit``; on paper its axis is on the opposite side."""
 
     @property
     def text(self) -> str:
-        """Label with its unit."""
+        """Label of the axis with its unit."""
         symbol = SYMBOLS.get(self.unit, self.unit)
         return f"{self.label}, {symbol}" if symbol else self.label
 
@@ -68,7 +68,7 @@ class Curve:
     labels: Sequence[str] = ()
     """Text next to each point."""
     values_shown: bool = False
-    """Whether each point is labelled with its y value, in the unit shown."""
+    """Whether each point shows its y value in the displayed unit."""
 
     @property
     def texts(self) -> list[str]:
@@ -80,7 +80,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Band:
-    """A filled area from ``low`` to ``high``, shape (points,) each."""
+    """A filled area from ``low`` to ``high``, each of shape (points,)."""
 
     x: Float
     low: Float
@@ -100,7 +100,7 @@ class Bars:
     colour: str = COLOURS[0]
     lying: bool = False
     base: float = 0.0
-    """Value at which each bar begins, because a logarithmic axis has no 0."""
+    """Value at which each bar begins; it must be above 0 on a logarithmic axis."""
     width: float = 0.7
     opacity: float = 1.0
     labels: Sequence[str] = ()
@@ -133,14 +133,14 @@ Layer = Curve | Band | Bars | HeatMap | Level
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes with its layers, drawn in their order."""
+    """One pair of axes and the layers on it, in the order of drawing."""
 
     x: Axis
     y: Axis
     layers: Sequence[Layer]
     title: str = ""
     equal_scales: bool = False
-    """Whether one unit has the same length on both axes, so that a circle is drawn as a circle."""
+    """Whether a unit has the same length on both axes, so that a circle is drawn as a circle."""
 
 
 @dataclass(frozen=True)
@@ -151,14 +151,14 @@ class Chart:
     words: str
     panels: Sequence[Panel]
     columns: int = 1
-    """Panels per row, if the page is wide enough."""
+    """Number of panels per row, if the page is wide enough."""
     panel_height: float = 2.7
     """Height of a panel on paper, inches."""
     notes: Sequence[str] = field(default_factory=tuple)
 
 
 def in_unit(chart: Chart, unit: Angle) -> Chart:
-    """Return the chart with every axis in arcseconds shown in ``unit``."""
+    """Return the chart with ``unit`` on every axis that is in arcseconds."""
     if unit == ARCSEC:
         return chart
     return replace(chart, panels=[_panel_in_urad(panel) for panel in chart.panels])

@@ -1,4 +1,4 @@
-"""Draws an effect's amplitude over its condition: from the data, and as the effect predicts."""
+"""Draws the amplitude of an effect over a condition: as measured and as predicted by the effect."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ _INK = "#5a6470"
 
 
 def effect_amplitude_chart(finding: EffectAmplitude, condition: str) -> Chart:
-    """Draw the measured amplitude with its standard error in each step, and that of the fitted
-    effect."""
+    """Draw the measured amplitude with its standard error in each step, and the amplitude of the
+    fitted effect."""
     panels = []
     for item in finding.over(condition):
         what = "amplitude of its wave" if item.amplitude else "its part of what was measured"

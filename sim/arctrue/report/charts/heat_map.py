@@ -1,4 +1,4 @@
-"""Draws the residual over the angle, one line per run."""
+"""Draws the residual over the angle as colours, one line per run."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _BINS = 72
 
 
 def heat_map(analysis: Analysis) -> Chart:
-    """Draw means each five degrees, or in 72 parts of an arc.
+    """Draw the mean in each five degrees of the turn, or in each of 72 parts of an arc.
 
-    A line is a run of the capture, and a cycle of the reference (a run if it has no cycles).
+    A line is a run of the capture or a cycle of the reference (a run, if it has no cycles).
     """
     panels = []
     for channel in analysis.observations.channels:

@@ -1,4 +1,4 @@
-"""Draws a hidden effect in the gateware's output: over a turn, and over a period of the signal."""
+"""Draws a hidden effect in the gateware's output over a turn, and over a period of the signal."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ _NAMES = ("raw", "paper's model", "with the effect")
 
 
 def three_curves(result: HiddenResult) -> Chart:
-    """Draw one turn uncorrected, with the paper's model and with the effect; below, the last two
-    enlarged."""
+    """Draw one turn uncorrected, corrected with the paper's model, and corrected with the effect.
+
+    The last two are drawn again below, enlarged.
+    """
     bands = [
         _band(curve, colour, name)
         for curve, colour, name in zip(

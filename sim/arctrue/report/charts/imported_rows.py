@@ -15,7 +15,7 @@ from arctrue.report.charts.chart import ARCSEC, COLOURS, Axis, Chart, Curve, Pan
 Float = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-"""Largest number of points drawn per run; more points would merge into one band."""
+"""Largest number of points per run; more points would merge into one band."""
 
 
 def imported_rows_chart(measurement: MeasurementSet) -> Chart:
@@ -58,7 +58,7 @@ def _points(place: int, run: int, x: Float, y: Float) -> Curve:
 
 
 def _named_if_few(curves: list[Curve]) -> list[Curve]:
-    """Name the runs in the legend only if each has its own colour."""
+    """Name the runs in the legend only if each run has a colour of its own."""
     if 1 < len(curves) <= len(COLOURS):
         return curves
     return [replace(curve, name="") for curve in curves]

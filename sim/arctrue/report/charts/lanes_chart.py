@@ -1,4 +1,4 @@
-"""Draws the lanes' correction: amplitude by order, and the error before and after."""
+"""Draws the correction by the lanes: amplitude by order, and the error before and after."""
 
 from __future__ import annotations
 
@@ -24,8 +24,11 @@ def lanes_chart(
     amplitudes_arcsec: Sequence[float],
     at_reference: Sequence[Sequence[float]] | None,
 ) -> Chart:
-    """Draw the lanes. ``at_reference``: target in degrees, error before and after at the rows of
-    the reference."""
+    """Draw the correction by the lanes.
+
+    ``at_reference``: targets in degrees, errors before and after the correction, in the rows of the
+    reference.
+    """
     place = np.arange(len(orders), dtype=np.float64)
     ticks = [(float(number), str(order)) for number, order in enumerate(orders)]
     panels = [

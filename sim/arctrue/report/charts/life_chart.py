@@ -14,22 +14,22 @@ from arctrue.report.charts.chart import COLOURS, QUIET, Axis, Chart, Curve, Laye
 MOST_PANELS = 8
 TICKS = 4
 COVERAGE = 2.0
-"""Half length of an error bar, in standard uncertainties."""
+"""Length of an error bar to one side, in standard uncertainties."""
 AHEAD = 0.5
 """Length of a drawn forecast, as a share of the measured time."""
 MARGIN = 0.03
 
 
 def day_name(day: float) -> str:
-    """Return the date of a day since 1970, ``2026-03-12``; a dash for an infinite day."""
+    """Return a day since 1970 as a date, ``2026-03-12``; a dash for an infinite day."""
     if not np.isfinite(day):
         return "–"
     return f"{datetime(1970, 1, 1, tzinfo=UTC) + timedelta(days=day):%Y-%m-%d}"
 
 
 def shown_series(history: LifeHistory) -> list[Series]:
-    """List the series with a limit, then the changed ones, then the largest, at most
-    ``MOST_PANELS``."""
+    """List at most ``MOST_PANELS`` series: first those with a limit, then the changed ones, then
+    the largest."""
     limited = {one.series.name for one in history.forecasts}
     changed = {one.series.name for one in history.changes}
     ranked = sorted(
@@ -44,7 +44,7 @@ def shown_series(history: LifeHistory) -> list[Series]:
 
 
 def life_chart(history: LifeHistory) -> Chart:
-    """Draw a panel for each of the series that matter most."""
+    """Draw a panel for each series of :func:`shown_series`."""
     forecasts = {one.series.name: one for one in history.forecasts}
     panels = [
         _panel(history, series, forecasts.get(series.name)) for series in shown_series(history)

@@ -21,10 +21,10 @@ _MOST_POINTS = 1500
 
 
 def measurement_and_model(analysis: Analysis, *, whitened: bool = False) -> Chart:
-    """Draw bands from the lowest to the highest row of each degree, and the model's mean there.
+    """Draw for each degree a band from the lowest to the highest row, and the mean of the model.
 
-    ``whitened``: both are multiplied by the inverse root of the noise's covariance, so that noise
-    alone would scatter by 1 about the model.
+    ``whitened``: measurement and model are multiplied by the inverse root of the noise's
+    covariance, so that noise alone would scatter by 1 about the model.
     """
     panels = [_panel(analysis, channel, whitened) for channel in analysis.observations.channels]
     how = "whitened" if whitened else "as measured"
@@ -46,7 +46,8 @@ def _panel(analysis: Analysis, channel: str, whitened: bool) -> Panel:
         measured, model = of_rows.whiten(measured), of_rows.whiten(model)
     angle, rows = analysis.angle_rad(channel), analysis.rows(channel)
     if isinstance(rows, CaptureRows) and rows.channel is not None:
-        # Each head's difference is a different function of the angle, so they are not averaged.
+        # The difference of each further head to head 1 is another function of the angle, so only
+        # head 2 is drawn.
         of_head2 = rows.channel == 0
         measured, model, angle = measured[of_head2], model[of_head2], angle[of_head2]
     colour = CHANNEL_COLOUR[channel]

@@ -1,4 +1,4 @@
-"""Draws the amplitude of every order of the demo's output, before and after."""
+"""Draws the amplitude of every order of the demo's output, before and after compensation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FLOOR_COUNTS = 1e-3
 
 
 def orders_before_after(result: DemoResult) -> Chart:
-    """Draw pairs of bars on a logarithmic axis, with the limit of one order."""
+    """Draw a pair of bars for each order on a logarithmic axis, and the limit of one order."""
     limit, count = result.settings.order_limit_counts, result.settings.arcsec_per_count
     layers: list[Layer] = []
     for turn, shift, colour, name in (

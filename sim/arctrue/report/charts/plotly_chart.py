@@ -25,19 +25,19 @@ from arctrue.report.charts.tick_names import tick_lines, tick_names
 _SYMBOL = {"circle": "circle", "square": "square", "diamond": "diamond", "hollow": "square-open"}
 _LEFT_PX, _RIGHT_PX, _FOOT_PX, _TITLE_PX, _LINE_PX, _INCH_PX = 66, 18, 52, 26, 19, 84
 _COLOURS_PX = 74
-"""Width right of a panel with a colour scale."""
+"""Width right of a panel that a colour scale needs, pixels."""
 _ENTRY_PX, _LETTER_PX = 46, 6.0
-"""Width of a legend entry, and of each letter of its name."""
+"""Width of a legend entry, and of each letter of its name, pixels."""
 _TICK_LINE_PX = 16
-"""Height of each line of a tick's name after the first."""
+"""Height of each line of a tick's name after the first, pixels."""
 _BESIDE_PX = 300
-"""Least width of a panel, if several stand in a row."""
+"""Least width of a panel if several panels are in a row, pixels."""
 _ONE_TWO_FIVE = (1.0, 2.0, 5.0)
 _EVERY_DIGIT = tuple(float(digit) for digit in range(1, 10))
 _EVERY_TWENTIETH = tuple(n / 20.0 for n in range(20, 200))
 _LEAST_TICKS, _MOST_TICKS = 3, 10
 _DIGITS = 6
-"""Number of significant digits that the browser gets; a screen shows fewer."""
+"""Number of significant digits that the browser gets; a screen shows fewer digits."""
 
 
 def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
@@ -166,8 +166,8 @@ def _axis(axis: Axis, pixels: float) -> dict[str, Any]:
 
 
 def _logarithmic_ticks(low: float, high: float) -> list[float]:
-    """Return ticks at 1, 2, 5 in each decade; at every digit, or in steps of 0.05, if these are too
-    few."""
+    """Return ticks at 1, 2, 5 in each decade; if these are too few, at every digit or in steps of
+    0.05."""
     for digits in (_ONE_TWO_FIVE, _EVERY_DIGIT, _EVERY_TWENTIETH):
         decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
         ticks = [digit * 10.0**decade for decade in decades for digit in digits]
@@ -269,7 +269,7 @@ def _heat_map(layer: HeatMap, upright: tuple[float, float]) -> dict[str, Any]:
 
 
 def _level(layer: Level, layout: dict[str, Any], suffix: str) -> dict[str, Any]:
-    """Add a line across the panel to the layout, and return its entry of the legend."""
+    """Add a line across the panel to the layout, and return the line's entry of the legend."""
     line = {"color": layer.colour, "width": 1.4, "dash": layer.dash}
     layout["shapes"].append(
         {
@@ -307,5 +307,5 @@ def _with_opacity(colour: str, opacity: float) -> str:
 
 
 def _plain(text: str) -> str:
-    """Escape the tags that plotly.js interprets in texts: a name from a file has none."""
+    """Escape the tags that plotly.js would interpret: a name from a file contains no tags."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace("\n", "<br>")

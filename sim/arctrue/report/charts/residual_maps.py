@@ -1,4 +1,5 @@
-"""Draws the residual over every condition, and the share of the excess that follows each."""
+"""Draws the residual over every condition, and the share of its excess that follows each
+condition."""
 
 from __future__ import annotations
 
@@ -23,14 +24,16 @@ from arctrue.workbench.compare.findings import LEAST_SHARE, Finding
 from arctrue.workbench.compare.maps import ResidualMap
 
 _PART_OF_A_TURN_DEG = 180.0
-"""Part of the turn below which a set is drawn over the part that it covers."""
+"""Span in degrees below which a set covers only a part of the turn; the axis then shows this
+part."""
 _COLUMNS = 3
 _ROOM = 1.15
-"""Free room above and below the largest mean."""
+"""Factor of free room above and below the largest mean."""
 
 
 def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
-    """Draw the mean residual in bins of each condition; a channel's panels have one scale."""
+    """Draw the mean residual in bins of each condition; all panels of a channel have the same
+    scale."""
     panels = [
         _panel(item, _reach([other for other in maps if other.channel == channel]))
         for channel in CHANNEL_COLOUR
@@ -42,8 +45,8 @@ def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
 
 
 def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
-    """Draw two bars for each finding: its share of the excess by itself, and beyond the stronger
-    ones."""
+    """Draw two bars for each finding: its own share of the excess, and the share beyond stronger
+    findings."""
     layers = []
     for channel, colour in CHANNEL_COLOUR.items():
         rows = [place for place, item in enumerate(findings) if item.channel == channel]
@@ -70,8 +73,10 @@ def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
 
 
 def _reach(items: Sequence[ResidualMap]) -> float:
-    """Return half the height of a channel's panels: the largest mean, so that small means look
-    flat."""
+    """Return half the height of a channel's panels.
+
+    It is the largest mean of all panels, so that small means look flat.
+    """
     return _ROOM * max(
         float(np.max(np.abs(item.means_arcsec) + item.standard_errors_arcsec, initial=0.0))
         for item in items

@@ -30,26 +30,29 @@ _LABELS = {"order": "order, cycles a turn", "hz": "frequency", "s": "period"}
 
 CHANCE_P = 0.01
 _MARKED = 3
-"""Number of lines that are labelled with their place."""
+"""Number of lines that are labelled with their order, frequency or period."""
 _HEADROOM = 1.25
-"""Factor of free room above the highest line, for the label with its place."""
+"""Factor of free room above the highest line for its label."""
 _MOST_POINTS = 2000
-"""Largest number of points of a curve; of more points, the highest of each group is drawn."""
+"""Largest number of points of a curve; of more points, the highest point of each group is drawn."""
 
 
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
-    """Draw the amplitude of a line at every place, for each channel that shows any; see
-    :func:`all_spectra`."""
+    """Draw the amplitude of a line at every order, frequency or period, for each channel in which
+    lines can be searched.
+
+    See :func:`all_spectra`.
+    """
     panels = [_panel(residuals, channel, along) for channel in residuals.observations.channels]
     words = f"Amplitude of lines in the residual, by {ALONG[along]}."
     return Chart("spectrum", words, panels, panel_height=2.5)
 
 
 def all_spectra(residuals: Residuals) -> Chart:
-    """Draw orders, frequencies and periods in three columns, one row a channel.
+    """Draw orders, frequencies and periods in three columns, with one row per channel.
 
-    The dashed line is the amplitude that one in a hundred draws of the fitted noise exceeds at any
-    place of its panel.
+    The dashed line is the amplitude that one in a hundred draws of the fitted noise exceeds
+    anywhere in its panel.
     """
     panels = [
         _panel(residuals, channel, along)
@@ -72,7 +75,8 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
         speed = speed_turns_s(rows, float(found.rates[-1]))
         title += "" if speed is None else f" (one speed: order 1 is {speed:.4g} Hz too)"
     places = 1.0 / found.rates if along == "s" else found.rates
-    # This is the limit of two coefficients over all places; each rate has its own noise.
+    # The limit is that of the gain from two coefficients over all places; each rate has its own
+    # noise.
     limit = 2.0 * np.log(max(found.trials, 1.0) / CHANCE_P)
     chance = found.amplitude_arcsec * np.sqrt(limit / np.maximum(found.gain, 1e-30))
     shown = _highest(found.amplitude_arcsec)
@@ -107,7 +111,8 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
 
 
 def _highest(amplitude: Float) -> NDArray[np.int64]:
-    """Return the place of the highest of each group of neighbours, so that no line is lost."""
+    """Return the index of the highest point of each group of neighbours, so that no line is
+    lost."""
     group = max(amplitude.size // _MOST_POINTS, 1)
     whole = amplitude.size // group * group
     shaped = amplitude[:whole].reshape(-1, group)
@@ -115,8 +120,8 @@ def _highest(amplitude: Float) -> NDArray[np.int64]:
 
 
 def _strongest(found: LineSpectrum, limit: float) -> list[int]:
-    """Return the places of the highest lines above chance, each at least a line's width from the
-    others."""
+    """Return the indices of the highest lines above the limit, at least a line's width from each
+    other."""
     gain = found.gain.copy()
     strongest: list[int] = []
     width = 2.0 / found.span

@@ -1,4 +1,4 @@
-"""Makes horizontal names of ticks that do not overlap each other or the end of the axis."""
+"""Makes horizontal names of ticks that overlap neither each other nor the end of the axis."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import textwrap
 from arctrue.report.charts.chart import Axis
 
 _SHORT_LETTERS = 5
-"""Length up to which names count as numbers, some of which may be omitted; longer names are words.
-"""
+"""Largest length of names that count as numbers, some of which may be omitted; longer names are
+words."""
 _LEAST_WRAPPED, _MOST_LINES = 8, 5
 """Least number of letters per line at which words are readable; largest number of lines below a
 tick."""
@@ -20,7 +20,7 @@ def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
     """Return the ticks of an axis that has room for this number of letters.
 
     If there is no room for all numbers, every second or third is kept. Words are wrapped to the
-    width of a tick; if that is too narrow to read, only the first word is kept.
+    width of a tick; if this width is too narrow to read, only the first word is kept.
     """
     ticks = list(axis.ticks or ())
     longest = max((len(line) for _, name in ticks for line in name.split("\n")), default=1)
@@ -31,7 +31,7 @@ def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
 
 
 def tick_lines(ticks: list[tuple[float, str]]) -> int:
-    """Return the number of lines of the tallest name."""
+    """Return the number of lines of the name with most lines."""
     return max((name.count("\n") + 1 for _, name in ticks), default=1)
 
 

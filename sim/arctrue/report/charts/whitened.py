@@ -1,4 +1,4 @@
-"""Draws whitened residuals: correlation of neighbours, and quantiles against the normal
+"""Draws whitened residuals: their autocorrelation, and their quantiles against the normal
 distribution."""
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from arctrue.workbench.noise.whiteness import LAGS, LEAST_ROWS, autocorrelations
 Float = NDArray[np.float64]
 
 WITHIN = 0.99
-"""Share of draws of white noise within the band, at each lag."""
+"""Share of draws of white noise that lie within the band, at each lag."""
 MOST_QUANTILES = 1000
 
 
 def whitened(residuals: Residuals) -> Chart:
-    """Draw autocorrelation by lag, and quantiles against those of the normal distribution, by
-    channel.
+    """Draw for each channel the autocorrelation by lag, and the quantiles against those of the
+    normal distribution.
 
     If the fitted noise is right, residuals that are whitened with it are independent draws of the
-    standard normal distribution: bars lie within the band, points on the line.
+    standard normal distribution: the bars lie within the band, and the points on the line.
     """
     panels: list[Panel] = []
     for channel, values in (

@@ -41,7 +41,7 @@ class _Answer(Struct, rename={"effects": "class"}):
     parameters: dict[str, float] | None = None
     """Parameters of the named effect: ``order`` (per turn) and ``frequency`` (Hz) of a line."""
     oscillation_hz: float | None = None
-    """Frequency of a damped oscillation that noise drives, if one is reported."""
+    """Frequency of a damped oscillation that noise drives, if the answer states one."""
     held_out_arcsec: dict[str, NotNegative] | None = None
 
 
@@ -52,10 +52,11 @@ class AnswersError(ValueError):
 def write_sets(
     plan: TierPlan, out: Path, first: int | None, report_step: ReportStep
 ) -> dict[str, str]:
-    """Write each set of a plan into a folder with its name; return the digest of each by its name.
+    """Write each set of a plan into a folder with its name; return the digests by the sets' names.
 
-    All machines whose sines and cosines agree compute the same digests. A digest that differs may
-    come from one count in one row; it shows that answers must not be compared digit by digit.
+    All machines whose sines and cosines agree compute the same digests. One different count in one
+    row already changes a digest; answers from two machines with different digests must not be
+    compared digit by digit.
     """
     tasks = plan.tasks("arctrue")[:first]
     found = {}
@@ -78,8 +79,8 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
 def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> list[Judged]:
     """Return every set of one subject's results with truth and answer, in the order of the plan.
 
-    Raises PlanError if the sets have a drawn seed and another state of the scoring than the plan,
-    and AnswersError for an invalid file of answers.
+    Raises PlanError if the seed of the sets was drawn and the code of the scoring differs from the
+    plan's, and AnswersError for an invalid file of answers.
     """
     plan = read_plan(folders[0])
     if TIERS[plan.tier].seed is None:
@@ -99,8 +100,8 @@ def score_of_peers(folder: Path) -> dict[str, dict[str, Any]]:
 
     Each score has the ``header`` of the campaign that made its answers: all answers of one subject
     come from one state of its code (see sources_of), but two subjects may have different states.
-    Raises PlanError if there is no plan, AnswersError if there are no results, or if subjects have
-    other sets (also other than the frozen ones) or other libraries.
+    Raises PlanError if there is no plan, and AnswersError if there are no results, if two subjects
+    have different sets or libraries, or if a set differs from the frozen one.
     """
     plan = read_plan(folder)
     results = {
@@ -179,7 +180,7 @@ def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
         raise AnswersError(f"{path}: {len(missing)} sets have no answer, the first is {missing[0]}")
     for name, answer in given.items():
         if "beside" in answer:
-            # The former name, for one release.
+            # This is the former name, which is kept for one release.
             answer.setdefault("further", answer.pop("beside"))
         try:
             typed(answer, _Answer, name)

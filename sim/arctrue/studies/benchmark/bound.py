@@ -34,7 +34,8 @@ QUIET = ("adequate", "cannot_tell")
 def bound_campaign(
     folder: Path, effects: Sequence[str], times: int, samples: int, seed: int
 ) -> Campaign:
-    """Make a campaign of ``times`` injections of each effect; the effects take turns."""
+    """Make a campaign of ``times`` injections of each effect; its tasks alternate between
+    effects."""
     tasks: list[Task] = [
         {
             "effect": effect,
@@ -79,10 +80,10 @@ def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def factor_to_bound(bound: Mapping[str, float], own: Mapping[str, float]) -> float:
-    """Return the factor by which a cause reaches at least the bound in every channel.
+    """Return the smallest factor that scales a cause to at least the bound in every channel.
 
-    A channel counts if the cause shows more than a thousandth of its largest RMS in it and the
-    bound has a value for it. Raises ValueError if no channel counts.
+    A channel counts if the RMS of the cause in this channel exceeds a thousandth of its largest
+    RMS, and if the bound has a value for the channel. Raises ValueError if no channel counts.
     """
     shown = {name: value for name, value in own.items() if value > 1e-3 * max(own.values())}
     factors = [bound[name] / value for name, value in shown.items() if bound.get(name)]
@@ -105,19 +106,21 @@ class BoundScore:
 
     effect: str
     found: Rate
-    """Rate at which the diagnosis reports a missing effect, or lists the effect as negligible."""
+    """Rate at which the diagnosis reports that an effect is missing, or lists the injected effect
+    as negligible."""
     by_name: Rate
-    """Rate at which the diagnosis names the effect, has it in the class, or lists it as
-    negligible."""
+    """Rate at which the diagnosis names the injected effect, puts it into the class of possible
+    names, or lists it as negligible."""
 
     @property
     def kept(self) -> bool:
-        """Tell whether the 95 % interval does not lie below the promised share."""
+        """Tell whether the 95 % interval reaches the promised share or lies above it."""
         return self.found.interval[1] >= PROMISED
 
 
 def bound_scores(results: Iterable[tuple[Task, Mapping[str, Any]]]) -> list[BoundScore]:
-    """Return each effect's rates over the sets that state its bound, in the order of INJECTIONS."""
+    """Return each effect's rates over the sets whose diagnosis states its bound, in the order of
+    INJECTIONS."""
     by_effect: dict[str, list[Mapping[str, Any]]] = {}
     for task, result in results:
         stated = by_effect.setdefault(task["effect"], [])

@@ -1,4 +1,5 @@
-"""Keeps sets on which the diagnosis once failed, with the reason, to test later diagnoses."""
+"""Keeps the sets on which the diagnosis once failed, with the reasons, as tests of later
+diagnoses."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ OF_A_SET = ("world", "content", "seed", "samples")
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Reason of a failure that somebody found, written into the file of cases by hand."""
+    """Reason of a failure, which a person found and wrote into the file of cases."""
 
     said: str
     """The answer that the reason explains; another answer may have another reason."""
@@ -29,8 +30,8 @@ class Reason:
 def kept_cases(file: Path = FILE) -> list[dict[str, Any]]:
     """Read every case: the task of its set, ``found`` and ``looked_into``.
 
-    ``found``: what was hidden and answered, and the commit; ``looked_into``: a Reason, if a person
-    has studied the case.
+    ``found``: the hidden content, the answer, and the commit; ``looked_into``: a Reason, if a
+    person has studied the case.
     """
     found: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))["cases"]
     return found

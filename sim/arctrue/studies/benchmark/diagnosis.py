@@ -29,7 +29,8 @@ def diagnosed(
 
 
 def arctrue(folder: Path) -> Answer:
-    """Answer with the diagnosis of this project, from the folder alone."""
+    """Diagnose the set in ``folder``, which is the only input; return the answer of this
+    project."""
     _, found = diagnosed(read_measurement_set(folder))
     answer = answer_of(diagnosis_data(found, default_model().names()))
     grounds = None if found.grounds is None else asdict(found.grounds)

@@ -45,7 +45,7 @@ def freeze(digests: Mapping[str, str]) -> None:
 
 
 def is_public(plan: TierPlan) -> bool:
-    """Tell whether a plan's sets are the public ones."""
+    """Tell whether the sets of a plan are those of the public tier."""
     tier = TIERS[TIER]
     return (plan.tier, plan.sets, plan.samples, plan.seed) == (
         TIER,

@@ -1,4 +1,4 @@
-"""Computes rates with their intervals, and the calibration of stated probabilities."""
+"""Computes rates with their intervals, and the calibration of the stated probabilities."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from scipy.stats import binomtest
 CONFIDENCE = 0.95
 BINS = 10
 RESAMPLES = 1000
-"""Number of bootstrap resamples: 25 of them lie beyond each end of a 95 % interval."""
+"""Number of bootstrap resamples; 25 of these lie outside each end of a 95 % interval."""
 SUREST = 1e-3
-"""Smallest distance of a probability from 0 and 1 in a log score: a benchmark of this many sets can
-resolve one false answer in a thousand."""
+"""Smallest distance that a probability in a log score keeps from 0 and 1: the benchmark has enough
+sets to resolve one false answer in a thousand."""
 
 Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """``hits`` out of ``of``, with the 95 % interval of Clopper and Pearson."""
+    """A rate of ``hits`` among ``of`` trials, with the 95 % interval of Clopper and Pearson."""
 
     hits: int
     of: int
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Return the lower and upper limit; 0 … 1 if nothing was tried."""
+        """Return the lower and the upper limit; 0 and 1 if there was no trial."""
         if not self.of:
             return 0.0, 1.0
         found = binomtest(self.hits, self.of).proportion_ci(CONFIDENCE, method="exact")
@@ -42,7 +42,7 @@ class Rate:
         return {"hits": self.hits, "of": self.of, "rate": share, "low": low, "high": high}
 
     def __str__(self) -> str:
-        """Return ``3 of 100 (3 %, 0.6 … 8.5 %)``."""
+        """Return a text such as ``3 of 100 (3 %, 0.6 … 8.5 %)``."""
         if not self.of:
             return "no such set"
         low, high = self.interval
@@ -53,7 +53,7 @@ class Rate:
 
 
 def rate(outcomes: Sequence[bool]) -> Rate:
-    """Return the rate of the true elements."""
+    """Return the rate at which the elements are true."""
     return Rate(sum(bool(item) for item in outcomes), len(outcomes))
 
 
@@ -66,10 +66,10 @@ class Bin:
 
 
 def reliability(probability: Sequence[float] | Float, right: Sequence[bool] | Float) -> list[Bin]:
-    """Compute the reliability curve over ten bins of equal count, sorted by stated probability.
+    """Compute the reliability curve over ten bins of equal count.
 
-    With fewer than ten answers, each answer is a bin; answers with equal probabilities keep the
-    given order.
+    The answers are sorted by stated probability. With fewer than ten answers, each answer is a bin;
+    answers with equal probabilities keep the given order.
     """
     stated, was = np.asarray(probability, dtype=float), np.asarray(right, dtype=bool)
     order = np.argsort(stated, kind="stable")
@@ -81,7 +81,8 @@ def reliability(probability: Sequence[float] | Float, right: Sequence[bool] | Fl
 
 
 def expected_calibration_error(bins: Sequence[Bin]) -> float:
-    """Compute the mean distance of stated probability and rate, weighted by sets per bin."""
+    """Compute the mean distance between stated probability and rate, weighted by the sets in each
+    bin."""
     whole = sum(item.right.of for item in bins)
     gaps = [
         item.right.of * abs(item.mean_probability - item.right.hits / item.right.of)
@@ -92,7 +93,7 @@ def expected_calibration_error(bins: Sequence[Bin]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A figure over sets, with the 95 % interval of a bootstrap over the sets."""
+    """A quantity computed from sets, with the 95 % interval of a bootstrap over the sets."""
 
     value: float
     low: float
@@ -104,7 +105,8 @@ class Estimate:
 
 
 def calibration_error(probability: Sequence[float], right: Sequence[bool]) -> Estimate:
-    """Compute the mean distance of stated probability and rate over ten bins of equal count."""
+    """Compute the mean distance between stated probability and rate over ten bins of equal
+    count."""
     return _bootstrap(
         lambda stated, was: expected_calibration_error(reliability(stated, was)), probability, right
     )
@@ -113,9 +115,9 @@ def calibration_error(probability: Sequence[float], right: Sequence[bool]) -> Es
 def log_score_gain(probability: Sequence[float], right: Sequence[bool]) -> Estimate:
     """Compute the mean log score of the stated probabilities minus that of a constant, in nats.
 
-    Above 0: better than the constant. An answer with the result r ∈ {0, 1} and the stated
-    probability p scores r·log p + (1 − r)·log(1 − p), where p keeps the distance ``SUREST`` from 0
-    and 1. The constant is the rate of right answers itself, the best constant.
+    A value above 0 means that they are better than the constant. An answer with the result r ∈ {0,
+    1} and the stated probability p scores r·log p + (1 − r)·log(1 − p), where p keeps the distance
+    ``SUREST`` from 0 and 1. The constant is the rate of right answers, which is the best constant.
     """
 
     def gain(stated: Float, was: Float) -> float:

@@ -35,13 +35,14 @@ class Sight:
     """Result of the ideal test for one cause in one set."""
 
     noncentrality: float
-    """Noncentrality of the test's χ²: the part that the base model cannot absorb, over the noise.
-    """
+    """Noncentrality of the test's χ²: square, in units of the noise, of the part that the base
+    model cannot absorb."""
     needed: float
-    """Noncentrality at which the cause is found in 95 % of such sets at a false alarm of 1 %."""
+    """Noncentrality at which the test finds the cause in 95 % of such sets at a false alarm of 1
+    %."""
     rms_arcsec: float
-    """Largest RMS, over the channels, of the part that the base model cannot absorb; includes the
-    offsets of runs."""
+    """Largest RMS over the channels of the part that the base model cannot absorb; offsets of runs
+    count."""
 
     @property
     def sees(self) -> bool:
@@ -50,13 +51,14 @@ class Sight:
 
     @property
     def size_in_limits(self) -> float:
-        """Return the ratio of the cause's size to the smallest size that is found so."""
+        """Return the ratio of the cause's size to the smallest size that ``sees`` accepts."""
         return float(np.sqrt(self.noncentrality / self.needed))
 
 
 @cache
 def needed_noncentrality(effect: str) -> float:
-    """Return λ at which a noncentral χ² exceeds the look-elsewhere threshold with POWER."""
+    """Return the λ at which a noncentral χ² exceeds the look-elsewhere threshold with probability
+    POWER."""
     rank, places = REGISTRY[effect].coefficients, REGISTRY[effect].places
     threshold = chi2.isf(FALSE_ALARM / places, rank)
     return float(brentq(lambda value: ncx2.sf(threshold, rank, value) - POWER, 1e-3, 1e4))
@@ -102,7 +104,8 @@ def look(
     noise: dict[str, TrueNoise],
     index_variance_arcsec2: float,
 ) -> Sight:
-    """Test one cause ideally; ``signal_arcsec``: the signal of this cause alone in each channel."""
+    """Compute the ideal test of one cause; ``signal_arcsec``: this cause's own signal in each
+    channel."""
     normal, right, square = _sums(measurement, signal_arcsec, noise, index_variance_arcsec2)
     absorbed = lstsq(normal, right, lapack_driver="gelsy")[0]
     noncentrality = max(0.0, square - float(right @ absorbed))

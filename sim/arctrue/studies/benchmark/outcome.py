@@ -10,14 +10,13 @@ from arctrue.base.units import arcsec_per_count
 from arctrue.studies.benchmark.oracle import Sight, visible
 
 NEAR_LINE = 1.5
-"""Largest distance of a rightly named line from the true order or frequency, in widths of
+"""Largest permitted distance of a named line from the true order or frequency, in units of the
 resolution."""
 OSCILLATION = "oscillation"
-"""Kind of a damped oscillation that is driven by noise: no name of the catalogue is right for it.
-"""
+"""Kind of a hidden damped oscillation that noise drives; no name of the catalogue is right for
+it."""
 STATED = {"order": "order", "hz": "frequency"}
-"""Key of a line's order or frequency in the truth, and the parameter that states it in an answer.
-"""
+"""Parameter of an answer that states a line's order or frequency, by the key in the truth."""
 MATTERS_COUNTS = 0.5
 COUNT_ARCSEC = arcsec_per_count(1 << 24)
 MATTERS_ARCSEC = MATTERS_COUNTS * COUNT_ARCSEC
@@ -53,8 +52,8 @@ OUTCOMES = (
     ERROR,
 )
 GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
-"""The good outcomes. ``in class`` is not one of them, because the truth was not the first name of
-that answer."""
+"""The good outcomes. ``in class`` is not good, because another name than the true one came first in
+the answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,18 +85,18 @@ class Judged:
 
     @property
     def left_open(self) -> bool:
-        """Tell whether the design allows the verdict, independent of the oracle."""
+        """Tell whether the design permits the answer's verdict, whatever the oracle finds."""
         return self.answer["verdict"] in self.accepted.get("verdicts", ())
 
     @property
     def right_names(self) -> list[str]:
-        """Return the names of the hidden causes, and other names of the same things."""
+        """Return the names of the hidden causes, and other names of the same causes."""
         return [*self.hidden, *self.accepted.get("names", ())]
 
     def lines_named(self) -> list[Mapping[str, Any]] | None:
         """Return the hidden causes whose order or frequency agrees with that of the named line.
 
-        None: the answer states no order or frequency, or no hidden cause has one.
+        Returns None if the answer states no order or frequency, or if no hidden cause has one.
         """
         stated = self.answer.get("parameters") or {}
         comparable, found = False, []
@@ -115,9 +114,10 @@ class Judged:
     def states_oscillation(self) -> bool:
         """Tell whether the answer states a damped oscillation at the frequency of a hidden one.
 
-        It may be off by the half width at half power, γ/(2π). Maximum likelihood over a record of
-        length T has the standard uncertainty √(γ/T)/(2π) (Gersch, IEEE Trans. Autom. Control 19
-        (1974) 558), at most a quarter of that, because T·γ is 20 or more.
+        The stated frequency may differ by the half width at half power, γ/(2π). Maximum likelihood
+        over a record of length T has the standard uncertainty √(γ/T)/(2π) (Gersch, IEEE Trans.
+        Autom. Control 19 (1974) 558), which is at most a quarter of the half width, because T·γ is
+        20 or more.
         """
         stated = self.answer.get("oscillation_hz")
         places = [
@@ -129,11 +129,12 @@ class Judged:
 
     @property
     def label(self) -> str:
-        """Return the hidden names joined, or ``nothing``."""
+        """Return the names of the hidden causes in one text, or ``nothing``."""
         return " + ".join(self.hidden) or "nothing"
 
     def seen(self, *kinds: str) -> list[Mapping[str, Any]]:
-        """Return the causes of these kinds (default: all) that the oracle sees and that matter."""
+        """Return the causes of these kinds (default: all) that the oracle detects and that are
+        large enough to matter."""
         return [
             item
             for item in self.truth["effects"]
@@ -173,13 +174,15 @@ class Judged:
         return BAD_DATA if verdict == "bad_data" else ERROR
 
     def _unknown(self, allowed: bool) -> str:
-        """Judge ``unknown``: right for a stranger, and for an oscillation with its frequency."""
+        """Score the verdict ``unknown``: right for a cause outside the catalogue, or for an
+        oscillation whose frequency is stated."""
         kinds = {item["kind"] for item in self.truth["effects"]}
         right = bool(kinds - {"catalogue", OSCILLATION}) or self.states_oscillation
         return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
 
     def _named(self, named: str | None) -> str:
-        """Score a name: the name of a line is right only at the place of a hidden line."""
+        """Score a name; a line's name is right only if its order or frequency is that of a hidden
+        line."""
         elsewhere = self.lines_named() == []
         if named in self.right_names:
             return FALSE_NAME if elsewhere else RIGHT
@@ -195,10 +198,10 @@ class Judged:
 
     @property
     def falsely_named(self) -> bool:
-        """Tell whether a wrong name was given.
+        """Tell whether the answer gives a wrong name.
 
-        If no hidden cause has a name, a class of names counts too. Only a damped oscillation has no
-        name.
+        A false class of names counts as a wrong name if no hidden cause can be named, that is, if
+        there is none or only a damped oscillation.
         """
         outcome = self.outcome
         causes = any(item["kind"] != OSCILLATION for item in self.truth["effects"])
@@ -206,7 +209,8 @@ class Judged:
 
     @property
     def second_name(self) -> str | None:
-        """Return a further name, after the first, that is not in the set."""
+        """Return the first further name of the answer that is not right; None if there is no such
+        name."""
         if self.answer["verdict"] != "named":
             return None
         return next(
@@ -217,7 +221,7 @@ class Judged:
     def probability_of_truth(self) -> float | None:
         """Return the probability that the answer gives to the truth, summed over several causes.
 
-        None: the answer states no probability.
+        Returns None if the answer states no probability.
         """
         stated = self.answer.get("probability")
         if stated is None:
@@ -228,12 +232,13 @@ class Judged:
         return min(1.0, sum(float(stated.get(name, 0.0)) for name in truth or {"none"}))
 
     def _also(self) -> set[str]:
-        """Return further right keys of a stated probability, in addition to the hidden causes."""
+        """Return the keys of stated probabilities that are right in addition to the hidden
+        causes."""
         known = "unknown" in self.accepted.get("verdicts", ())
         return {*self.accepted.get("names", ()), *(["unknown"] if known else [])}
 
     def first_probability(self) -> tuple[float, bool] | None:
-        """Return the largest probability stated, and whether the answer gave it to the truth."""
+        """Return the largest stated probability, and whether its key is the truth."""
         stated = self.answer.get("probability")
         if not stated:
             return None
@@ -245,7 +250,8 @@ class Judged:
         return float(stated[name]), right
 
     def first_kind(self) -> str | None:
-        """Return the answer with the largest probability: ``name``, ``unknown`` or ``none``."""
+        """Return the kind of key that has the largest probability: ``name``, ``unknown`` or
+        ``none``."""
         stated = self.answer.get("probability")
         if not stated:
             return None
@@ -253,7 +259,8 @@ class Judged:
         return name if name in ("unknown", "none") else "name"
 
     def held_out_over_floor(self) -> float | None:
-        """Return the worse channel's ratio of held-out error to the RMS of the simulated noise."""
+        """Return the largest ratio, over the channels, of held-out error to RMS of the simulated
+        noise."""
         floor, found = self.truth["floor_arcsec"], self.answer.get("held_out_arcsec") or {}
         ratios = [float(found[name]) / float(floor[name]) for name in found if floor.get(name)]
         return max(ratios) if ratios else None

@@ -41,13 +41,13 @@ class Tier:
     samples: int
     """Largest number of samples in a run."""
     seed: int | None
-    """Seed; None: drawn when the plan is made, after everything else is fixed."""
+    """Seed; if None, it is drawn when the plan is made, after everything else is fixed."""
     frozen: bool = False
-    """Whether digests identify the sets, independent of the code that makes them."""
+    """Whether digests identify the sets, whatever code makes them."""
 
 
 CASES = "cases"
-"""The tier of the sets on which the diagnosis failed once."""
+"""The tier of the sets on which the diagnosis once failed."""
 TIERS = {
     "quick": Tier(60, SAMPLES_A_RUN // 4, 1),
     "dev": Tier(600, SAMPLES_A_RUN, 2),
@@ -59,30 +59,33 @@ TIERS = {
 
 
 SOURCES = {SIMULATED: set_tasks, INDEPENDENT: independent_tasks, "both": mixed_tasks}
-"""Tasks by generator: the simulated table, the second generator, or both."""
+"""Functions that return the tasks, by generator: the simulated table, the second generator, or
+both."""
 
 
 class PlanError(ValueError):
-    """The plan does not exist, or another state of the generator or the scoring made it."""
+    """There is no plan, or the code of the generator or of the scoring has changed since it was
+    made."""
 
 
 @dataclass(frozen=True, slots=True)
 class TierPlan:
-    """A tier with its seed, and the digests of the code from before the draw of the seed."""
+    """A tier with its seed, and the digests of the code that were computed before the seed was
+    drawn."""
 
     tier: str
     sets: int
     samples: int
     seed: int
     generator: str
-    """Causes, noise, experiments, worlds, priors and shares."""
+    """Digest of the code for causes, noise, experiments, worlds, priors and shares."""
     scoring: str
-    """The oracle and the thresholds."""
+    """Digest of the code for the oracle and the thresholds."""
     source: str = SIMULATED
     """Generator that makes the sets: one of SOURCES."""
 
     def tasks(self, subject: str) -> list[Task]:
-        """Return every set as a task, worlds in turn."""
+        """Return every set as a task; the worlds alternate."""
         if self.tier == CASES:
             return case_tasks(subject)
         if self.source not in SOURCES:
@@ -90,10 +93,8 @@ class TierPlan:
         return SOURCES[self.source](self.sets, self.samples, self.seed, subject)
 
     def campaign(self, folder: Path, subject: str) -> Campaign:
-        """Make the campaign of one subject.
-
-        Raises PlanError if the code differs from the sealed code.
-        """
+        """Make the campaign of one subject. Raises PlanError if the code differs from that of the
+        plan."""
         self.check()
         facts = {"plan": asdict(self), "subject": subject}
         sources = sources_of(subject)
@@ -102,8 +103,8 @@ class TierPlan:
     def check(self) -> None:
         """Raise PlanError if the code differs from that with which the plan was made.
 
-        The generator counts and, if the seed was drawn, the scoring too: a tier with a public seed
-        may be scored again. Frozen sets are identified by their digests.
+        The code of the generator is compared, and, if the seed was drawn, that of the scoring too:
+        a tier with a public seed may be scored again. Frozen sets are identified by their digests.
         """
         sealed: list[tuple[str, tuple[str, ...]]] = []
         if not TIERS[self.tier].frozen:

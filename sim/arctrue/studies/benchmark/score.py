@@ -1,4 +1,4 @@
-"""Compares all answers of a benchmark with truth and oracle: rates with intervals, in total and by
+"""Compares all answers of a benchmark with truth and oracle: rates with intervals, total and by
 world."""
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from arctrue.studies.benchmark.outcome import (
 from arctrue.studies.benchmark.worlds import WORLDS
 
 SURE = 0.8
-"""Value that the largest probability of a sure answer exceeds."""
+"""Probability above which an answer counts as sure."""
 KINDS = ("name", "unknown", "none")
-"""Kinds of answer to which a probability can be given."""
+"""Kinds of answer to which a subject can give a probability."""
 SIMULATED, INDEPENDENT = "simulated", "independent"
 """The generators: the simulated table, and the second generator."""
 
 FALSE = "false name or falsely adequate"
 
 SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
-"""Edges of the bins of a cause's size, in detection limits of the oracle."""
+"""Edges of the bins of a cause's size; the unit is the oracle's detection limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """One rate: which sets count, which of them are hits, and the goal."""
+    """Definition of a rate: the sets that count, the hits among these, and the goal."""
 
     name: str
     counts: Callable[[Judged], bool]
@@ -81,8 +81,8 @@ def _catalogue(item: Judged) -> bool:
 
 
 def _stranger(item: Judged) -> bool:
-    """Tell whether the oracle finds only a cause outside the catalogue, and no further answer is
-    allowed."""
+    """Tell whether the oracle detects only a cause outside the catalogue, unless the answer is
+    another verdict that the design permits."""
     alone = bool(item.seen("stranger")) and not item.seen("catalogue")
     return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
@@ -99,14 +99,15 @@ def _of_several_lines(item: Judged) -> bool:
 
 
 def _named_largest_line(item: Judged) -> bool:
-    """Tell whether no other line is larger by more than NEARLY_AS_LARGE."""
+    """Tell whether the named line is the largest, or larger than NEARLY_AS_LARGE times the
+    largest."""
     largest = max(float(effect["rms_arcsec"]) for effect in item.seen() if effect.get("values"))
     named = max(float(effect["rms_arcsec"]) for effect in item.lines_named() or [])
     return named > NEARLY_AS_LARGE * largest
 
 
 NEARLY_AS_LARGE = 0.8
-"""Ratio of sizes above which two lines may be named in either order."""
+"""Ratio of sizes above which either of two lines may be named first."""
 
 SCORES = (
     Score("false name", _any, lambda item: item.falsely_named, at_most=0.01),
@@ -185,7 +186,7 @@ SCORES = (
         at_most=0.01,
     ),
 )
-"""Goals of the verdicts."""
+"""All rates with their goals."""
 
 
 def scored(sets: Sequence[Judged]) -> dict[str, Any]:
@@ -226,7 +227,7 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
 
 
 def _fails(world: str, sets: Sequence[Judged]) -> bool:
-    """Tell whether even the lower end of a world's false rate exceeds its goal."""
+    """Tell whether the lower end of the interval of a world's false rate exceeds the goal."""
     (false,) = (score for score in SCORES if score.name == FALSE)
     most, _ = goal_of(false, world)
     assert most is not None
@@ -244,7 +245,7 @@ def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:
 
 
 def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
-    """Return the upper and the lower limit for one world or ``all``."""
+    """Return a score's upper and lower limit for one world, or for ``all`` worlds together."""
     most, least = score.at_most, score.at_least
     if world != "all" and score.world_at_most is not None:
         most = score.world_at_most
@@ -254,7 +255,8 @@ def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
 
 
 def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
-    """Return the probability given to the truth and its calibration; None if none is stated."""
+    """Return the mean probability of the truth, and the calibration; None if no answer states
+    any."""
     stated = [item.first_probability() for item in sets]
     pairs = [pair for pair in stated if pair is not None]
     if not pairs:
@@ -276,13 +278,14 @@ def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
 
 
 def _right_of(sets: Sequence[Judged], kind: str) -> Rate:
-    """Return the rate of right answers among those whose largest probability is for a ``kind``."""
+    """Return the rate of right answers among those that give a ``kind`` the largest probability."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([pair[1] for pair in stated if pair is not None])
 
 
 def _wrong_where_sure(sets: Sequence[Judged], kind: str) -> Rate:
-    """Return the rate of wrong answers among the answers of high probability about a ``kind``."""
+    """Return the rate of wrong answers among those that give a ``kind`` a probability above
+    SURE."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([not pair[1] for pair in stated if pair is not None and pair[0] > SURE])
 
@@ -293,7 +296,8 @@ def _mean_of_truth(sets: Iterable[Judged]) -> float | None:
 
 
 def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
-    """Return the held-out error over the noise floor, for right answers of one cause at most."""
+    """Return quantiles of held-out error over noise floor, for good answers in sets with at most
+    one cause."""
     ratios = [
         ratio
         for item in sets
@@ -309,7 +313,7 @@ def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
 
 
 def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
-    """Return how many single catalogue causes are put first, by size in oracle limits."""
+    """Return how many single causes of the catalogue are named first, by size in oracle limits."""
     found = []
     single = [
         (sight(item.truth["effects"][0]).size_in_limits, item.outcome in (RIGHT, FIRST))
@@ -323,9 +327,10 @@ def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
 
 
 def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
-    """Return, by name of single catalogue causes, the smallest found and the largest missed.
+    """Return, for each name, the smallest cause that was found and the largest that was missed.
 
-    Sizes are in limits of the oracle; None if there is no such size.
+    Only sets with a single cause of the catalogue count. Sizes are in limits of the oracle; None if
+    there is no such size.
     """
     sizes_of: dict[str, list[tuple[float, bool]]] = {}
     for item in sets:
@@ -343,7 +348,7 @@ def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
 
 
 def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
-    """Count each answer, by the hidden content (one cause, or several)."""
+    """Count each answer, grouped by the hidden content (nothing, one cause, or ``several``)."""
     found: dict[str, Counter[str]] = {}
     for item in sets:
         truth = item.label if len(item.hidden) <= 1 else "several"
@@ -357,12 +362,12 @@ def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
 
 
 def is_failure(item: Judged) -> bool:
-    """Tell whether the outcome is not a good one, or a second name is wrong."""
+    """Tell whether the outcome is not good, or a further name of the answer is wrong."""
     return item.outcome not in GOOD or item.second_name is not None
 
 
 def failure(item: Judged) -> dict[str, Any]:
-    """Return one failed set, with the command that makes it again."""
+    """Return a failed set as JSON, with the command that makes it again."""
     return {
         "set": set_name(item.task),
         "world": item.world,
@@ -381,5 +386,5 @@ def failure(item: Judged) -> dict[str, Any]:
 
 
 def judged(results: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> list[Judged]:
-    """Return the tasks with their results as sets that can be scored."""
+    """Return the tasks and their results as judged sets."""
     return [Judged(task, result["truth"], result["answer"]) for task, result in results]

@@ -17,12 +17,13 @@ from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulat
 from arctrue.table.registry import REGISTRY
 
 NOTHING = 1e-9
-"""Share of a cause's size at which the cause has no effect but all random draws stay the same."""
+"""Share to which a cause is reduced so that it has no effect while all random draws stay the
+same."""
 
 
 @dataclass(frozen=True)
 class BenchmarkSet:
-    """The set, which may be shown, and the truth, which may not."""
+    """The measurement set, which a subject may see, and the truth, which it may not."""
 
     measurement: MeasurementSet
     truth: dict[str, Any]
@@ -43,7 +44,7 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
     surroundings = WORLDS[task["world"]](random)
     surroundings.thin(task["samples"])
     if task["content"] == "nothing":
-        # A head at another angle than stated would be a cause.
+        # A head at another angle than stated would count as a cause.
         surroundings.extra = []
         surroundings.adverse_conditions = [
             name for name in surroundings.adverse_conditions if name != "head_angle"

@@ -35,15 +35,16 @@ from arctrue.workbench.diagnose.posterior import SAID
 Float = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("stated.csv")
-"""File of the answers to which the coefficients in use were fitted."""
+"""File of the answers to which the present coefficients were fitted."""
 PRIOR_SIGMA = (
     {"constant": 3.0, "evidence": 1.0}
     | dict.fromkeys((*KINDS, *RESTS_ON), 1.0)
     | dict.fromkeys(DISTANCES, 0.1)
 )
-"""Standard deviation of the normal prior about 0 of each coefficient. It allows a share of right
-answers from 5 to 95 %, a factor of some 3 in the odds between kinds, and the full log odds of the
-evidence; a distance of 1 changes the odds by some 10 % unless the answers say more."""
+"""Standard deviation of each coefficient's normal prior with mean 0. The priors allow a share of
+right answers from 5 to 95 %, a factor of about 3 in the odds between kinds, and the full log odds
+of the evidence; a distance of 1 changes the odds by about 10 % unless the answers show another
+effect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +55,11 @@ class Stated:
     world: str
     verdict: str
     rests_on: str
-    """Grounds of the verdict ``unknown``; empty for other verdicts."""
+    """Kind of evidence for the verdict ``unknown``; empty for other verdicts."""
     right: bool
     """Whether the answer gave the truth the largest stated probability."""
     probability: float
-    """The largest probability, as it was stated when the answer was made."""
+    """The largest probability that the answer stated when it was made."""
     evidence: float
     untested: float
     runs: int
@@ -69,7 +70,7 @@ class Stated:
 
     @property
     def grounds(self) -> Grounds:
-        """Return the grounds in the form of the diagnosis, without values that no feature uses."""
+        """Return the grounds as the diagnosis gives them; values that no feature uses are 0."""
         away = Distance(self.untested, self.runs, self.visits, self.left, self.not_white)
         return Grounds(self.evidence, 0.0, 0.0, 0.0, None, 0.0, 0, self.ways, away, self.rests_on)
 
@@ -103,9 +104,10 @@ def stated(sets: Iterable[Judged]) -> list[Stated]:
 
 
 def _right(item: Judged, first: bool) -> bool:
-    """Tell whether the answer is right, independent of its probabilities.
+    """Tell whether the answer's verdict is right, whatever its probabilities.
 
-    ``first``: whether the largest stated probability was right, for an answer that names nothing.
+    ``first``: the result for an answer that names nothing, which is whether its largest stated
+    probability was right.
     """
     members = item.answer.get("class") or []
     said = next(iter(SAID.get(item.answer["verdict"], members)), None)
@@ -170,13 +172,13 @@ def fitted(rows: Sequence[Stated]) -> Calibration:
     information = (design.T * (right * (1.0 - right))) @ design + np.diag(sigma**-2.0)
     covariance = np.linalg.inv(information)
     away = np.isin(FEATURES, DISTANCES)
-    # Without correlations of a distance the variance rises with each distance, so that a farther
-    # set never has a smaller uncertainty.
+    # Correlations of a distance are set to 0: the variance then rises with each distance, so that a
+    # set that is farther away never has a smaller uncertainty.
     covariance[away] = covariance[:, away] = 0.0
     covariance[away, away] = np.diag(np.linalg.inv(information))[away]
     return Calibration(np.asarray(found.x), covariance, {kind: answers[kind] for kind in KINDS})
 
 
 def confidences(rows: Sequence[Stated], learned: Calibration) -> list[float]:
-    """Return the probabilities that such answers state with this calibration."""
+    """Return the probability that each answer would state with this calibration."""
     return [learned.confidence(row.verdict, features(row.verdict, row.grounds)) for row in rows]

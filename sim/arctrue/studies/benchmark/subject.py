@@ -21,14 +21,16 @@ class Subject:
     """Module that is imported when the subject is asked."""
     function: str
     whole_package: bool = False
-    """Whether answers depend on more of the package than the module's import statements show."""
+    """Whether the answers depend on further modules of the package that import statements do not
+    show."""
     libraries: tuple[str, ...] = ()
-    """Numerical libraries that it uses, in addition to those of every result."""
+    """Numerical libraries that the subject uses, in addition to those that every result records."""
 
 
 SUBJECTS = {
     "arctrue": Subject(
-        # A scan of files finds the catalogue of effects, so that imports alone do not show it.
+        # The catalogue of effects is found by a scan of files, so that imports alone do not show
+        # it.
         "arctrue.studies.benchmark.diagnosis",
         "arctrue",
         whole_package=True,

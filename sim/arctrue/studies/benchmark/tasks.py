@@ -9,20 +9,21 @@ from arctrue.studies.benchmark.worlds import CONTENTS, WORLDS
 from arctrue.studies.campaign.task import Task
 
 SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
-"""Shares of the contents in each world. For 6,600 sets: 308 per world with nothing, 2,640 with one
-cause of the catalogue, 1,188 with a cause that the catalogue does not have, 924 with two or three
-causes."""
+"""Share of each content in the sets of a world. For 6,600 sets: 308 per world with nothing, 2,640
+with one cause of the catalogue, 1,188 with a cause that the catalogue does not have, 924 with two
+or three causes."""
 
 EVERY_NULL = 3
-"""Number of turns through the worlds of the second generator, of which one has nothing hidden."""
+"""Number of cycles through the worlds of the second generator of which one has nothing hidden."""
 EVERY_INDEPENDENT = 5
-"""Number of sets of which one is from the second generator, if both generators make sets."""
+"""Number of sets of which the second generator makes one, if both generators make sets."""
 INDEPENDENT_STREAM = 2
-"""Number that separates the seeds of these sets from those of the first generator."""
+"""Number that makes the seeds of the second generator's sets differ from those of the first."""
 
 
 def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
-    """Return every set as a task, worlds in turn; ``samples``: largest number in a run."""
+    """Return every set as a task; the worlds alternate. ``samples``: their largest number in a
+    run."""
     found: list[Task] = []
     by_world = {
         world: _contents(sets // len(WORLDS) + (place < sets % len(WORLDS)))
@@ -45,7 +46,10 @@ def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
 
 
 def independent_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
-    """Return sets of the second generator as tasks: worlds in turn, every third turn empty."""
+    """Return sets of the second generator as tasks.
+
+    The worlds alternate; in every third cycle through the worlds nothing is hidden.
+    """
     worlds = list(independent_worlds().values())
     found: list[Task] = []
     for number in range(sets):
@@ -65,7 +69,7 @@ def independent_tasks(sets: int, samples: int, seed: int, subject: str) -> list[
 
 
 def mixed_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
-    """Return sets of both generators as tasks; every fifth is from the second one."""
+    """Return sets of both generators as tasks; the second generator makes every fifth set."""
     second = independent_tasks(sets // EVERY_INDEPENDENT, samples, seed, subject)
     first = set_tasks(sets - len(second), samples, seed, subject)
     found: list[Task] = []
@@ -76,7 +80,7 @@ def mixed_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
 
 
 def _set_seed(entropy: list[int]) -> int:
-    """Return a seed of 53 bits, which every reader of JSON holds exactly."""
+    """Return a seed of 53 bits, which every reader of JSON represents exactly."""
     high, low = np.random.SeedSequence(entropy).generate_state(2, np.uint32)
     return (int(high) >> 11) * 2**32 + int(low)
 

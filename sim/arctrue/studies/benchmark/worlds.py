@@ -1,4 +1,4 @@
-"""Defines the properties of benchmark sets: a world adds disturbances, a content adds hidden
+"""Defines the properties of benchmark sets: the world defines disturbances, the content hidden
 causes."""
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from arctrue.table.registry import RECIPES, REGISTRY, STRANGERS
 
 Random = np.random.Generator
 SAMPLES_A_RUN = 6_000
-"""24,000 rows in four runs."""
+"""Number of samples in a run; a set of four runs has 24,000 rows."""
 CYCLES = 10
 FEW_SAMPLES_A_RUN = 600
 INDEX_COUNTS = (0, 1)
@@ -31,17 +31,17 @@ Statement = Callable[[MeasurementSet], MeasurementSet]
 
 @dataclass
 class Surroundings:
-    """The disturbances by which a world changes a set, before its content is known."""
+    """The disturbances of a set in its world; they are drawn before the content."""
 
     experiment: Experiment
     noise: list[Wanted] = field(default_factory=list)
     index_scatter_counts: int = 1
     extra: list[Wanted] = field(default_factory=list)
-    """Causes of the catalogue that are equivalent to a wrong statement."""
+    """Causes of the catalogue whose effect equals that of a wrong statement."""
     understated: float = 1.0
     """Factor by which the stated uncertainty of the reference is too small."""
     adverse_conditions: list[str] = field(default_factory=list)
-    """Descriptions of the wrong statements or bad data in this set."""
+    """Names of the wrong statements or of the bad data in this set."""
 
     def thin(self, samples: int) -> None:
         """Limit the number of samples in a run."""
@@ -50,7 +50,7 @@ class Surroundings:
         self.experiment = self.experiment.smaller(most, reference.cycles if reference else 0)
 
     def stated(self, measurement: MeasurementSet) -> MeasurementSet:
-        """Return the set with its wrong statements."""
+        """Return the set with the wrong statements of its world."""
         reference = measurement.reference
         if self.understated == 1.0 or reference is None:
             return measurement
@@ -73,7 +73,7 @@ def white(random: Random) -> Surroundings:
 
 
 def coloured(random: Random) -> Surroundings:
-    """The heads have noise of one colour; in half of the sets the reference wanders."""
+    """The noise of the heads has a colour; in half of the sets the reference wanders."""
     found = _usual(random)
     found.noise = [Wanted(str(random.choice(COLOURS)))]
     if random.random() < 0.5:
@@ -83,8 +83,8 @@ def coloured(random: Random) -> Surroundings:
 
 
 def wrong_statements(random: Random) -> Surroundings:
-    """One or two statements are wrong: α, the index by ±3 counts, a sensor that lags, or an
-    uncertainty that is too small."""
+    """One or two statements are wrong: the separation α, an index that shifts by ±3 counts, a
+    temperature sensor that lags, or an uncertainty that is too small."""
     found = _usual(random)
     number = 1 + int(random.random() < 0.3)
     found.adverse_conditions = [str(name) for name in random.choice(WRONG, number, replace=False)]
@@ -124,7 +124,7 @@ def outliers_and_gaps(random: Random) -> Surroundings:
 
 
 def swinging_speed(random: Random) -> Surroundings:
-    """The speed of the drive oscillates."""
+    """The speed of the drive oscillates during a run."""
     found = _usual(random)
     found.noise = [Wanted("swinging_speed")]
     found.adverse_conditions = ["swinging_speed"]
@@ -143,7 +143,7 @@ CONTENTS = ("nothing", "one", "parts", "stranger", "several")
 CATALOGUE = tuple(name for name, item in RECIPES.items() if item.kind == "catalogue")
 PARTS = tuple(name for name, item in RECIPES.items() if item.kind == "parts")
 SHARE_OF_THREE = 0.25
-"""Share of the sets with three causes among those with several."""
+"""Share of the sets with three causes among the sets with more than one cause."""
 
 
 def hidden(content: str, random: Random) -> list[Wanted]:

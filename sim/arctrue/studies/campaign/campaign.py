@@ -34,22 +34,21 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""Number of consecutive broken pools without a result after which the campaign ends, because a task
-kills its worker."""
+"""Number of consecutive broken pools without a result after which the campaign ends. The cause is
+then a task that kills its worker."""
 
 
 STOP_POLL_S = 0.5
 PARENT_POLL_S = 2.0
 STOPS = (signal.SIGINT, signal.SIGTERM)
-"""Signals that stop a campaign: Ctrl-C, and those that a batch system sends to a job at its time
-limit."""
+"""Signals that stop a campaign: those of Ctrl-C, and of a batch system at a job's time limit."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
     """The user stopped the campaign; finished results are on the disk."""
 
     def __init__(self, done: int, total: int) -> None:
-        """Store the number of finished tasks."""
+        """Store the number of finished tasks and of all tasks in the message."""
         super().__init__(f"{done} of {total} are done; the same command continues from there")
 
 
@@ -60,11 +59,11 @@ class Speed:
     Parameters
     ----------
     done : int
-        Finished tasks.
+        Number of finished tasks.
     total : int
-        All tasks.
+        Number of all tasks.
     tasks_per_s : float
-        Rate of this run.
+        Number of tasks that this run finishes per second.
     """
 
     done: int
@@ -73,7 +72,7 @@ class Speed:
 
     @property
     def seconds_left(self) -> float:
-        """Estimate from this speed; infinite before the first task is done."""
+        """Estimate the remaining time from the rate; infinite before the first task is done."""
         left = self.total - self.done
         if not left:
             return 0.0
@@ -87,7 +86,7 @@ class Campaign:
     Parameters
     ----------
     work : str
-        ``module:function``, importable on every worker.
+        Function as ``module:function``, importable on every worker.
     tasks : sequence of mapping
         Arguments of the function, one per task.
     folder : Path
@@ -108,7 +107,7 @@ class Campaign:
     sources: Sources = WHOLE_PACKAGE
 
     def header(self) -> dict[str, Any]:
-        """Collect what identifies the campaign.
+        """Return the facts that identify the campaign.
 
         Returns
         -------
@@ -132,18 +131,18 @@ class Campaign:
         shard: tuple[int, int] | None = None,
         progress: Callable[[Speed], None] | None = None,
     ) -> int:
-        """Do all tasks without a result.
+        """Do all tasks that have no result yet.
 
         Parameters
         ----------
         workers : int, optional
-            Processes of the pool; one a core without it.
+            Number of processes in the pool; default: one for each core.
         scheduler : str, optional
-            Address of a Dask scheduler, instead of a pool.
+            Address of a Dask scheduler that is used in place of a pool.
         shard : (int, int), optional
             (i, n): every n-th task from the i-th on, 1 ≤ i ≤ n.
         progress : callable, optional
-            Is called with a :class:`Speed` after each batch.
+            Function that is called with a :class:`Speed` after each batch.
 
         Returns
         -------
@@ -155,11 +154,11 @@ class Campaign:
         ValueError
             There is no such shard.
         Interrupted
-            After Ctrl-C.
+            The user pressed Ctrl-C.
         CampaignError
-            Workers die repeatedly or have other code.
+            Workers die repeatedly, or their code differs from that of the campaign.
         StoreError
-            The folder is that of another campaign.
+            The folder belongs to another campaign.
         """
         mine = list(self.tasks)
         name = ""
@@ -210,7 +209,8 @@ def pool(
     A killed worker breaks the pool: a new pool repeats all unfinished batches. Once ``stopping()``
     is true no new batch starts, and the present batches are still yielded.
     """
-    # numpy reads this in the workers: sums of one thread are equal on any number of cores.
+    # numpy in the workers reads this variable. With one thread, sums do not depend on the number of
+    # cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left = dict(enumerate(batches))
     broken = 0
@@ -225,7 +225,8 @@ def pool(
         running: dict[Future[Results], int] = {}
         try:
             while True:
-                # Only a few batches are submitted in advance, because a stop has to wait for these.
+                # Only a few batches are submitted in advance, because a stop must wait until all of
+                # these end.
                 while not stopping() and len(running) < workers + 1:
                     number = next(waiting, None)
                     if number is None:

@@ -25,7 +25,7 @@ class Sources:
     """Numerical libraries that count, in addition to LIBRARIES."""
 
     def state(self, package: Path = PACKAGE) -> dict[str, str]:
-        """Give SHA-256 over the Python files, and the versions of the libraries.
+        """Return the SHA-256 digest of the Python files, and the versions of the libraries.
 
         Parameters
         ----------
@@ -54,11 +54,11 @@ WHOLE_PACKAGE = Sources()
 
 
 def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path]:
-    """List the files of the package that these modules import, directly or not, and their own.
+    """List the files of these modules and of all modules that they import directly or indirectly.
 
-    The search reads all import statements of a file; if a file reads the ``__path__`` of a package,
-    every module of that package counts. It does not find modules imported by a string.
-    Raises ModuleNotFoundError for a module that does not exist.
+    Only files of the package count. The search reads all import statements of a file; if a file
+    reads the ``__path__`` of a package, every module of that package counts. It does not find
+    modules imported by a string. Raises ModuleNotFoundError for a module that does not exist.
     """
     waiting, found = list(modules), set[Path]()
     for name in waiting:
@@ -103,7 +103,7 @@ def _imports(file: Path, package: Path) -> list[str]:
 
 
 def commit(package: Path = PACKAGE) -> str | None:
-    """Give the commit of the source tree, with ``-dirty`` if files differ; None without git."""
+    """Return the commit of the source tree, with ``-dirty`` if files differ; None without git."""
     command = ["git", "-C", str(package), "describe", "--always", "--dirty", "--abbrev=10"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=GIT_S, check=False)

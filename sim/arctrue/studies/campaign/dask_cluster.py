@@ -1,4 +1,4 @@
-"""Runs a campaign on a Dask cluster; needs the optional extra ``cluster``."""
+"""Runs a campaign on a Dask cluster; requires the optional extra ``cluster``."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ CONNECT_S = 5.0
 def cluster(
     do: partial[Results], batches: Sequence[Batch], scheduler: str, stopping: Callable[[], bool]
 ) -> Iterator[Done]:
-    """Yield batches as the workers of the scheduler at this address finish them.
+    """Yield each batch as soon as a worker of the scheduler at this address finishes it.
 
-    Another worker repeats the batch of a dead worker. Once ``stopping()`` is true, the next
-    finished batch is the last. Raises CampaignError if the library
-    is missing, the scheduler does not answer, or a batch kills four workers.
+    If a worker dies, another worker repeats its batch. Once ``stopping()`` is true, the next
+    finished batch is the last. Raises CampaignError if the library is missing, the scheduler does
+    not answer, or a batch kills four workers.
     """
     try:
         from distributed import Client, as_completed

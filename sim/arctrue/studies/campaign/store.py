@@ -16,7 +16,8 @@ from arctrue.studies.campaign.task import Task, canonical, task_key
 
 HEADER = "campaign.json"
 COMMIT = "commit"
-"""Key of the commit, which is recorded but not compared: another one may have the same source."""
+"""Key of the commit. The commit is recorded but not compared, because two commits may have the same
+source."""
 
 
 class StoreError(ValueError):
@@ -42,7 +43,7 @@ class Result:
     result: Mapping[str, Any]
 
     def line(self) -> str:
-        """Format as one line of a file.
+        """Format the result as one line of a file.
 
         Returns
         -------
@@ -53,7 +54,7 @@ class Result:
 
 
 class Store:
-    """Appends results of one shard to a campaign's folder; use it as a context."""
+    """Appends results of one shard to a campaign's folder; it is a context manager."""
 
     def __init__(self, folder: Path, header: Mapping[str, Any], shard: str = "") -> None:
         """Open or create the folder.
@@ -90,9 +91,9 @@ class Store:
         task : mapping
             The finished task.
         result : mapping
-            What the work returned.
+            Return value of the work.
         seconds : float
-            Time of the work.
+            Time that the work took.
         """
         key = task_key(task)
         if key in self.done:
@@ -107,7 +108,8 @@ class Store:
 def _check_header(folder: Path, header: Mapping[str, Any]) -> None:
     path = folder / HEADER
     text = json.dumps(header, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-    # The header is written under another name and then linked: one of two simultaneous shards wins.
+    # The header is written under another name and then linked: if two shards start at once, only
+    # one link succeeds.
     mine = folder / f".{HEADER}.{os.getpid()}"
     write_whole_text(mine, text)
     try:
@@ -171,7 +173,7 @@ def read_results(folders: Iterable[Path]) -> list[Result]:
     Returns
     -------
     list of Result
-        In the order of their keys.
+        The results in the order of their keys.
 
     Raises
     ------
@@ -199,7 +201,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
         text = path.read_text(encoding="utf-8")
         for number, line in enumerate(text.splitlines(keepends=True), start=1):
             if not line.endswith("\n"):
-                # A crash cut this line off: the task is repeated.
+                # A crash cut this line off, so that its task is done again.
                 continue
             try:
                 yield path, number, typed_json(line, Result, f"{path}, line {number}")
@@ -208,7 +210,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
 
 
 def merge(folders: Iterable[Path], into: Path) -> int:
-    """Merge folders into one with one file, its lines ordered by key; return their number.
+    """Merge folders into one with a single file ordered by key; return the number of results.
 
     The bytes of the file do not depend on which machine computed which result, or when.
     """

@@ -32,7 +32,7 @@ def digest(value: object) -> str:
 
 
 def task_key(task: Task) -> str:
-    """Calculate the key of a task: the first 24 hex digits of its content's digest.
+    """Return the key of a task: the first 24 hex digits of the digest of its content.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def task_key(task: Task) -> str:
     Returns
     -------
     str
-        Its key.
+        The key.
     """
     return digest(task)[:24]
 
@@ -84,5 +84,6 @@ def do_batch(
 
 @cache
 def _state(sources: Sources) -> dict[str, str]:
-    """Give the state of the code, computed once per worker before the work is imported."""
+    """Return the state of the code, which is computed once per worker before the work is
+    imported."""
     return sources.state()

@@ -1,1 +1,1 @@
-"""Runs the whole loop at once: simulated table, gateware in GHDL, calibration, corrected edges."""
+"""Runs the whole chain at once: simulated table, gateware in GHDL, calibration, corrected edges."""

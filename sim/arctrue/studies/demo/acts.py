@@ -13,11 +13,12 @@ _LOOK_S = 0.5
 class Background(Generic[_T]):
     """Starts work at once in its own thread.
 
-    The thread ends with the process, so that an interrupted demo stops.
+    The thread ends with the process, so that Ctrl-C can stop the demo.
     """
 
     def __init__(self, work: Callable[[], _T]) -> None:
-        """Start ``work`` in its thread; if it raises, :meth:`wait` raises the same."""
+        """Start ``work`` in its thread; if it raises an exception, :meth:`wait` raises this
+        again."""
         self._work = work
         self._results: list[_T] = []
         self._error: Exception | None = None
@@ -31,7 +32,7 @@ class Background(Generic[_T]):
             self._error = error
 
     def wait(self) -> _T:
-        """Return the result of the work; raise what the work raised."""
+        """Return the result of the work, or raise the exception that the work raised."""
         while self._thread.is_alive():
             # A join without timeout cannot be interrupted on every system.
             self._thread.join(_LOOK_S)

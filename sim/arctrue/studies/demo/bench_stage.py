@@ -1,4 +1,4 @@
-"""Stores the present stage of the test bench in a file that the demo reads during simulation."""
+"""Stores the present stage of the test bench in a file, which the demo reads during simulation."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from arctrue.base.whole_file import write_whole_text
 
 @dataclass(frozen=True, slots=True)
 class BenchStage:
-    """Activity of the test bench, and the gateware's clock at its beginning."""
+    """Activity of the test bench, and the clock of the gateware at which it began."""
 
     stage: str
     clock: int
 
     def write(self, file: Path) -> None:
-        """Replace ``file`` in one step, so that a reader never sees half of it."""
+        """Replace ``file`` in one step, so that a reader never sees a half-written file."""
         write_whole_text(file, json.dumps(asdict(self)))
 
     @classmethod

@@ -12,7 +12,7 @@ from arctrue.base.whole_file import write_whole_text
 
 @dataclass(frozen=True, slots=True)
 class DemoFiles:
-    """Names inside the demo's working folder."""
+    """Paths of the files in the demo's working folder."""
 
     folder: Path
 
@@ -63,10 +63,11 @@ class ConsoleLine:
 
 @dataclass(frozen=True, slots=True)
 class ProcessorRun:
-    """Actions and messages of the firmware, in clocks of the played edges."""
+    """Actions and messages of the firmware; instants are clocks of the played edges."""
 
     settled_clock: int
-    """Clock at which the ramp of the swap has ended: from here the output is fully corrected."""
+    """Clock at which the ramp after the swap has ended; from it on the output is fully
+    corrected."""
     end_clock: int
     words_moved: int
     """Number of words that the firmware read and wrote over AXI4-Lite."""

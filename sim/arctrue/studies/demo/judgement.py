@@ -50,7 +50,7 @@ def decode_recording(output: PinEvents) -> OutputRecording:
 def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: OutputRecording) -> int:
     """Measure the clocks from an edge at the pins of head 1 to the same edge at the output.
 
-    The measurement uses the uncorrected run-up before the first index, where every input edge
+    The run-up before the first index is measured: it is uncorrected, so that every input edge
     causes one output edge. Raises RecordingError if the delay varies.
     """
     first = np.ceil(scene.heads[0].time_s * settings.clock_hz).astype(np.int64)
@@ -78,8 +78,8 @@ def output_score(
 ) -> TurnScore:
     """Score the output over one turn of true angle from ``first_clock`` on.
 
-    The table made an edge seen at clock d between d − latency − 1 and d − latency; the edge is
-    compared with the true angle at the middle of that clock. Raises RecordingError if the
+    An output edge at clock d shows an edge of the table between d − latency − 1 and d − latency; it
+    is compared with the true angle at the middle of that clock. Raises RecordingError if the
     recording does not contain a whole turn.
     """
     time_s = ((output.clock - latency_clocks - 0.5) / settings.clock_hz).astype(np.float64)
@@ -103,7 +103,7 @@ def index_offset_counts(
 ) -> float:
     """Return the distance of the output's last Z from the zero of the corrected angle, counts.
 
-    Two heads cannot see the mean of the error, so the zero lies at the mean of R₁ − θ. Raises
+    Two heads cannot measure the mean of the error, so the zero lies at the mean of R₁ − θ. Raises
     RecordingError if Z never rises.
     """
     if not output.index_edge.size:

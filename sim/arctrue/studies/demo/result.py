@@ -21,7 +21,8 @@ class UnitLatency:
 
 @dataclass(frozen=True, slots=True)
 class LoadedHarmonic:
-    """One lane as written to the gateware, and the order of the disc that it corrects."""
+    """One lane as the firmware wrote it to the gateware, and the amplitudes of its order in the
+    error before and after the correction."""
 
     order: int
     amplitude_counts: float
@@ -33,7 +34,7 @@ class LoadedHarmonic:
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """Result of one run."""
+    """Result of one run of the demo."""
 
     settings: DemoSettings
     before: TurnScore
@@ -45,7 +46,7 @@ class DemoResult:
     """Distance of the output's Z from the zero of the corrected angle."""
     harmonics: tuple[LoadedHarmonic, ...]
     turns: tuple[ToldTurn, ...]
-    """Telemetry of the firmware for each turn; the first is that of the coefficients."""
+    """Telemetry of the firmware for each turn; the coefficients are those of the first turn."""
     console: tuple[ConsoleLine, ...]
     words_moved: int
     """Words that the firmware read and wrote over AXI4-Lite."""

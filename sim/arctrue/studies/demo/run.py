@@ -32,7 +32,7 @@ from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child
 from arctrue.studies.demo.telemetry import ToldTurn, console_faults, telemetry_turns
 from arctrue.table import PinEvents
 
-# Table 1 of the paper, clocks.
+# The latencies are those of Table 1 of the paper.
 PAPER_LATENCY_CLOCKS = {
     "phase calculation": 5,
     "harmonic calculation": 20,
@@ -42,10 +42,10 @@ _PROGRESS_EVERY_S = 5.0
 
 
 def run_demo(settings: DemoSettings, folder: Path, report_step: ReportStep) -> DemoResult:
-    """Run everything with intermediate files in ``folder``; ``report_step`` gets lines for people.
+    """Run everything, with intermediate files in ``folder``; pass progress to ``report_step``.
 
-    Raises DemoError if the demo cannot run, and RecordingError if the output of the
-    gateware cannot be scored.
+    Raises DemoError if the demo cannot run, and RecordingError if the output of the gateware cannot
+    be scored.
     """
     check_source_tree()
     started = time.monotonic()
@@ -133,8 +133,8 @@ def _follow(
     settings: DemoSettings,
     report_step: ReportStep,
 ) -> None:
-    # This is a preliminary end (the run-in, two turns and the read-out); the firmware sets the
-    # final one.
+    # This number is an estimate (the run-in, two turns and the read-out); the firmware determines
+    # the true end.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
     begun = time.monotonic()
     last: BenchStage | None = None
@@ -186,7 +186,7 @@ def _harmonics(
 
 
 def _index_clock(scene: Scene, settings: DemoSettings) -> int:
-    """Give the clock of head 1's index, at which the captured turn begins."""
+    """Return the clock of head 1's index, at which the captured turn begins."""
     head = scene.heads[0]
     return int(np.ceil(head.time_s[np.argmax(head.count >= 0)] * settings.clock_hz))
 

@@ -21,8 +21,8 @@ from arctrue.table import (
     two_heads,
 )
 
-# The error before compensation in the paper spans −150.0″ to 137.9″ (section 4): an eccentricity
-# of 37.7 µm is 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both ends by −6″.
+# The error before compensation in the paper spans −150.0″ to 137.9″ (section 4): an eccentricity of
+# 37.7 µm causes 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both ends by −6″.
 PAPER_ECCENTRICITY_M = 37.7e-6
 ECCENTRICITY_DIRECTION_RAD = 2.1
 PAPER_GRADUATION_ORDERS = (2, 3, 4)
@@ -43,7 +43,8 @@ class Scene:
 
 
 def demo_table(settings: DemoSettings) -> RotaryTable:
-    """Give the paper's disc with its errors enlarged to the demo's counts."""
+    """Return the table with the paper's disc; the errors of the disc are enlarged to the demo's
+    counts."""
     scale = settings.disc_scale
     return RotaryTable(
         heads=two_heads(),
@@ -61,7 +62,7 @@ def demo_table(settings: DemoSettings) -> RotaryTable:
 
 
 def demo_motion(settings: DemoSettings) -> Motion:
-    """Start from rest, pass the index of head 2 and then that of head 1, and continue."""
+    """Return a motion from rest over the index of head 2, then over that of head 1, and further."""
     speed = settings.speed_rad_s
     start = -HEAD_SEPARATION_RAD - 2 * RUN_UP_RAD
     ramp_s = 2 * RUN_UP_RAD / speed

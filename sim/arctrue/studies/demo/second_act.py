@@ -1,4 +1,4 @@
-"""The demo's second act: a hidden effect, at full scale, through the compiled gateware."""
+"""The demo's second act: a hidden effect, at full scale, in the compiled gateware."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ and at least half a count."""
 
 @dataclass(frozen=True)
 class SecondAct:
-    """The result and its check."""
+    """The result of the second act and its check."""
 
     result: HiddenResult
     faults: tuple[str, ...]

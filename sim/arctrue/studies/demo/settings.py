@@ -17,12 +17,13 @@ class DemoSettings:
     """The demo's scale. Full scale is 2²⁴ counts a turn, 12,000 samples a turn, 32 lanes."""
 
     counts_per_rev: int = 1 << 16
-    """The paper's 16,384 lines, interpolated ×4 in place of ×1024."""
+    """Counts per turn: the paper's 16,384 lines, interpolated ×4 in place of ×1024."""
     lanes: int = 4
     capture_depth: int = 3072
     clock_hz: float = 100e6
     clocks_per_count: float = 1.3
-    """Mean clocks per edge of a head; not a whole number, so that clock and counts drift."""
+    """Mean clocks per edge of a head; not a whole number, so that the phase of the edges in a clock
+    varies."""
     sample_period_clocks: int = 40
     disc_scale: float = 8.0
     """Factor by which the errors of the disc exceed the paper's."""
@@ -46,14 +47,14 @@ class DemoSettings:
 
     @property
     def speed_rad_s(self) -> float:
-        """Return the mean speed of the table in this time scale."""
+        """Return the speed at which an edge takes ``clocks_per_count`` on average."""
         return 2 * 3.141592653589793 / self.counts_per_rev * self.clock_hz / self.clocks_per_count
 
     def console_commands(self) -> list[str]:
-        """Give the commands to type on the firmware's console before the table turns.
+        """Return the commands to type on the firmware's console before the table turns.
 
-        The default alarm limits are for full scale, where a count is far below them. Here they are
-        one count of noise and two counts of error.
+        The default alarm limits are for full scale, where a count is far smaller than the limits.
+        Here the limits are one count for the noise and two counts for the error.
         """
         values = {
             "counts_per_rev": f"{self.counts_per_rev}",
@@ -68,7 +69,7 @@ class DemoSettings:
         return [*(f"set {name} {value}" for name, value in values.items()), "telemetry on"]
 
     def write(self, file: Path) -> None:
-        """Write as JSON, for the process inside the simulator."""
+        """Write the settings as JSON, for the process inside the simulator."""
         write_whole_text(file, json.dumps(asdict(self), indent=1))
 
     @classmethod

@@ -45,7 +45,7 @@ class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
 
 
 def telemetry_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
-    """Give the turns that the firmware calibrated; refused turns and alarms are left out."""
+    """Return the turns that the firmware calibrated, without refused turns and alarms."""
     sent = [
         {**json.loads(line.text), "clock": line.clock}
         for line in console

@@ -1,6 +1,6 @@
-"""Budget of the calibration's uncertainty: every source simulated alone, their sum, and all
+"""Budget of the calibration's uncertainty: each source simulated alone, their sum, and all sources
 together."""
 
 DRAWS = 100
-"""Number of draws. Nearly all noise is in two numbers, cosine and sine of one order: 100 draws
+"""Number of draws. Two numbers, cosine and sine of one order, contain nearly all noise: 100 draws
 determine its RMS to 5 %."""

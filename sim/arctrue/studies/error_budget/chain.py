@@ -1,8 +1,8 @@
 """One captured turn, its calibration and correction, with selected sources of error.
 
 Without a source the chain is exact: readings of 2⁴⁰ counts, no noise, an even speed, the known α, a
-correction in double precision. A source adds its error where it arises, so that the remaining
-error of head 1 is caused by that source alone.
+correction in double precision. A source adds its error at its own place in the chain, so that the
+remaining error of head 1 is caused by that source alone.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ from arctrue.table.causes.signal_distortion import SignalDistortion
 
 Float = NDArray[np.float64]
 Method = Literal["least_squares", "paper"]
-"""``paper``: DFT, with ε(R) in place of ε(θ); ``least_squares``: fit of ε(R) at the readings."""
+"""Method of calibration. ``paper``: DFT, which takes ε(R) for ε(θ); ``least_squares``: fit of ε(R)
+at the readings."""
 Source = Literal[
     "quantisation",
     "noise",
@@ -74,25 +75,28 @@ NOISE_ARCSEC = 0.1
 INDEX_COUNTS = 1.0
 RIPPLE_RAD, RIPPLE_ORDER = 0.002, 7
 LATENCY_S = pin_to_pin_clocks()[1] / CLOCK_HZ
-"""Delay from an edge of head 1 at its pin to the corrected edge at the output pin."""
+"""Delay from an edge of head 1 at its pin to the corrected edge at the output pin, in clocks."""
 LINES = 16384
 DISTORTION = 0.01
-"""Offset, gain difference and phase error of the signals: 1 %, 0.01 rad."""
+"""Size of the signals' errors: offset 1 %, gain difference 1 %, phase error 0.01 rad."""
 CENTRE_M_PER_K, ROOM_K_PER_S = 0.9e-6, 2.0 / 3600.0
-"""A disc centre that drifts, in a room that changes by the paper's 2 K within an hour."""
+"""Drift of the disc's centre with temperature, and of the room's temperature: the paper's 2 K in an
+hour."""
 CALIBRATION_AGE_S = 12.0
-"""Age of the coefficients at the end of the turn that they correct: one turn at 30°/s."""
+"""Age of the coefficients at the end of the turn that they correct; the table turns at 30°/s."""
 SCORED_ANGLES = 7200
 
 
 @dataclass(frozen=True)
 class Left:
-    """The remaining error of head 1; ``error_arcsec`` (angles,), mean removed."""
+    """The remaining error of head 1 after the correction; ``error_arcsec`` (angles,), mean
+    removed."""
 
     angle_rad: Float
     error_arcsec: Float
     offset_arcsec: float
-    """The angle travelled during the latency, a constant that the zero does not remove."""
+    """Angle that the table travels during the latency: a constant, which the zero does not
+    remove."""
     estimate: Estimate
 
     @property
@@ -102,7 +106,7 @@ class Left:
 
 
 def disc() -> tuple[Cause, ...]:
-    """Return the disc of ``arctrue revolution``, and an order 11."""
+    """Return the disc of ``arctrue revolution`` with an additional order 11."""
     return (
         DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
         GraduationHarmonics(
@@ -119,7 +123,8 @@ def run_chain(
     random: np.random.Generator,
     angle_rad: Float | None = None,
 ) -> Left:
-    """Capture a turn, calibrate, correct, and score at ``angle_rad`` (None: all round the turn)."""
+    """Capture a turn, calibrate, correct, and score at ``angle_rad`` (None: drawn around the
+    turn)."""
     counts_per_rev = FULL_COUNTS if "quantisation" in sources else EXACT_COUNTS
     estimate = _calibrated(sources, method, random, counts_per_rev)
     if angle_rad is None:
@@ -174,10 +179,10 @@ def _calibrated(
     random: np.random.Generator,
     counts_per_rev: int,
 ) -> Estimate:
-    """Give the estimate of the method; that of the paper is a function of the angle."""
+    """Return the estimate by the method; the paper's estimate is a function of the true angle."""
     table = _table(sources, counts_per_rev)
     if method == "paper" and "uneven" not in sources:
-        # Equal steps of angle, as a DFT assumes.
+        # The DFT assumes equal steps of angle.
         angle: Float = np.arange(SAMPLES) * np.float64(TURN_RAD / SAMPLES)
         state = TableState.at_rest(angle)
     else:
@@ -191,7 +196,7 @@ def _calibrated(
     counts = [table.counts(head, state, random) for head in (0, 1)]
     off_arcsec = 0.0
     if "alpha" in sources:
-        # A tolerance is rectangular: its half-width is √3 standard uncertainties.
+        # A tolerance has a rectangular distribution: its half-width is √3 standard uncertainties.
         half_width = math.sqrt(3.0) * U_DETECTION_DEFAULT_ARCSEC
         off_arcsec += random.uniform(-half_width, half_width)
     if "index" in sources:
@@ -214,8 +219,9 @@ def _calibrated(
 def _correction(sources: Collection[Source], estimate: Estimate, reading: Float) -> Float:
     """Return ε(R) of the estimate, arcseconds, in the number formats of the sources.
 
-    For the paper's method ε is a function of the angle. Equation (8) evaluates it at the reading,
-    as an approximation; without this source of error, the angle is calculated first.
+    In the paper's method ε is a function of the true angle. Equation (8) evaluates it at the
+    reading, which is an approximation; if this source of error is not selected, the true angle is
+    calculated first.
     """
     at = reading
     if estimate.function_of == "angle" and "approximation" not in sources:
@@ -239,13 +245,14 @@ def _correction(sources: Collection[Source], estimate: Estimate, reading: Float)
 
 
 def ramp_rate_arcsec_s() -> float:
-    """Give the rate of the gateware's ramp between corrections, at the register's reset value."""
+    """Return the rate of the gateware's ramp between two corrections, at the register's reset
+    value."""
     (register,) = [one for one in REGISTERS if one.path == "ramp_rate"]
     preset = register.fields[0].reset or 0
     return preset * 2.0**-35 * CLOCK_HZ * arcsec_per_count(FULL_COUNTS)
 
 
 def _still_to_go(apart_arcsec: Float, angle_rad: Float) -> Float:
-    """Give the remainder of the ramp after a swap at angle 0 while the table turns, arcseconds."""
+    """Return how far the ramp still has to go at each angle after a swap at angle 0, arcseconds."""
     gone = ramp_rate_arcsec_s() * (angle_rad - angle_rad.min()) / SPEED_RAD_S
     return np.asarray(np.sign(apart_arcsec) * np.maximum(np.abs(apart_arcsec) - gone, 0.0))

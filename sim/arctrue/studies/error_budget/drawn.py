@@ -1,4 +1,5 @@
-"""Compares the stated uncertainty with drawn calibrations of ``arctrue monte-carlo``."""
+"""Compares the stated uncertainty with the errors of calibrations that ``arctrue monte-carlo``
+drew."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from arctrue.studies.monte_carlo.score import scored
 
 
 def drawn_calibrations(folder: Path) -> dict[str, Any]:
-    """Return per case: trials, stated u and deviation over the turn (RMS, arcsec), coverage.
+    """Return each case's trials, RMS of stated u and of deviation over the turn, and coverage.
 
     Raises ValueError for a folder without a trial.
     """
@@ -36,7 +37,7 @@ def drawn_calibrations(folder: Path) -> dict[str, Any]:
 
 
 def _title(case: str) -> str:
-    """Give the case's title on the Monte Carlo page."""
+    """Return the case's title on the Monte Carlo page."""
     if case == "quantisation":
         return "quantisation alone"
     if case == "all":

@@ -1,9 +1,9 @@
 """The experiment's budget in the form of EURAMET cg-23, and E_n of self-calibration and polygon.
 
 The polygon is remounted in every cycle, and the closure separates its faces from the table, so that
-no certificate is needed. The autocollimator, the scatter, and the mounting remain. The same table
-is calibrated by its two heads. Two results agree if |E_n| ≤ 1, E_n being their difference over the
-root of the sum of both U² (ISO 13528, ISO/IEC 17043).
+no certificate is needed; the uncertainties of the autocollimator, the scatter, and the mounting
+remain. The two heads of the same table calibrate it too. E_n is the difference of both results over
+the root of the sum of both U²; they agree if |E_n| ≤ 1 (ISO 13528, ISO/IEC 17043).
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ Float = NDArray[np.float64]
 
 
 def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
-    """Make the budget of the table's error at a face by re-indexing, without certificate."""
+    """Return the budget of the table's error at a face, measured by re-indexing without a
+    certificate."""
     published = PUBLISHED
     fourth = ARCSEC_PER_RAD * mounting_eccentricity_rad(
         published.mounting_offset_m, published.flatness_m, published.face_width_m
@@ -73,7 +74,8 @@ def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
 
 
 def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]:
-    """Give the budget and E_n at 24 faces as plain values, for a resting and a moving axis."""
+    """Return the budget and E_n at 24 faces as plain values; E_n for a resting and a moving
+    axis."""
     moving = settings or MethodsSettings()
     still = dataclasses.replace(moving, radial_motion_m=0.0)
     compared = {name: _compared(World(one)) for name, one in
@@ -82,7 +84,7 @@ def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]
     polygon, _ = world.instruments()
     found = _closure(world)
     budget = closure_budget(found, still.counts_per_rev)
-    # If a face is rotated forward by p, the table seems to stand p before its target.
+    # If a face is rotated forward by p, the table appears to stand p before its target.
     true_faces = (polygon.normal_rad.mean() - polygon.normal_rad) * ARCSEC_PER_RAD
     return {
         "cycles": still.cycles,

@@ -39,7 +39,7 @@ LATENCY_SIZE = f"{LATENCY_S * 1e9:.0f} ns from pin to pin, 30°/s"
 
 @dataclass(frozen=True)
 class SourceText:
-    """Description of a source; ``random``: draws differ."""
+    """Description of a source; ``random`` tells whether its draws differ."""
 
     source: Source
     title: str
@@ -66,7 +66,7 @@ SOURCES = (
 def error_budget(
     draws: int = DRAWS, seed: int = 1, report_step: ReportStep | None = None
 ) -> dict[str, Any]:
-    """Compute the budget as plain values from ``draws`` of each random source and of the whole.
+    """Compute the budget as plain values; each random source and all together have ``draws`` draws.
 
     Raises ValueError for fewer than two draws.
     """
@@ -113,9 +113,9 @@ def error_budget(
 
 
 def expected_of_noise_arcsec() -> float:
-    """Return the RMS over the turn of white noise on both readings through TF(n), equation (6).
+    """Return the RMS error over the turn that white noise of both heads causes through TF(n), (6).
 
-    A component of an order of R₂ − R₁ has the variance 2 σ² · 2 / samples.
+    Cosine and sine of each order of R₂ − R₁ have the variance 2 σ² · 2 / samples.
     """
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
     return float(NOISE_ARCSEC * np.sqrt(4.0 / SAMPLES * np.sum(gain**2)))
@@ -130,7 +130,7 @@ def _rms(runs: list[Left]) -> dict[str, float]:
 
 
 def _of_order(runs: list[Left], exact: Left, order: int) -> float:
-    """Return the RMS over the turn of the error of one order of the estimate."""
+    """Return the RMS over the turn of the estimate's error in one order."""
     at = int(np.flatnonzero(order == ORDERS)[0])
     both = np.array([at, at + ORDERS.size])
     off = np.array([run.estimate.values[both] - exact.estimate.values[both] for run in runs])
@@ -138,10 +138,10 @@ def _of_order(runs: list[Left], exact: Left, order: int) -> float:
 
 
 def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
-    """Return U (k = 2) at every angle: by the covariance of one calibration, and by the draws.
+    """Return U (k = 2) at every angle, from the covariance of one calibration and from the draws.
 
-    The covariance contains noise and α. The draws contain all sources: twice the root mean square
-    error in bins around the angle.
+    The covariance contains noise and α. The draws contain all sources: their U is twice the root
+    mean square error in bins around the angle.
     """
     estimate = runs[0].estimate
     total = estimate.u_error_arcsec(angle)
@@ -151,7 +151,7 @@ def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
     bins = SCORED_ANGLES // SHOWN_ANGLES
     square = np.zeros(SHOWN_ANGLES)
     for run in runs:
-        # Bins around the angles; the first one begins below 0.
+        # The bins lie around the angles; the first one begins below 0.
         turned_error = np.roll(run.error_arcsec, bins // 2)
         square += np.mean(turned_error.reshape(SHOWN_ANGLES, bins) ** 2, axis=1)
     return {

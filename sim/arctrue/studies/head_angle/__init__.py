@@ -1,1 +1,2 @@
-"""Chooses the places of two to four heads, the lanes and the bits, before a table is built."""
+"""Chooses the places of two to four heads, the number of lanes and of bits, before a table is
+built."""

@@ -1,4 +1,4 @@
-"""Gives the figures of ``arctrue alpha`` as plain values."""
+"""Returns the figures of ``arctrue alpha`` as plain values."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from arctrue.studies.head_angle.maps import (
 from arctrue.studies.head_angle.places import as_plain
 
 ORDERS = (10, 12, 20, 32, 40, 64)
-"""Highest orders for which the best α is given."""
+"""Highest orders N for each of which the best α is listed."""
 PLACES_ORDERS = (40, 64)
-"""Highest orders for which the best places of three and four heads are given."""
+"""Highest orders N for each of which the best places of three and four heads are listed."""
 
 
 def choose_places(
@@ -36,9 +36,10 @@ def choose_places(
     most_orders: Sequence[int] = PLACES_ORDERS,
     given_deg: tuple[float, ...] | None = None,
 ) -> dict[str, Any]:
-    """Compare ``given_deg`` with the best places of three or four heads for orders up to N.
+    """Compare ``given_deg`` with the best places of three or four heads for orders up to each N.
 
-    Raises ValueError for another number of heads, or another number of places.
+    Raises ValueError if the number of heads is not three or four, or differs from that of the
+    places.
     """
     if given_deg is not None and len(given_deg) != heads:
         raise ValueError(f"places: expected one for each of {heads} heads, found {len(given_deg)}")

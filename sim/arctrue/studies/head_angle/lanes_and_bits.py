@@ -1,4 +1,4 @@
-"""Computes a table's error that remains with given lanes, cosine width and iterations."""
+"""Computes the error of a table that remains with given lanes, cosine width and iterations."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ COUNTS_PER_REV = 1 << 24
 
 
 def residual_of_lanes(disc: Disc, lanes: int) -> float:
-    """Return the RMS of the orders without a lane, arcseconds; the largest orders get the lanes."""
+    """Return the RMS of the orders without a lane, arcseconds; the lanes go to the largest
+    orders."""
     left = np.sort(disc.amplitude_arcsec)[::-1][lanes:]
     return float(np.sqrt(0.5 * np.sum(left**2)))
 
 
 def cosine_rms(width: int, iterations: int, phases: int = 1 << 14) -> float:
-    """Return the RMS error of the bit-true cosine over ``phases`` even phases.
+    """Return the RMS error of the bit-true cosine over ``phases`` evenly spaced phases.
 
-    Raises ValueError for a width or a number of iterations that is not built.
+    Raises ValueError for a width or a number of iterations that the gateware does not support.
     """
     phase = np.arange(phases, dtype=np.int32) * np.int32((1 << PHASE_WIDTH) // phases)
     cosine = lane_cosine(phase, width, iterations) * 2.0 ** (2 - width)
@@ -36,17 +37,18 @@ def cosine_rms(width: int, iterations: int, phases: int = 1 << 14) -> float:
 
 
 def residual_of_bits(disc: Disc, width: int, iterations: int) -> float:
-    """Return the RMS error of the output due to the cosine, with lanes for all orders, arcsec."""
+    """Return the RMS error of the output that the cosine causes if every order has a lane,
+    arcsec."""
     return cosine_rms(width, iterations) * float(np.linalg.norm(disc.amplitude_arcsec))
 
 
 def rounding_arcsec() -> float:
-    """Return the RMS of rounding to a count, which lanes and bits do not reduce."""
+    """Return the RMS error of rounding to a count, which more lanes or bits do not reduce."""
     return arcsec_per_count(COUNTS_PER_REV) / float(np.sqrt(12.0))
 
 
 def residual_map(disc: Disc) -> Float:
-    """Return the RMS due to the cosine, ``(widths, iterations)``, arcseconds."""
+    """Return the RMS error that the cosine causes, ``(widths, iterations)``, arcseconds."""
     return np.array(
         [[residual_of_bits(disc, width, count) for count in ITERATIONS] for width in WIDTHS]
     )

@@ -1,8 +1,8 @@
 """Maps noise gain, blind orders and sensitivity to α over α and order, and finds the best α.
 
-For orders 1 to N no α has a worst gain below 1/(2 sin(π/(N + 1))). The N + 1 points e^{jnα}, n = 0
-… N, lie on a circle. Two of them, n₁ and n₂, are therefore at most as far apart as neighbours of N
-+ 1 evenly spaced points, and the gain of order |n₁ − n₂| grows as they approach each other. α =
+For orders 1 to N no α has a largest gain below 1/(2 sin(π/(N + 1))): the N + 1 points e^{jnα}, n =
+0 … N, lie on a circle. Two of them, n₁ and n₂, are therefore at most as far apart as neighbours of
+N + 1 evenly spaced points, and the gain of order |n₁ − n₂| grows as they approach each other. α =
 360°·k/(N + 1) reaches this bound for every k without a common divisor with N + 1.
 """
 
@@ -24,28 +24,29 @@ Integer = NDArray[np.int64]
 
 PAPER_DEG = 33.0
 ECCENTRICITY_ARCSEC = 144.0
-"""Amplitude of order 1 of the simulated table of the paper."""
+"""Amplitude of order 1 on the simulated table with the paper's error."""
 TOLERANCE_ARCSEC = 50.0
 
 
 def gain_map(alpha_deg: Float, orders: Integer) -> Float:
-    """Return |TF(n)|, noise of ε over noise of R₂ − R₁, ``(angles, orders)``; inf: not seen."""
+    """Return |TF(n)|, the ratio of ε's noise to that of R₂ − R₁, ``(angles, orders)``; inf: not
+    seen."""
     return np.array([noise_gain(orders, math.radians(alpha)) for alpha in alpha_deg])
 
 
 def sensitivity_map(alpha_deg: Float, orders: Integer) -> Float:
-    """Return n·|TF(n)|: relative error of order n for an error of α in radians, ``(angles,
+    """Return n·|TF(n)|: relative error of order n per radian of error in α, ``(angles,
     orders)``."""
     return gain_map(alpha_deg, orders) * orders
 
 
 def least_worst_gain(most_order: int) -> float:
-    """Give the bound of the module's docstring for orders 1 to ``most_order``."""
+    """Return the lower bound of the largest gain for orders 1 to ``most_order``, see above."""
     return 1.0 / (2.0 * math.sin(math.pi / (most_order + 1)))
 
 
 def blind_orders(alpha_deg: float, most_order: int) -> list[int]:
-    """Return the orders up to ``most_order`` that cannot be seen."""
+    """Return the orders up to ``most_order`` that two heads at this α cannot see."""
     orders = np.arange(1, most_order + 1)
     return [int(n) for n in orders[~np.isfinite(noise_gain(orders, math.radians(alpha_deg)))]]
 
@@ -59,7 +60,7 @@ class Disc:
 
     @classmethod
     def of_paper(cls) -> Disc:
-        """Return the disc of ``arctrue revolution``: the paper's range of error."""
+        """Return the disc of ``arctrue revolution``, whose error has the paper's range."""
         return cls(
             np.array([1, *GRADUATION_ORDERS]), np.array([ECCENTRICITY_ARCSEC, *GRADUATION_ARCSEC])
         )
@@ -67,7 +68,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class AlphaChoice:
-    """Properties of one α for orders 1 to ``most_order``."""
+    """Properties of a separation α for orders 1 to ``most_order``."""
 
     alpha_deg: float
     most_order: int
@@ -76,15 +77,15 @@ class AlphaChoice:
     rms_gain: float
     gain_first: float
     noise_arcsec: float
-    """RMS error over the turn from the noise of one captured turn."""
+    """RMS error over the turn that the noise of one captured turn causes."""
     by_mounting_arcsec: float
-    """RMS error over the turn if the nominal α is used (± 50″, rectangular)."""
+    """RMS error over the turn that the nominal α causes (± 50″, rectangular distribution)."""
     blind: tuple[int, ...]
     """Blind orders up to 128."""
 
     @property
     def total_arcsec(self) -> float:
-        """Return the root sum of squares of both errors."""
+        """Return the root sum of squares of the errors from noise and from α."""
         return math.hypot(self.noise_arcsec, self.by_mounting_arcsec)
 
 
@@ -97,7 +98,8 @@ def judged(
     samples: int = 12_000,
     u_alpha_rad: float = U_NOMINAL_RAD,
 ) -> AlphaChoice:
-    """Judge one α. White noise s of each head gives a component of ε the variance 4|TF|²s²/K."""
+    """Compute the properties of an α. With white noise s of each head and K samples, a component of
+    ε has the variance 4|TF|²s²/K."""
     alpha = math.radians(alpha_deg)
     orders = np.arange(1, most_order + 1)
     gain = noise_gain(orders, alpha)
@@ -117,7 +119,7 @@ def judged(
 
 
 def candidates_deg(most_order: int) -> Float:
-    """List the α up to 180° with the least worst gain, in rising order."""
+    """List, in rising order, the α up to 180° whose largest gain is the least possible."""
     points = most_order + 1
     return np.array(
         [360.0 * k / points for k in range(1, points // 2 + 1) if math.gcd(k, points) == 1]
@@ -125,9 +127,9 @@ def candidates_deg(most_order: int) -> Float:
 
 
 def best_choices(most_order: int, disc: Disc, least_deg: float = 20.0) -> list[AlphaChoice]:
-    """List all α of least worst gain with room for two heads, smallest total error first.
+    """List the α whose largest gain is the least possible, smallest total error first.
 
-    ``least_deg``: least distance of two read heads of the paper's size.
+    ``least_deg``: least distance of two read heads of the paper's size; a smaller α is left out.
     """
     found = [
         judged(alpha, most_order, disc)
@@ -138,7 +140,8 @@ def best_choices(most_order: int, disc: Disc, least_deg: float = 20.0) -> list[A
 
 
 def detuned(alpha_deg: float, most_order: int) -> float:
-    """Give the worst gain at the less favourable end of the mounting tolerance."""
+    """Return the largest gain if the heads stand at the less favourable end of the mounting
+    tolerance."""
     orders = np.arange(1, most_order + 1)
     ends = [
         noise_gain(orders, math.radians(alpha_deg) + side * TOLERANCE_ARCSEC * RAD_PER_ARCSEC)

@@ -1,9 +1,10 @@
 """Searches the best places of three and four heads: low gains, and a mean for any missing head.
 
-Three heads see the disc if the axis is at rest; four heads see it by a parity relation while the
-axis moves at every order. The search minimises the worst gain of orders 1 to N among places at
-which the mean has less noise than one head, with four heads also if any one is missing. The mean
-does not contain order 1 of the disc; with four heads orders 2 to N count.
+Three heads determine the disc's error if the axis is at rest; four heads determine it by a parity
+relation, while the axis moves at every order. The search minimises the largest gain of orders 1 to
+N. It permits only places at which the mean has less noise than one head; with four heads this must
+hold also if any one is missing. The mean does not contain order 1 of the disc, so that with four
+heads only orders 2 to N count.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ Integer = NDArray[np.int64]
 LEAST_DEG = 20.0
 """Least distance of two read heads of the paper's size."""
 STEP_DEG = 4.0
-"""Step of the search over all places; the best sets are then moved by smaller steps."""
+"""Step of the first search over all places; smaller steps then move the heads of the best sets."""
 BEST = 100
-"""Number of sets from the first search that are moved."""
+"""Number of sets of places from the first search that are improved by smaller steps."""
 MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
 STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
-"""Known good places from which the search also starts."""
+"""Known good places, from which the smaller steps also start."""
 NOISE_LIMIT = 0.85
-"""Largest permitted noise of the mean with any head missing; STARTS_DEG has 0.82."""
+"""Largest permitted noise of the mean if any head is missing; that of STARTS_DEG is 0.82."""
 _BLOCK = 4096
 
 
@@ -51,23 +52,22 @@ class PlacesChoice:
     worst_gain: float
     worst_order: int
     gain: tuple[float, ...]
-    """Noise of every order from 1 on over that of one head."""
+    """Noise of each order from 1 on, divided by that of one head."""
     mean_gain: tuple[float, ...]
-    """Gain of each order in the mean: the noise that its lanes add."""
+    """Gain of each order in the mean: the noise that the order's lane adds."""
     mean_noise: float
-    """Noise of one reading of the mean, divided by that of one head; inf if there is no such
-    mean."""
+    """Noise of one reading of the mean, divided by that of one head; inf if no mean exists."""
     noise_without: tuple[float, ...]
-    """Noise of the mean with each head missing; inf: no mean exists."""
+    """Noise of the mean if each head in turn is missing; inf if no mean exists."""
 
 
 def motion_of(heads: int) -> MotionOrders:
-    """Give the unknown motion of the axis: every order with four heads, else none."""
+    """Return the orders at which the axis may move: every order with four heads, else none."""
     return "every" if heads == 4 else ()
 
 
 def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoice:
-    """Evaluate two to four given places."""
+    """Compute the properties of two to four given places."""
     places = np.radians(places_deg)
     motion = motion_of(len(places_deg))
     orders = np.arange(1, most_order + 1)
@@ -96,17 +96,17 @@ def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoic
 
 def _seen_by_mean(gain: Float, weights: Float, places: Float, orders: Integer) -> tuple[float, ...]:
     factor = np.abs(order_factor(weights, places, orders))
-    # The mean does not contain order 1 for any gain.
+    # The mean does not contain order 1, whatever the gain.
     return tuple(np.where(factor < 1e-9, 0.0, gain * factor).tolist())
 
 
 def best_places(
     heads: int, most_order: int, *, noise_limit: float = NOISE_LIMIT, least_deg: float = LEAST_DEG
 ) -> list[PlacesChoice]:
-    """List the best different places, best first.
+    """List the best sets of places, each different from the others, best first.
 
-    Raises ValueError if there are not three or four heads, or if no places of the
-    search keep the noise of the mean below ``noise_limit``.
+    Raises ValueError if there are not three or four heads, or if no places of the search keep the
+    noise of the mean below ``noise_limit``.
     """
     if heads not in (3, 4):
         raise ValueError(f"heads: expected 3 or 4, found {heads}; two heads have one angle α")
@@ -127,12 +127,12 @@ def best_places(
         places = tuple(np.round(best[index], 1).tolist())
         if all(_unlike(places, one.places_deg) for one in found):
             found.append(judged_places(places, most_order))
-    # The places are rounded to mountable values.
+    # The places are rounded to values at which a head can be mounted.
     return sorted(found, key=lambda one: one.worst_gain)
 
 
 def as_plain(heads: int, most_orders: Sequence[int], given_deg: tuple[float, ...] | None) -> Any:
-    """Give ``given_deg`` and the three best places for orders up to each of ``most_orders``."""
+    """Return ``given_deg`` and the three best places for orders up to each of ``most_orders``."""
     return [
         {
             "heads": heads,
@@ -159,20 +159,21 @@ def _worst_gain(sets_deg: Float, most_order: int) -> Float:
 
 
 def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[np.bool_]:
-    """Tell which sets have room between heads and a mean below the limit, with and without any
-    head."""
+    """Tell which sets are permitted: enough room between heads, and noise of the mean within the
+    limit, also if a fourth head is missing."""
     turned = np.sort(np.mod(sets_deg, 360.0), axis=1)
     apart = np.diff(np.column_stack((turned, turned[:, :1] + 360.0)), axis=1)
     room = apart.min(axis=1) >= least_deg
     places, heads = np.radians(sets_deg), sets_deg.shape[1]
     triples = [list(one) for one in combinations(range(heads), 3)]
     noise = np.max([_noise_of_three(places[:, triple]) for triple in triples], axis=0)
-    # Four heads have no more noise than any three of them.
+    # The mean of four heads has no more noise than that of any three of them.
     return np.asarray(room & (noise <= noise_limit))
 
 
 def _noise_of_three(places_rad: Float) -> Float:
-    """Return √Σw² of three heads, (sets,); w₁ ∝ sin(p₃ − p₂), w₂ and w₃ cyclically."""
+    """Return the noise √Σw² of the mean of three heads, (sets,); w₁ ∝ sin(p₃ − p₂), others
+    cyclically."""
     first, second, third = places_rad.T
     shares = np.sin(np.stack((third - second, first - third, second - first)))
     total = shares.sum(axis=0)
@@ -184,7 +185,7 @@ def _noise_of_three(places_rad: Float) -> Float:
 def _moved(
     sets_deg: Float, step_deg: float, most_order: int, noise_limit: float, least_deg: float
 ) -> Float:
-    """Move heads of each set by a step as long as that improves the set."""
+    """Move heads of each set by a step as long as this lowers the largest gain."""
     heads = sets_deg.shape[1]
     moves = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * (heads - 1))).reshape(heads - 1, -1).T
     moves = np.column_stack((np.zeros(len(moves)), moves)) * step_deg
@@ -195,7 +196,7 @@ def _moved(
             _allowed(tried, noise_limit, least_deg), _worst_gain(tried, most_order), np.inf
         ).reshape(len(best), -1)
         chosen = np.argmin(worst, axis=1)
-        # Every move keeps a set permitted, because staying is one of the moves.
+        # A set stays permitted after each move: it may also stay where it is.
         moved = best + moves[chosen]
         if np.array_equal(moved, best):
             break
@@ -211,7 +212,8 @@ def _noise(places: Float) -> Float | None:
 
 
 def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Tell whether places differ, also if counted from another head or in the other direction."""
+    """Tell whether two sets of places differ, whichever head is the first and whichever direction
+    is positive."""
     return not any(
         np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
         for way in (_steps(one), _steps(one)[::-1])

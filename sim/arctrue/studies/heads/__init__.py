@@ -1,1 +1,2 @@
-"""Shows on fresh turns which errors the mean of four heads corrects and two heads do not."""
+"""Shows on turns after the calibration which errors the mean of four heads corrects, but two heads
+do not."""

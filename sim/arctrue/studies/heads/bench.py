@@ -1,4 +1,4 @@
-"""A simulated table that its heads calibrate once and then read on further turns."""
+"""A simulated table that its heads calibrate once and that is then read on further turns."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ U_MOUNTING_ARCSEC = MOUNTING_ARCSEC / float(np.sqrt(3.0))
 
 @dataclass(frozen=True)
 class Bench:
-    """A simulated table; ``seed`` draws head places and index marks within ± 50″ of nominal."""
+    """A simulated table; ``seed`` determines the heads' places and index marks, within ± 50″ of
+    nominal."""
 
     places_deg: tuple[float, ...] = PLACES_DEG
     noise_arcsec: float = 0.1
@@ -57,10 +58,10 @@ class Bench:
     axis: tuple[Cause, ...] = ()
     """Motion of the axis while the table is calibrated."""
     moved_arcsec: tuple[float, ...] = field(default=())
-    """Shift of every head along the scale since it was mounted."""
+    """Shift of each head along the scale since the head was mounted."""
 
     def table(self, *further: Cause) -> RotaryTable:
-        """Return the table with the motion of its axis."""
+        """Return the table with the causes ``further``, which include any motion of the axis."""
         random = np.random.default_rng([self.seed, 11])
         heads = len(self.places_deg)
         off, late = random.uniform(-MOUNTING_ARCSEC, MOUNTING_ARCSEC, (2, heads))
@@ -89,7 +90,8 @@ class Bench:
     def turn(
         self, number: int, causes: tuple[Cause, ...], turns: int = 1, *, noise: bool = True
     ) -> tuple[Integer, Float]:
-        """Return counts (heads, n) and true angles of a run that starts some turns later."""
+        """Return counts (heads, n) and true angles of run ``number``; a larger number starts
+        later."""
         table = self.table(*causes)
         motion = Motion.steady(
             SPEED_RAD_S,
@@ -113,7 +115,7 @@ class Bench:
     def estimate(
         self, motion: MotionOrders = "every", turns: int = 1, number: int = 0
     ) -> HeadsEstimate:
-        """Calibrate from one run."""
+        """Estimate the error from one run."""
         return heads_least_squares(
             [self.captured(number, turns)],
             COUNTS_PER_REV,
@@ -128,7 +130,8 @@ class Bench:
         )
 
     def mean(self, motion: MotionOrders = "every") -> Coefficients:
-        """Return the gateware's words for the mean of all heads, and a set per missing head."""
+        """Return the gateware's words for the mean of all heads, and one set of words per missing
+        head."""
         coefficients, refused = mean_banks(self.estimate(motion).on_disc(), COUNTS_PER_REV)
         if refused:
             raise refused[0]
@@ -136,12 +139,13 @@ class Bench:
 
 
 def mean_left_arcsec(coefficients: Coefficients, counts: Integer, angle_rad: Float) -> Float:
-    """Return the error of the mean at the output of the gateware, (n,)."""
+    """Return the error that remains in the mean at the output of the gateware, (n,)."""
     return _left(mean_angle_counts(coefficients, counts), angle_rad)
 
 
 def two_heads_left_arcsec(bench: Bench, counts: Integer, angle_rad: Float) -> Float:
-    """Return the error of head 1 after the correction by two heads of ``bench``, (n,)."""
+    """Return the error of head 1 that remains after the correction by the two heads of ``bench``,
+    (n,)."""
     estimate, _ = least_squares(
         [bench.captured()],
         COUNTS_PER_REV,
@@ -162,5 +166,5 @@ def _left(shown_counts: Float, angle_rad: Float) -> Float:
 
 
 def rms(values: Float) -> float:
-    """Return the RMS about the mean: the zero of a table is arbitrary."""
+    """Return the RMS about the mean, because the zero of a table is arbitrary."""
     return float(np.std(values))

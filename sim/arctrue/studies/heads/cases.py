@@ -1,4 +1,4 @@
-"""Effects that the mean of four heads does not contain."""
+"""Effects that change the reading of head 1, but not the mean of four heads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The virtual instrument with four heads: captured, calibrated for the mean, and then disturbed."""
+"""The virtual instrument with four heads: calibrates the mean from a capture, then is disturbed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ GRADUATION_ARCSEC = {2: 1.6, 5: 0.9}
 RECORDED_TURNS = 3.0
 """Length of a recording, over which the balls' order 4.37 is orthogonal to the disc's orders."""
 KEPT_EVERY = 16
-"""Number of edges of which one is kept."""
+"""Number of edges of which the recording keeps one."""
 MOST_ORDER = 8
 MOTION_TURNS = 30.0
 START_RAD = -0.2
@@ -49,21 +49,22 @@ START_RAD = -0.2
 
 @dataclass(frozen=True)
 class Track:
-    """Table angles and the error of a signal, up to a constant; arrays (n,)."""
+    """Table angles, and the error of a signal at them up to a constant; arrays (n,)."""
 
     angle_rad: Float
     error_arcsec: Float
 
     @classmethod
     def of(cls, edges: EdgeTrack) -> Track:
-        """Convert kept edges to errors."""
+        """Compute the error at each edge that the recording keeps."""
         turn = edges.true_angle_rad / (2.0 * np.pi)
         counts = edges.position - turn * edges.counts_per_rev
         arcsec = 360.0 * 3600.0 / edges.counts_per_rev
         return cls(edges.true_angle_rad, np.asarray((counts - counts.mean()) * arcsec))
 
     def line(self, order: float) -> complex:
-        """Return the component at an order, fitted with the whole orders 0 to 8, arcseconds."""
+        """Return the component of an order, fitted together with the whole orders 0 to 8,
+        arcseconds."""
         columns = [np.ones(self.angle_rad.size)]
         for n in (order, *(n for n in range(1, MOST_ORDER + 1) if n != order)):
             columns += [np.cos(n * self.angle_rad), np.sin(n * self.angle_rad)]
@@ -72,9 +73,10 @@ class Track:
 
 
 class HeadsDevice:
-    """The compiled core with HEADS = 4, the firmware on its bus and a table before its heads.
+    """The compiled core with HEADS = 4, the firmware on its bus and a table in front of its heads.
 
-    A context manager. Heads stand at PLACES_DEG, the disc has ECCENTRICITY_M and GRADUATION_ARCSEC.
+    This is a context manager. The heads stand at PLACES_DEG, and the disc has ECCENTRICITY_M and
+    GRADUATION_ARCSEC.
     """
 
     def __init__(
@@ -85,7 +87,7 @@ class HeadsDevice:
         report_run: ReportRun | None = None,
         report_step: ReportStep | None = None,
     ) -> None:
-        """Build the instrument, unless it is there. Raises InstrumentError.
+        """Build the instrument if it is not yet there. Raises InstrumentError.
 
         With ``failover`` the core leaves out a head that fails.
         """
@@ -107,13 +109,14 @@ class HeadsDevice:
             ("output_spacing", 1),
             ("orders", settings.orders),
             ("separation_deg", PLACES_DEG[1]),
-            # The rounding to whole counts is noise too.
+            # Rounding to whole counts adds to the noise.
             ("alarm_noise_arcsec", max(1.0, settings.arcsec_per_count)),
         ):
             self.firmware.set(name, value)
 
     def calibrate_alone(self, *, on: bool = True) -> None:
-        """Give the firmware the places of heads 3 and 4, which let it calibrate the mean."""
+        """Set the places of heads 3 and 4 in the firmware, so that it can calibrate the mean by
+        itself."""
         for name, place in zip(("head3_deg", "head4_deg"), PLACES_DEG[2:], strict=True):
             self.firmware.set(name, place if on else 0.0)
 
@@ -127,11 +130,11 @@ class HeadsDevice:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Free the memory."""
+        """Free the memory of the instrument."""
         self.instrument.close()
 
     def table(self, *causes: Cause) -> RotaryTable:
-        """Return the table with further causes."""
+        """Return the table with the causes in addition to its own."""
         orders = tuple(GRADUATION_ARCSEC)
         amplitudes = tuple(float(np.radians(GRADUATION_ARCSEC[n] / 3600.0)) for n in orders)
         disc = (
@@ -146,7 +149,7 @@ class HeadsDevice:
         )
 
     def attach(self, *causes: Cause, celsius: float = USUAL_TEMPERATURE_C) -> None:
-        """Connect the turning table with these causes to the heads, at a temperature."""
+        """Attach to the heads a turning table with these causes, at one temperature."""
         speed = self.settings.speed_rad_s
         motion = Motion.steady(speed, MOTION_TURNS * 2.0 * np.pi / speed, start_rad=START_RAD)
         course = TemperatureCourse(temperatures_c=(celsius,))
@@ -154,7 +157,7 @@ class HeadsDevice:
         self.instrument.attach(self.table(*causes), motion)
 
     def turn_before(self, *causes: Cause, celsius: float = USUAL_TEMPERATURE_C) -> None:
-        """Attach as :meth:`attach`; the device then finds its indices and judges its words."""
+        """Attach like :meth:`attach`; the firmware then starts anew and finds the indices again."""
         self.attach(*causes, celsius=celsius)
         self.firmware.start()
 
@@ -189,7 +192,7 @@ class HeadsDevice:
         return heads[0].measurement(rows, "the instrument")
 
     def load(self, coefficients: Coefficients) -> str:
-        """Send every frame, wait for the turn that judges them, and return the state.
+        """Send every frame, wait for the turn that tests the coefficients, and return the state.
 
         Raises InstrumentError for a frame that the console refuses.
         """
@@ -201,7 +204,7 @@ class HeadsDevice:
         return self.firmware.send("load status").splitlines()[0].strip()
 
     def record(self) -> tuple[Track, Track]:
-        """Record errors of the output and of the readings of head 1 over some turns."""
+        """Record the errors of the output and of head 1's readings over RECORDED_TURNS turns."""
         self.run_until(lambda: not self.instrument.read("status.ramp_busy"), "the ramp")
         self.instrument.record(every=KEPT_EVERY, turns=RECORDED_TURNS)
         end = self.instrument.true_angle_rad + RECORDED_TURNS * 2.0 * np.pi
@@ -212,12 +215,12 @@ class HeadsDevice:
 
 @dataclass(frozen=True)
 class HeadsResult:
-    """Amplitudes that the effect adds at the order of the case, arcseconds."""
+    """Amplitudes that the effect adds to two signals at the order of the case, arcseconds."""
 
     case: HeadsCase
     counts_per_rev: int
     head1_arcsec: float
-    """Amplitude in head 1; the correction from two heads does not contain it."""
+    """Amplitude in head 1, which a correction from two heads would not remove."""
     mean_arcsec: float
     """Amplitude in the mean of four heads."""
     clocks: int
@@ -241,7 +244,7 @@ def run_on_heads(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> HeadsResult:
-    """Calibrate the mean of four heads from one capture, then add the effect without a new fit.
+    """Calibrate the mean of four heads from one capture, then only add the effect.
 
     Raises InstrumentError if the device refuses the mean or does not return to it.
     """

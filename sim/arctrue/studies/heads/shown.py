@@ -1,4 +1,4 @@
-"""The rows of docs/heads.md, as plain values."""
+"""The rows of the tables in docs/heads.md, as plain values."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ Float = NDArray[np.float64]
 
 BALLS = BallPass(4.37, 0.25e-6)
 HUB_SHIFT = DiscEccentricity(2e-6, 0.8)
-"""Shift of the disc's centre on the axis by heat."""
+"""Shift of the disc's centre on the axis that heat causes."""
 AXIS_SHIFT = RadialMotion(0, 2e-6 * np.exp(0.8j))
 AXIS: tuple[Cause, ...] = (
     BALLS,
@@ -52,8 +52,9 @@ MOVED_ARCSEC = 100.0
 AXIS_LIMIT_M = 5e-6
 FINE_ORDERS = 500
 FINE_PLACES_DEG = (0.0, 112.1, 174.8, 297.8)
-"""Places with the smallest RMS gain of orders 2 to 500 among 18,000 random ones, motion unknown at
-every order, where a mean exists and the heads have room; other places may be better."""
+"""Best of 18,000 random sets of places: smallest RMS gain of orders 2 to 500 if the motion is
+unknown at every order. Only sets count for which a mean exists and the heads have room; sets that
+were not drawn may be better."""
 TURNS_SHOWN = (1, 3, 10, 30, 100, 1000)
 
 
@@ -65,7 +66,7 @@ def shown(
     seed: int = 1,
     report_step: ReportStep | None = None,
 ) -> dict[str, Any]:
-    """Return every row; ``samples_a_turn`` and ``fine_orders`` reduce the work for a test."""
+    """Return every row; smaller ``samples_a_turn`` and ``fine_orders`` make a test faster."""
     report_step = report_step or (lambda _: None)
     bench = Bench(samples_a_turn=samples_a_turn, seed=seed)
     two = replace(bench, places_deg=TWO_DEG)
@@ -94,13 +95,13 @@ def shown(
 
 
 def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
-    """Calibrate while the axis moves; evaluate on another turn."""
+    """Calibrate while the axis moves; return the errors of another turn."""
     moving, pair = replace(bench, axis=AXIS), replace(two, axis=AXIS)
     coefficients = moving.mean()
     quiet, angle = bench.turn(5, AXIS[1:], noise=False)
     balls, _ = bench.turn(5, AXIS, noise=False)
     with_noise, _ = bench.turn(5, AXIS)
-    # Remove the effect of whole counts: the rounding of four readings exceeds the remaining error.
+    # Leave out the rounding to whole counts: in four readings it exceeds the remaining error.
     exact = [_exact(bench, 5, causes) for causes in (AXIS[1:], AXIS)]
     change = (exact[1] - exact[0]) * (ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV)
     assert coefficients.extension is not None
@@ -123,7 +124,8 @@ def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
 
 
 def _exact(bench: Bench, number: int, causes: tuple[Cause, ...]) -> Float:
-    """Return readings in counts at the angles of :meth:`Bench.turn`, without noise and rounding."""
+    """Return the readings, in counts, at the angles of :meth:`Bench.turn`, without noise and
+    rounding."""
     _, angle = bench.turn(number, causes, noise=False)
     table: RotaryTable = bench.table(*causes)
     state = TableState.at_rest(angle)
@@ -131,7 +133,8 @@ def _exact(bench: Bench, number: int, causes: tuple[Cause, ...]) -> Float:
 
 
 def _hub_shift(bench: Bench, two: Bench) -> dict[str, Any]:
-    """Calibrate before the hub moves by 2 µm, with the axis at rest, and not again."""
+    """Calibrate while the axis rests, then shift the hub by 2 µm; return the errors without a new
+    calibration."""
     coefficients = bench.mean(())
     assert coefficients.extension is not None
     assert coefficients.extension.mean is not None
@@ -152,9 +155,9 @@ def _hub_shift(bench: Bench, two: Bench) -> dict[str, Any]:
 
 
 def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Float) -> float:
-    """Return the RMS of the output's change by the shift, without rounding of the readings.
+    """Return the RMS by which the shift changes the output, without rounding of the readings.
 
-    The shift also changes the angle at which the carrier's lanes are evaluated.
+    The shift also changes the angle at which the lanes are evaluated, that of the carrier head.
     """
     counts, _ = bench.turn(5, (), noise=False)
     mean = coefficients.extension.mean
@@ -166,7 +169,8 @@ def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Flo
 
 
 def _missing(bench: Bench) -> list[dict[str, Any]]:
-    """Return the error of one fresh turn with the set of all heads and with each set of three."""
+    """Return the error of one turn after the calibration, for the mean of all heads and of each
+    three."""
     coefficients = replace(bench, axis=AXIS).mean()
     assert coefficients.extension is not None
     counts, angle = bench.turn(6, AXIS)
@@ -195,12 +199,14 @@ def _missing(bench: Bench) -> list[dict[str, Any]]:
 
 
 def _moved(bench: Bench, head: int) -> dict[str, Any]:
-    """Move a head by 100″ along the scale and the axis by 2 µm between two turns."""
+    """Shift a head by 100″ along the scale, and the axis by 2 µm, between two turns; return the
+    errors."""
     before = bench.estimate(())
     moved = [0.0] * 4
     moved[head - 1] = MOVED_ARCSEC
     later = replace(bench, moved_arcsec=tuple(moved), axis=(AXIS_SHIFT,))
-    # The counters continue: the reading of a moved head changes by its shift, from the same index.
+    # The counters run on from the same index, so that the reading of a moved head changes by its
+    # shift.
     counts, angle = later.turn(3, (AXIS_SHIFT,))
     old, _ = bench.turn(3, ())
     captured = later.captured(3)
@@ -239,7 +245,8 @@ def _moved(bench: Bench, head: int) -> dict[str, Any]:
 
 
 def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
-    """Compare the disc's error to a high order with the truth; 2σ at an angle."""
+    """Compare the estimated error of the disc, up to a high order, with the true one; 2σ at an
+    angle."""
     places = FINE_PLACES_DEG
     random = np.random.default_rng([bench.seed, 13])
     further = np.arange(10, orders + 1)
@@ -258,8 +265,8 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     for title, motion, axis in cases:
         counts, _ = fine.turn(1, (rough, *axis), turns)
         size = fine.samples_a_turn
-        # Each sample of a turn comes at the same angle: the sum over turns is one turn of finer
-        # counts.
+        # In each turn, a sample comes at the same angle: the sum over the turns is one turn in
+        # finer counts.
         turn = counts.reshape(4, turns, size) - (
             np.arange(turns, dtype=np.int64)[:, None] * COUNTS_PER_REV
         )
@@ -273,7 +280,7 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
         )
         at = np.arange(4 * orders + 4) * np.float64(2.0 * np.pi / (4 * orders + 4))
         wrong = estimate.on_disc().under_head(0, at) - _true_error(fine, rough, at)
-        # Order 1 contains the axis' forward circle, and the mean does not need it.
+        # Order 1 contains the forward circle of the axis; the mean does not contain order 1.
         lines = np.fft.rfft(wrong)
         lines[:2] = 0.0
         gain = order_gain(np.radians(places), asked[1:], motion)
@@ -294,7 +301,7 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
 
 
 def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) -> Float:
-    """Return g at readings of head 1, from the table itself."""
+    """Return the error g of the disc at readings of head 1, computed from the table itself."""
     table = bench.table(rough)
     angle = reading_rad.copy()
     for _ in range(12):
@@ -303,7 +310,7 @@ def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) ->
 
 
 def _budget(bench: Bench) -> list[dict[str, Any]]:
-    """Return the mean's standard uncertainties, each cause alone; the axis moves by 2 µm."""
+    """Return the mean's standard uncertainty from each cause alone; the axis moves by 2 µm."""
     coefficients = bench.mean(())
     assert coefficients.extension is not None
     assert coefficients.extension.mean is not None

@@ -1,1 +1,2 @@
-"""A table with a hidden effect, measured by the gateware, named by the workbench, corrected."""
+"""The gateware measures a table with a hidden effect, the workbench names the effect and corrects
+it."""

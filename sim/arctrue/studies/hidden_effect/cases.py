@@ -26,15 +26,16 @@ Build = Callable[[HiddenSettings], list[Cause]]
 COLD_C = USUAL_TEMPERATURE_C
 WARM_C = USUAL_TEMPERATURE_C + 4.0
 STROKE_RAD = math.radians(1.0)
-"""Travel in which friction changes sign after a reversal; far shorter than the distance of two
-stations."""
+"""Travel after a reversal over which the friction changes sign; far shorter than the distance of
+two stations."""
 FRESH_C = USUAL_TEMPERATURE_C + 2.5
-"""A temperature that differs from all measured ones."""
+"""A temperature that differs from those of all measured runs."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunPlan:
-    """A power-up and some turns at one speed, captured and read by the reference."""
+    """A run: after a power-up, some turns at one speed are captured; a reference may read them
+    too."""
 
     side: int = 1
     turns: int = 2
@@ -42,14 +43,14 @@ class RunPlan:
     start_s: float = 0.0
     reference: bool = False
     speed: float = 1.0
-    """Speed, as a share of the usual speed."""
+    """Speed in units of the usual speed."""
     second_speed: float | None = None
-    """Second speed, as a share of the usual one; the table changes to it and back in each turn."""
+    """Second speed in units of the usual speed; in each turn, the table changes to it and back."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveIndex:
-    """An index of the drive, which comes ``per_turn`` times in a turn of the table, first at
+    """An index of the drive. It comes ``per_turn`` times in a turn of the table, first at the angle
     ``first_turns``."""
 
     per_turn: float
@@ -62,52 +63,55 @@ class Case:
 
     name: str
     title: str
-    """Title for people."""
+    """Title for the page and the terminal."""
     build: Build
     further: tuple[RunPlan, ...] = ()
-    """Runs after the first run, which is the same for all cases: two turns up, cold."""
+    """Runs after the first run. The first run is the same in all cases: two turns up, cold."""
     polygon: bool = False
-    """Whether the reference run is at stations, up and down, in place of marks that the moving
-    table passes."""
+    """Whether the reference is read at stations, up and down; if False, while the table moves past
+    marks."""
     fresh: RunPlan = RunPlan(start_s=3600.0)
-    """Fresh turns after a new power-up; without further runs, they continue the first run instead.
-    """
+    """Run in which the result is judged, after a new power-up; without further runs, the first run
+    continues instead."""
     judged_order: int | None = None
-    """Order of the output's error that the effect causes in the fresh turns; None: any shape."""
+    """Order at which the effect appears in the output's error; None: the largest error is
+    judged."""
     added: tuple[str, Mapping[str, object]] | None = None
-    """Effect that the user, who knows the drive, adds with its settings; None: the effect of the
-    diagnosis."""
+    """Effect and settings that the user, who knows the drive, adds; None: the effect of the
+    diagnosis is added."""
     effects: int = 1
     """Number of effects that are added, one after the other."""
     least_lanes: int = 1
     modulators: bool = False
-    """Whether the gateware is built with lanes that follow direction and speed."""
+    """Whether the gateware has lanes that follow direction and speed."""
     local_table: bool = False
-    """Whether the gateware is built with a table over the turn."""
+    """Whether the gateware has a table over the turn."""
     real_orders: bool = False
-    """Whether the gateware is built with lanes of real orders."""
+    """Whether the gateware has lanes of real orders."""
     drive_gear_teeth: float | None = None
     """Tooth count of the drive's gear, which the measurement set states."""
     probe: DriveIndex | None = None
-    """Index of the drive at ``probe_in``, from which the firmware gets the phase of real orders;
-    None: the operator gives it."""
+    """Index of the drive at the pin ``probe_in``, from which the firmware computes the phase of
+    real orders; None: the operator states the phase."""
     lines: tuple[float, ...] = ()
-    """Orders whose amplitudes in the output are judged, forwards and backwards."""
+    """Orders whose amplitudes in the output are judged in both directions."""
     reference_turns: int = 1
-    """Number of turns of the reference run while the table moves."""
+    """Number of turns over which the reference is read while the table moves."""
     order1_warms: bool = False
-    """Whether order 1 changes with the temperature, so that a correction can follow it during
-    warming."""
+    """Whether order 1 changes with the temperature, so that a correction can follow it while the
+    table warms."""
 
     @property
     def slowest(self) -> float:
-        """Return the smallest share of the usual speed: a turn at it must fit into a bank."""
+        """Return the smallest speed in units of the usual one, at which a turn must still fit into
+        a bank."""
         plans = (*self.further, self.fresh)
         return min(1.0, *(plan.second_speed or plan.speed for plan in plans))
 
 
 def _subdivision(settings: HiddenSettings) -> list[Cause]:
-    # A share p of the amplitude errs by p of a radian of the signal period: 0.63″ at 16,384 lines.
+    # A difference of a share p in the amplitude causes an error of p radians of the signal period:
+    # 0.63″ at 16,384 lines.
     lines = settings.revolution.lines
     return [
         SignalDistortion(0, lines, 0.036, 0.035, 0.016, 0.012),
@@ -116,7 +120,7 @@ def _subdivision(settings: HiddenSettings) -> list[Cause]:
 
 
 def _coarser(settings: HiddenSettings) -> float:
-    """Return the size of a count relative to the paper's scale; the hidden effects grow by this
+    """Return the ratio of a count to a count at the paper's scale; the hidden effects grow by this
     factor."""
     return (1 << 24) / settings.revolution.counts_per_rev
 
@@ -151,28 +155,30 @@ def _loose_centre(settings: HiddenSettings) -> list[Cause]:
 
 def _scratch(settings: HiddenSettings) -> list[Cause]:
     # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts
-    # height and width grow with the square root: the slope stays, and no head moves by two counts
-    # in a clock.
+    # height and width grow with the square root of the count: the slope stays the same, and no head
+    # moves by two counts in a clock.
     larger = math.sqrt(_coarser(settings))
     width_rad = math.radians(0.2) * larger / SIGMAS_OF_HALF
     return [GraduationBump(20.0 * RAD_PER_ARCSEC * larger, math.radians(84.0), width_rad)]
 
 
 SIGMAS_OF_HALF = 2.0 * math.sqrt(2.0 * math.log(2.0))
-"""Full width at half maximum of a bell, in standard deviations."""
+"""Full width of a bell at half of its maximum, in standard deviations."""
 
 
 GEAR_TEETH = 71.4
-"""Effective tooth count of a gear before the table: 357 teeth pass in five turns."""
+"""Number of gear teeth that pass per turn of the table: 357 teeth in five turns."""
 
 
 def _gear(settings: HiddenSettings) -> list[Cause]:
-    # The amplitude is 1″; both heads turn with the disc, so that only a reference sees it.
+    # The amplitude is 1″. The gear twists the shaft between disc and table top: both heads read the
+    # same turn of the disc, so that only a reference on the table top shows the error.
     return [GearMesh(GEAR_TEETH, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (0.8,))]
 
 
 MESH_WOBBLE_RAD = 0.3
-"""Wobble of an eccentric gear in radians of the mesh: a side line has 15 % of the gear's line."""
+"""Modulation of the mesh by an eccentric gear, radians: a side line has 15 % of the amplitude of
+the gear's line."""
 PINION_TEETH = 21
 BELT_ORDER = 0.5
 
@@ -183,7 +189,8 @@ def _eccentric_gear(settings: HiddenSettings) -> list[Cause]:
 
 
 def _belt(settings: HiddenSettings) -> list[Cause]:
-    # The belt is twice as long as the pulley: it twists the shaft every second turn.
+    # The belt is twice as long as the circumference of the pulley: it twists the shaft once in two
+    # turns.
     return [GearMesh(BELT_ORDER, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (-1.1,))]
 
 
@@ -193,9 +200,9 @@ def _at_once(settings: HiddenSettings) -> list[Cause]:
 
 
 SLOW = 0.5
-"""Second measured speed, as a share of the usual speed."""
+"""Second measured speed, in units of the usual speed."""
 BETWEEN = 0.7
-"""Share of the usual speed; no run of the set has this speed."""
+"""Speed of the judged turns, in units of the usual speed; no run of the set has this speed."""
 
 _WARMING = (
     RunPlan(start_s=900.0, temperature_c=(COLD_C + 1.5, COLD_C + 2.0)),
@@ -236,7 +243,7 @@ _ALL = (
         "centrifugal_lobes",
         "a disc that the centrifugal force stretches three times a turn",
         _centrifugal,
-        # The speeds are not sorted in time, so that speed and time can be separated.
+        # The speeds do not rise or fall steadily in time, so that speed and time can be separated.
         (
             RunPlan(start_s=900.0, speed=SLOW, reference=True),
             RunPlan(start_s=1800.0, speed=0.85, reference=True),

@@ -26,7 +26,8 @@ def turning(
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C),
     start_s: float = 0.0,
 ) -> Motion:
-    """Make a motion from rest over the index of both heads, then some turns at one signed speed."""
+    """Return a motion from rest over the index of both heads, then some turns at one signed
+    speed."""
     ahead = HEAD_SEPARATION_RAD + 2 * RUN_UP_RAD
     start_rad = -ahead if speed_rad_s > 0 else 2 * RUN_UP_RAD
     pace = abs(speed_rad_s)
@@ -45,14 +46,14 @@ def turning(
 
 EACH_SPEED_TURN = 0.1
 CHANGE_TURN = 0.4
-"""Part of each turn for each of the two changes of speed; EACH_SPEED_TURN is that at either
-speed."""
+"""Part of each turn in which the speed changes; it changes twice a turn. EACH_SPEED_TURN is the
+part at each speed."""
 
 
 def with_second_speed(drive: Motion, second_rad_s: float) -> Motion:
     """Return ``drive`` over the same angle, with a part of each turn at a second speed.
 
-    Both speeds have the same direction. The ripple of the angle stays.
+    Both speeds have the same direction. The ripple of the angle does not change.
     """
     first_rad_s = drive.knot_speeds_rad_s[1]
     ramp_s = drive.knot_times_s[1]
@@ -77,7 +78,7 @@ def with_second_speed(drive: Motion, second_rad_s: float) -> Motion:
 
 
 def and_back(drive: Motion, turns: float) -> Motion:
-    """Return ``drive``, followed by some turns back at the same speed."""
+    """Return ``drive``, followed by some turns in the opposite direction at the same speed."""
     ramp_s = drive.knot_times_s[1]
     pace = drive.knot_speeds_rad_s[1]
     top_s = drive.knot_times_s[-1]
@@ -110,7 +111,7 @@ class StationDrive:
 
     drive: Motion
     station_s: NDArray[np.float64]
-    """An instant of the motion at which the table stands."""
+    """An instant of the motion at which the table stands at the station."""
     target_deg: NDArray[np.float64]
     direction: NDArray[np.int64]
     cycle: NDArray[np.int64]
@@ -125,11 +126,12 @@ def over_stations(
     temperature_c: float = USUAL_TEMPERATURE_C,
     start_s: float = 0.0,
 ) -> StationDrive:
-    """Make a drive over both indices, then ``cycles`` times up to every face and back.
+    """Return a drive over both indices, then ``cycles`` times up to every face and back.
 
-    The table stops at each face. A cycle goes one face beyond the last face and returns, and one
-    face below the first and returns, so that every station is reached from its side. Before the
-    cycles the table goes one face up and back; during this time a correction can be switched on.
+    The table stops at each face. A cycle goes one face beyond the last face and returns, then one
+    face below the first and returns, so that every station is always reached from the same side in
+    each direction. Before the cycles the table goes one face up and back; during this time the
+    caller can load a correction.
     """
     step_rad = TURN_RAD / faces
     up = np.arange(faces)

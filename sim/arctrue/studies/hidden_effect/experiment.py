@@ -1,4 +1,5 @@
-"""An experiment from a table with a hidden effect to the corrected output of the gateware."""
+"""An experiment: measures a table with a hidden effect, diagnoses it, and measures the corrected
+output."""
 
 from __future__ import annotations
 
@@ -44,25 +45,26 @@ from arctrue.table import Motion
 from arctrue.workbench.model.export import ConditionSettings, Export
 
 STOP_CLOCKS = 2000
-"""Number of clocks for which the table stands at a station of the polygon: many times the latency.
-"""
+"""Number of clocks for which the table stands at a station of the polygon: far more than the
+latency."""
 FURTHER_TURNS = 0.4
-"""Number of turns of a drive after the captured ones: for calibration, ramp, and to complete a
-turn."""
+"""Number of turns of a drive after the captured ones: time for the calibration, for the ramp, and
+to complete a turn."""
 NOMINAL_SHARE = 1.1
-"""Nominal speed of the modulators over the speed of the drive, whose ripple is much smaller."""
+"""Nominal speed of the modulators, divided by that of the drive. The margin is far larger than the
+ripple of the speed."""
 ADOPTED = "found_on_this_table"
 LINES_TURNS = 2
-"""Number of turns over which lines of real orders are fitted; half orders are orthogonal to whole
-ones."""
+"""Number of turns over which lines of real orders are fitted: over two turns, half orders are
+orthogonal to whole ones."""
 WHOLE_ORDERS = 16
-"""Number of whole orders in such a fit."""
+"""Number of whole orders that are fitted together with the lines of real orders."""
 TURNS_BACK = 2.6
 
 
 @dataclass(frozen=True)
 class HiddenResult:
-    """The result of the experiment; the scores are of fresh turns."""
+    """The result of the experiment; the scores are those of the turns after the last power-up."""
 
     case: Case
     settings: HiddenSettings
@@ -73,31 +75,34 @@ class HiddenResult:
     raw: TurnScore
     """Score of head 1 without a correction."""
     paper: TurnScore
-    """Score of the output with the firmware's coefficients: the paper's model."""
+    """Score of the output with the firmware's own coefficients, which are those of the paper's
+    model."""
     corrected: TurnScore
-    """Score of the output with the exported coefficients."""
+    """Score of the output with the coefficients that the workbench exported."""
     unit_left_out: TurnScore | None
-    """Score as ``corrected``, without the lanes that follow a condition, or with an empty local
-    table."""
+    """Score like ``corrected``, but without the lanes that follow a condition, or with an empty
+    local table."""
     raw_period: SignalPeriod
-    """Errors of raw, paper and corrected over a period of the grating."""
+    """Error of ``raw`` over a period of the grating; those of ``paper`` and ``corrected``
+    follow."""
     paper_period: SignalPeriod
     corrected_period: SignalPeriod
     fresh_capture_arcsec: dict[str, float]
-    """RMS of the residuals of the fresh capture for the model ``without`` and ``with`` the
+    """RMS of the residuals of the judged run's capture, for the model ``without`` and ``with`` the
     effect."""
     firmware_orders: int
     reversal_arcsec: dict[str, float] | None
-    """Mean up minus mean down of the output, with the paper's model and with the export."""
+    """Mean error upwards minus mean error downwards of the output, with the paper's model and with
+    the export."""
     lines_counts: dict[str, list[float]]
-    """Amplitudes of the case's lines in the output, counts: ``without`` their lanes, ``forwards``
-    and ``backwards``; empty if the case judges no lines."""
+    """Amplitudes, in counts, of the case's lines in the output: ``without`` the lanes for them,
+    ``forwards`` and ``backwards`` with the lanes; empty if the case judges no lines."""
     clocks: int
     simulating_s: float
     workbench_s: float
 
     def judged_arcsec(self) -> dict[str, float]:
-        """Return the size of the effect in the output of the fresh turns, by coefficients."""
+        """Return the size of the effect in the output, for each set of coefficients."""
         if self.reversal_arcsec is not None:
             return {name: abs(value) for name, value in self.reversal_arcsec.items()}
         order = self.case.judged_order
@@ -212,7 +217,8 @@ def _generics_of(case: Case) -> dict[str, str]:
 
 
 def without_extensions(coefficients: Coefficients) -> Coefficients:
-    """Return the coefficients with amplitude 0 in extended lanes, and an empty table."""
+    """Return the coefficients with amplitude 0 in the lanes that follow a condition, and an empty
+    table."""
     extension = coefficients.extension
     amplitudes = coefficients.amplitudes.copy()
     if extension is not None:
@@ -240,7 +246,7 @@ class _Run:
         )
         self.causes = case.build(settings)
         scale = settings.revolution
-        # At the slowest speed a turn has the samples of the settings.
+        # At the slowest speed a turn has the number of samples that the settings state.
         samples = round(scale.samples * case.slowest)
         sampled = dataclasses.replace(
             settings, revolution=dataclasses.replace(scale, samples=samples)
@@ -299,13 +305,13 @@ class _Run:
                 "an index of the drive gives the phases",
             )
         elif case.real_orders:
-            # The operator knows which turn of the core is turn 0 of the set.
+            # The operator knows which turn of the core is turn 0 of the measurement set.
             rig.load(
                 export.coefficients.from_turn(rig.first_turn_number()),
                 "swap to the exported coefficients",
             )
         elif self._goes_on or case.local_table:
-            # Send the file over the console, as a person does; the calibration continues.
+            # The file goes over the console, as if a person sent it; the calibration continues.
             rig.instrument.firmware.send("freeze off")
             rig.load_over_console(export.coefficients, "a turn judges what was loaded")
         else:
@@ -353,7 +359,7 @@ class _Run:
         )
 
     def _lines(self, name: str, recording: Recording) -> dict[str, list[float]]:
-        """Return the amplitudes of the case's lines in the output, counts."""
+        """Return the amplitudes, in counts, that the case's lines have in the output."""
         if not self.case.lines:
             return {}
         seen = recording.output
@@ -368,13 +374,14 @@ class _Run:
 
     @property
     def _goes_on(self) -> bool:
-        """Tell whether the first run is the only one, so that the fresh turns follow it."""
+        """Tell whether there is no further run, so that the judged turns continue the first run."""
         return not self.case.further
 
     def _diagnosed(self, measured: Path) -> tuple[DiagnosedModel, Export]:
-        """Return the workbench's result, and the coefficients at the fresh turns' temperature."""
+        """Return the workbench's result, and the coefficients at the temperature of the judged
+        turns."""
         effects_folder = self.folder / "effects"
-        # Remove the files of an earlier run: an existing effect file is never overwritten.
+        # Remove the files of an earlier run, because the workbench never overwrites an effect file.
         for earlier in effects_folder.glob(f"{ADOPTED}*.py"):
             earlier.unlink()
         self.report_step("Workbench: it is given the measurement set, and nothing else")
@@ -401,7 +408,8 @@ class _Run:
     def _conditions(self) -> ConditionSettings | None:
         if not self.case.modulators:
             return None
-        # The nominal speed must be below one count per clock, and this table reaches nearly one.
+        # The nominal speed must be below one count per clock, and this table turns at nearly this
+        # speed.
         speed_deg_s = float(np.degrees(self.settings.revolution.speed_rad_s))
         return ConditionSettings(nominal_deg_per_s=NOMINAL_SHARE * speed_deg_s)
 
@@ -428,7 +436,8 @@ class _Run:
         return 4.6 if self._goes_on else 2.0
 
     def _first_run(self) -> Coefficients:
-        """Make two turns up, cold; the firmware calibrates after the first. Return its bank."""
+        """Make two turns up, cold; return the coefficients that the firmware calibrates from the
+        first."""
         rig = self.rig
         drive = self._drive(RunPlan(), self._first_turns)
         several = self.case.reference_turns > 1
@@ -505,9 +514,10 @@ class _Run:
         )
 
     def _polygon(self, stage: str, bank: Coefficients | None) -> float:
-        """Move up and down over the faces; return mean up minus mean down, arcseconds.
+        """Move up and down over the faces; return mean error upwards minus downwards, arcseconds.
 
-        Without a bank the output equals the reading of head 1, and its rows go into the set.
+        Without a bank the output equals the reading of head 1, and the measured rows become part of
+        the set.
         """
         rig, settings = self.rig, self.settings
         clock_hz = rig.instrument.clock_hz
@@ -525,7 +535,8 @@ class _Run:
         rig.work_until_the_end(stage)
         recording = rig.instrument.recording()
         counts = counts_standing(recording.output, rig.clock_of(plan.station_s))
-        # With a bank the zero is that of the corrected output; only differences are used.
+        # With a bank the zero would be that of the corrected output; only differences are used
+        # here.
         zero = 0 if bank is not None else zero_level(recording)
         readings = Readings(
             plan.station_s,

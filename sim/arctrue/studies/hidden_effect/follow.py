@@ -21,10 +21,10 @@ HELD, EVERY_TURN, BY_TEMPERATURE, BY_FIRMWARE = WAYS = (
     "by temperature",
     "by the firmware",
 )
-"""The ways of correction: (1) the first turn's coefficients permanently; (2) the firmware's
+"""The ways of correction: (1) the first turn's coefficients, never changed; (2) the firmware's
 coefficients after each turn; (3) the model's coefficients at the present temperature, which the
-host writes; (4) the model, loaded once over the console, which the firmware follows with its
-thermometer."""
+host writes; (4) the model, loaded once over the console: the firmware evaluates it at the
+temperature of its thermometer."""
 
 
 JUDGED_TURNS = 1.4
@@ -49,7 +49,7 @@ def follow_warming(
     told_lag_s: float | None = None,
     report_run: ReportRun | None = None,
 ) -> dict[str, list[FollowedTurn]]:
-    """Follow the table of ``result`` while it warms over ``turns`` turns, once for each way.
+    """Measure the table of ``result`` while it warms over ``turns`` turns, once for each way.
 
     The thermometer lags by ``sensor_lag_s``; the coefficient file states ``told_lag_s``, by default
     the same value. Raises InstrumentError if the firmware does not reach a swap.
@@ -71,9 +71,11 @@ def _followed(
     rig: Rig, result: HiddenResult, way: str, turns: int, lags: tuple[float, float]
 ) -> list[FollowedTurn]:
     scale = result.settings.revolution
-    # Each recording is slightly longer than its turn, and the turn's coefficients fade in.
+    # A recording is slightly longer than a turn, and the new coefficients take some time to fade
+    # in.
     every = 1.0 + 1.4 * turns
-    # An additional turn judges the loaded model, while the table warms at the usual rate.
+    # In an additional turn the firmware tests the loaded model, while the table warms at the usual
+    # rate.
     driven = every + (JUDGED_TURNS if way == BY_FIRMWARE else 0.0)
     drive = turning(
         scale.speed_rad_s,
@@ -83,7 +85,7 @@ def _followed(
         temperature_c=(COLD_C, COLD_C + (WARM_C - COLD_C) * driven / every),
     )
     firmware = rig.instrument.firmware
-    # An average over turns would lag behind a table that changes.
+    # An average over turns would lag behind the changing table.
     firmware.set("keep", 0.0)
     rig.power_up(drive, frozen=False, stage=f"{way}: indices")
     if way == BY_FIRMWARE:
@@ -114,7 +116,7 @@ def _followed(
 
 
 def _thermometer(rig: Rig, drive: Motion, lag_s: float) -> Callable[[], float]:
-    """Simulate a thermometer on the table, with steps of 1/128 K like ADT7420 and TMP117."""
+    """Simulate a thermometer on the table with a resolution of 1/128 K, like ADT7420 and TMP117."""
 
     def shown() -> float:
         now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))

@@ -1,4 +1,5 @@
-"""Writes the recorded data as the folder of a measurement set, and the sealed truth next to it."""
+"""Writes the recorded data as the folder of a measurement set, and the truth into a sealed file
+next to it."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ def write_set(
     references: Sequence[Reference],
     drive_gear_teeth: float | None = None,
 ) -> None:
-    """Write the turns of each run, and the rows of all reference runs one after another."""
+    """Write the turns of each run, and the rows of all reference runs in sequence."""
     turns = [(number, turn) for number, run in enumerate(runs) for turn in run]
     capture = Capture(
         run=np.concatenate([np.full(turn.time_s.size, number) for number, turn in turns]),
@@ -61,7 +62,7 @@ def write_set(
 
 
 def seal(folder: Path, effect: str, causes: Sequence[Cause]) -> Path:
-    """Write the hidden causes to a file next to the folder, for the judge alone."""
+    """Write the hidden causes to a file next to the folder, which only the judge reads."""
     truth: dict[str, Any] = {
         "schema": 1,
         "hidden": effect,

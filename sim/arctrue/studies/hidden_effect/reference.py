@@ -1,7 +1,7 @@
-"""A reference instrument on the table, and its readings of the gateware's output.
+"""A reference instrument on the table, and readings of the gateware's output at its stations.
 
-It is read while the compensation is off: the output then equals the reading of head 1, which is
-what the rows of a reference run describe.
+The output is read while the compensation is off: it then equals the reading of head 1, for which
+the rows of a reference run are defined.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """The output at stations, arrays ``(n,)``."""
+    """Readings of the output at stations, arrays ``(n,)``."""
 
     motion_s: Float
     target_deg: Float
     direction: NDArray[np.int64]
     cycle: NDArray[np.int64]
     output_counts: NDArray[np.int64]
-    """Counts of the output from the index."""
+    """Counts of the output since its index."""
     true_angle_rad: Float
 
 
 def zero_level(recording: Recording) -> int:
-    """Return the level of the output's signal at the lower end of its count 0, in which Z is high.
+    """Return the position of the output's signal at the lower end of count 0, in which Z is high.
 
     The recorder counts every edge up to the rise of Z. An interpolation between kept edges can be
-    off by a count if the output makes nearly a count a clock, since edges come in whole clocks.
-    Raises InstrumentError if the recording holds no Z.
+    wrong by a count if the output makes nearly a count a clock, because edges come in whole clocks.
+    Raises InstrumentError if the recording contains no Z.
     """
     if not recording.index_position.size:
         raise InstrumentError("the output never raised Z in the recorded turn")
@@ -46,16 +46,17 @@ def zero_level(recording: Recording) -> int:
 
 
 def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
-    """Return the output's counts at clocks at which it stands, from the zero of the track.
+    """Return the counts of a standing output at some clocks, from the zero of the track.
 
-    The track has levels that were passed: upwards the count above a level is shown, downwards the
-    count below it. Raises InstrumentError if edges are missing.
+    The track records the level between two counts that the output passed: after a pass upwards the
+    output shows the count above this level, after a pass downwards the count below it. Raises
+    InstrumentError if edges are missing.
     """
     place = np.searchsorted(track.clock, clock) - 1
     if track.dropped or track.edges != track.clock.size or place.min() < 0:
         raise InstrumentError("the recording does not hold every edge before each station")
     step = np.sign(np.diff(track.position, prepend=track.position[0] - 1))
-    # The same level occurs twice: a reversal.
+    # If the same level is passed twice in sequence, the motion was reversed.
     last = np.maximum.accumulate(np.where(step != 0, np.arange(step.size), 0))
     turned = (np.arange(step.size) - last) % 2 == 1
     side = np.where(turned, -step[last], step[last])
@@ -63,9 +64,9 @@ def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
 
 
 def on_the_move(recording: Recording, drive: Motion, stations: int, turns: int = 1) -> Readings:
-    """Read a rotary reference whose marks the moving table passes: each mark latches the output.
+    """Read a rotary reference while the table moves: each mark that passes latches the output.
 
-    Over several turns the target of a mark exceeds 360°.
+    Over several turns the target angle of a mark exceeds 360°.
     """
     track = recording.output
     side = 1 if track.true_angle_rad[-1] > track.true_angle_rad[0] else -1
@@ -89,7 +90,8 @@ def on_the_move(recording: Recording, drive: Motion, stations: int, turns: int =
 
 
 def _motion_span_s(drive: Motion, track: EdgeTrack) -> tuple[float, float]:
-    """Return times of the motion at the first and the last edge; the speed has only ripple."""
+    """Return the instants of the motion at the first and the last edge; only ripple changes the
+    speed."""
     times = np.linspace(0.0, drive.duration_s, 4096)
     angle = drive.state(times).angle_rad
     order = slice(None, None, 1 if angle[-1] > angle[0] else -1)
@@ -108,10 +110,11 @@ def as_reference(
     faces: int | None,
     run: int,
 ) -> Reference:
-    """Make the rows of a measurement set: head 1's reading minus the reference's angle."""
+    """Return the rows of a measurement set: head 1's reading minus the reference's angle, plus
+    noise."""
     reading_rad = readings.output_counts * (TURN_RAD / counts_per_rev)
     error_rad = reading_rad - readings.true_angle_rad
-    # The number of whole turns between reading and angle is unknown.
+    # Reading and angle may differ by whole turns, which are removed.
     error_rad -= np.round(error_rad / TURN_RAD) * TURN_RAD
     noise = random.normal(0.0, noise_arcsec, error_rad.size)
     return Reference(

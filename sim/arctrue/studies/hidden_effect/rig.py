@@ -1,4 +1,4 @@
-"""The instrument on the table: powers it up, drives the table, and reads turn by turn."""
+"""A table and an instrument: powers the instrument up, drives the table, reads turn by turn."""
 
 from __future__ import annotations
 
@@ -22,39 +22,41 @@ from arctrue.studies.revolution import set_up
 from arctrue.table import Motion, RotaryTable
 
 SPARE_TURNS = 0.06
-"""Length of a recording beyond its turns, so that it contains an index and a station at its end."""
+"""Length by which a recording exceeds its turns, so that it contains an index and a station at its
+end."""
 
 FROM_A_WRAP_TURNS = 0.02
-"""Distance from angle 0 beyond which reading and angle are in the same turn: far more than the
-error of the reading."""
+"""Distance from angle 0 beyond which reading and true angle have the same turn number: far more
+than the error of the reading."""
 
 _ENABLE_CLOCKS = 200
 PULSE_CLOCKS = 100
 TURNS_FOR_THE_PHASE = 4
-"""Number of turns within which an index of the drive must come: a belt has one in two turns."""
+"""Largest number of turns until an index of the drive comes; that of a belt comes once in two
+turns."""
 LEAD_IN_CLOCKS = 20_000
-"""Number of clocks in which the correction for a new known direction fades in: a fifteenth of a
-turn at 2¹⁸ counts."""
+"""Number of clocks over which the correction of a condition fades in when the direction becomes
+known: a fifteenth of a turn at 2¹⁸ counts."""
 
 
 @dataclass(frozen=True, slots=True)
 class CapturedTurn:
-    """A bank that the gateware filled; arrays ``(n,)``."""
+    """The samples of a bank that the gateware filled; arrays ``(n,)``."""
 
     time_s: NDArray[np.float64]
-    """Time of the measurement."""
+    """Time of each sample since the start of the measurement."""
     head1_counts: NDArray[np.int64]
     head2_counts: NDArray[np.int64]
     temperature_c: NDArray[np.float64]
 
 
 class Rig:
-    """One table and one instrument, through any number of power-ups."""
+    """One table and one instrument, which can be powered up any number of times."""
 
     def __init__(
         self, instrument: Instrument, table: RotaryTable, settings: HiddenSettings
     ) -> None:
-        """Start without a table before the heads."""
+        """Store the parts; the table is not yet attached to the heads."""
         self.instrument = instrument
         self.table = table
         self.settings = settings
@@ -71,7 +73,7 @@ class Rig:
         return self.drive
 
     def power_up(self, drive: Motion, *, frozen: bool, stage: str) -> None:
-        """Put the table at the start of ``drive``, reset, start firmware, pass both indices.
+        """Put the table at the start of ``drive``, reset, start firmware, and pass both indices.
 
         With ``frozen`` the firmware judges each turn but does not change the coefficients.
         """
@@ -91,15 +93,16 @@ class Rig:
         self._told_turns = len(firmware.telemetry)
 
     def motion_time_s(self, clock: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return times of the present motion at clocks of the instrument."""
+        """Convert clocks of the instrument to instants of the present motion."""
         return np.asarray((clock - self._attached_clock) / self.instrument.clock_hz)
 
     def record(self, turns: int = 1) -> None:
-        """Begin to record one or more turns, and slightly more."""
+        """Start a recording that is slightly longer than ``turns`` turns."""
         self.instrument.record(bins=BINS, every=self.settings.kept_every, turns=turns + SPARE_TURNS)
 
     def captured_turn(self, stage: str) -> CapturedTurn:
-        """Run until the gateware has filled a bank; read it before the firmware releases it."""
+        """Run until the gateware has filled a bank; read the bank before the firmware releases
+        it."""
         instrument, poll = self.instrument, self.settings.revolution.poll_clocks
         while not instrument.read("status.capture_ready"):
             self._pass(poll, stage)
@@ -116,7 +119,8 @@ class Rig:
         )
 
     def work(self, stage: str) -> None:
-        """Let the firmware take the ready bank, calibrate, and swap if it decides so."""
+        """Run the firmware until it has read the full bank, calibrated, and swapped if it decides
+        so."""
         reported = len(self.instrument.firmware.telemetry)
         self.instrument.firmware.run(
             until=lambda f: len(f.telemetry) > reported and f.phase == "capture",
@@ -125,7 +129,7 @@ class Rig:
         )
 
     def settle(self, stage: str) -> None:
-        """Run until a swap is active and its ramp is over."""
+        """Run until a swapped bank is active and its ramp has ended."""
         instrument = self.instrument
         while True:
             status = instrument.read_fields("status")
@@ -136,7 +140,8 @@ class Rig:
     def load(self, coefficients: Coefficients, stage: str) -> None:
         """Write a whole bank with all its lanes and make it active.
 
-        The firmware holds orders of the turn only: its ``freeze`` must be on.
+        The caller must have set ``freeze``: the firmware itself would write a bank with orders of
+        the turn only.
         """
         instrument = self.instrument
         swaps = instrument.read("swap_count")
@@ -161,7 +166,7 @@ class Rig:
         self.settle(stage)
 
     def give_index_of_drive(self, index: DriveIndex) -> None:
-        """Put a pulse on ``probe_in`` at each later index of the drive."""
+        """Put a pulse on ``probe_in`` at every later index of the drive in the present motion."""
         drive = self.present_drive
         passed_rad = drive.state(np.linspace(0.0, drive.duration_s, 1000)).angle_rad
         numbers = (passed_rad / TURN_RAD - index.first_turns) * index.per_turn
@@ -174,7 +179,7 @@ class Rig:
     def load_with_index_of_drive(self, coefficients: Coefficients, stage: str) -> None:
         """Load over the console, and run turns until the firmware knows the phase of each lane.
 
-        Raises InstrumentError if it does not within so many turns.
+        Raises InstrumentError if this takes more than TURNS_FOR_THE_PHASE turns.
         """
         self.load_over_console(coefficients, stage)
         firmware = self.instrument.firmware
@@ -186,7 +191,7 @@ class Rig:
         raise InstrumentError("no index of the drive gave the firmware a phase")
 
     def go_back(self, stage: str) -> None:
-        """Run until the table goes the other way at its full speed."""
+        """Run until the table turns in the opposite direction at its full speed."""
         drive = self.present_drive
         clock = float(self.clock_of(np.array(drive.knot_times_s[-3])))
         self.instrument.firmware.run(
@@ -196,11 +201,11 @@ class Rig:
         )
 
     def load_over_console(self, coefficients: Coefficients, stage: str) -> None:
-        """Send the frames of ``arctrue load --force``, and run the turn that judges them.
+        """Send the frames of ``arctrue load --force``, and run the turn that tests them.
 
-        The calibration continues. The load is forced, because a table that warms within the turn
-        hides small orders: only orders that the turn can judge are judged. Raises InstrumentError
-        if the firmware refuses the frames.
+        The calibration continues. The load is forced because small orders cannot be tested while
+        the table warms within the turn; the firmware then tests only the other orders. Raises
+        InstrumentError if the firmware refuses the frames.
         """
         firmware = self.instrument.firmware
         for frame in load_frames(coefficients, force=True):
@@ -214,7 +219,7 @@ class Rig:
         self.settle(stage)
 
     def first_turn_number(self) -> int:
-        """Return the core's number of the turn that begins at the table's angle 0."""
+        """Return the core's number for the turn that begins at the true angle 0 of the table."""
         turns = self.instrument.true_angle_rad / TURN_RAD
         if abs(turns - round(turns)) < FROM_A_WRAP_TURNS:
             self.instrument.run(
@@ -228,12 +233,12 @@ class Rig:
         return TURN_RAD / abs(drive.knot_speeds_rad_s[1]) * self.instrument.clock_hz
 
     def restart_capture(self) -> None:
-        """Discard the present turn: the next capture begins now."""
+        """Discard the samples of the present turn: the next capture begins now."""
         self.instrument.update("control", capture_enable=0)
         self.instrument.update("control", capture_enable=1)
 
     def rest_of_recording(self, stage: str, turns: int = 1) -> Recording:
-        """Run until the recording, which ends by itself, holds its turns."""
+        """Run until the recording contains all its turns; the recording ends by itself."""
         drive = self.present_drive
         side = float(np.sign(drive.knot_speeds_rad_s[1]))
         instrument = self.instrument
@@ -252,13 +257,13 @@ class Rig:
         )
 
     def clock_of(self, motion_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return clocks of the instrument at times of the present motion."""
+        """Convert instants of the present motion to clocks of the instrument."""
         return np.asarray(self._attached_clock + motion_s * self.instrument.clock_hz)
 
     def recorded_turn(self, stage: str, *, turns: int = 1, back: bool = False) -> Recording:
-        """Record one or more turns from now on, while the firmware continues with its turns.
+        """Record one or more turns from now on, while the firmware continues to work.
 
-        ``back``: the table now turns against the direction at the beginning of its motion.
+        ``back``: the table now turns against the direction in which its motion began.
         """
         self.record(turns)
         self.instrument.run(self.settings.revolution.poll_clocks, stage=stage)

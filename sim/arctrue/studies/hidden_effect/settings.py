@@ -12,12 +12,13 @@ from arctrue.table.cause import Cause
 from arctrue.table.instruments.polygon import FACES
 
 KEPT_A_SIGNAL_PERIOD = 64
-"""Least number of kept edges in each period of the grating."""
+"""Smallest permitted number of kept edges in each period of the grating."""
 
 
 @dataclass(frozen=True, slots=True)
 class HiddenSettings:
-    """The table and the gateware, both as in ``arctrue revolution``, and the measurements."""
+    """Settings of the table and the gateware, as in ``arctrue revolution``, and of the
+    measurements."""
 
     revolution: RevolutionSettings = field(
         default_factory=lambda: RevolutionSettings(
@@ -27,27 +28,29 @@ class HiddenSettings:
     stations: int = 360
     """Marks of the rotary reference per turn."""
     faces: int = FACES
-    """Faces of the polygon, in front of which the table must stand still."""
+    """Faces of the polygon; the table must stand still while a face is read."""
     cycles: int = 2
-    """Cycles over the polygon."""
+    """Cycles over all faces of the polygon."""
     reference_noise_arcsec: float = 0.1
     seed: int = 1
 
     @classmethod
     def of_lines(cls, lines: int, lanes: int, samples: int, **others: object) -> HiddenSettings:
-        """Make the paper's scale with another number of lines, lanes and samples a turn."""
+        """Return the paper's scale with another number of lines, lanes and samples a turn."""
         usual = cls()
         scale = dataclasses.replace(usual.revolution, lines=lines, lanes=lanes, samples=samples)
         return dataclasses.replace(usual, revolution=scale, **others)  # type: ignore[arg-type]
 
     @property
     def kept_every(self) -> int:
-        """Return the step of kept edges: odd, so that they meet every phase of the period."""
+        """Return the step between kept edges: odd, so that the kept edges cover every phase of the
+        period."""
         every = max(1, self.revolution.interpolation // KEPT_A_SIGNAL_PERIOD)
         return every + 1 - every % 2 if every > 1 else 1
 
     def table(self, hidden: Sequence[Cause]) -> RotaryTable:
-        """Make the paper's kind of table with ``hidden`` in it; the noise is the last cause."""
+        """Return a table with the paper's kind of error and the causes ``hidden``; noise is the
+        last cause."""
         plain = self.revolution.table()
         noise = 1 if self.revolution.noise_arcsec else 0
         known = plain.causes[: len(plain.causes) - noise]

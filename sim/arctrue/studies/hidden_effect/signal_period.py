@@ -26,7 +26,7 @@ class SignalPeriod:
     mean_arcsec: Float
     """Mean error at each phase, shape ``(64,)``."""
     amplitude_arcsec: Float
-    """Amplitudes of 1, 2, … waves in a period, shape ``(4,)``."""
+    """Amplitudes of the harmonics 1 to 4 of the period, shape ``(4,)``."""
 
     def as_json(self) -> dict[str, Any]:
         """Return everything as plain values."""
@@ -37,11 +37,11 @@ class SignalPeriod:
 
 
 def signal_period(track: EdgeTrack, head1: EdgeTrack, lines: int) -> SignalPeriod:
-    """Average the error of ``track``'s kept edges by phase of ``head1``'s signal.
+    """Average the error at the kept edges of ``track`` by the phase of ``head1``'s signal.
 
     ``track`` is ``head1`` itself or the output.
     """
-    # With an odd step, the samples contain every phase of the signal period.
+    # With an odd step, the kept edges cover every phase of the signal period.
     step = track.position.size // MOST_EDGES | 1
     angle, position = track.true_angle_rad[::step], track.position[::step]
     error = position - angle * (track.counts_per_rev / (2 * np.pi))

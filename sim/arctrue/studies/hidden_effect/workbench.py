@@ -1,4 +1,4 @@
-"""Runs the workbench on a measurement set, of which it gets only the folder."""
+"""Runs the workbench on a measurement set; only the folder of the set is its input."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class DiagnosedModel:
 
     @property
     def ladder(self) -> list[HistoryStep]:
-        """Return the steps by which the error fell on this set."""
+        """Return the history of the model: how the error on this set fell step by step."""
         return list(self.model.history)
 
     def export(
@@ -56,7 +56,8 @@ class DiagnosedModel:
         with_local_table: bool = False,
         with_real_orders: bool = False,
     ) -> Export:
-        """Return the model as coefficients of the gateware, and what lanes cannot correct."""
+        """Return the model as coefficients of the gateware, and the effects that lanes cannot
+        correct."""
         return export_model(
             self.model,
             self.observations,
@@ -88,8 +89,8 @@ def diagnose_and_add(
 ) -> DiagnosedModel:
     """Run ``arctrue diagnose`` and ``arctrue add``, with ``--adopt`` for an unnamed effect.
 
-    Both run once per effect to add; the last diagnosis is kept. ``added``: name and settings of
-    the effect that is added in place of the diagnosis'.
+    Both run once for each effect to add; the result contains the last diagnosis. ``added``: name
+    and settings of an effect that is added in place of the diagnosed one.
     """
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)
@@ -125,8 +126,8 @@ def diagnose_and_add(
 def left_on_fresh_set(diagnosed: DiagnosedModel, folder: Path) -> dict[str, float]:
     """Return the RMS of the residuals of another set's capture without a fit, arcseconds.
 
-    It works like ``arctrue compare --no-fit``, with the model before and after the effect was
-    added.
+    The model before the effect was added and the model with it are both evaluated, as by ``arctrue
+    compare --no-fit``.
     """
     observations = observations_of(
         read_measurement_set(folder),

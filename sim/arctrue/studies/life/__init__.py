@@ -1,1 +1,1 @@
-"""Judges the forecast of ``arctrue life`` on simulated lives whose day of the limit is known."""
+"""Tests the forecast of ``arctrue life`` on simulated lives, whose day of the limit is known."""

@@ -1,4 +1,4 @@
-"""Follows simulated lives set by set and counts alarms before the limit, and false ones."""
+"""Evaluates simulated lives set by set; counts false alarms, and true alarms before the limit."""
 
 from __future__ import annotations
 
@@ -23,19 +23,20 @@ class Judged:
 
     kind: str
     alarm_days: tuple[float, ...]
-    """First day of every period with an alarm, before the limit."""
+    """First day of every period in which the alarm is on, before the limit."""
     watched_days: float
-    """Days in which an alarm is false: before the damage begins; in a life without a limit, all
-    days."""
+    """Number of days in which an alarm is false: those before the damage begins, or all days of a
+    life without a limit."""
     onset_day: float
     limit_day: float
     covered: bool | None
-    """Whether the interval of the first true alarm contains the day of the limit; None: no such
-    alarm."""
+    """Whether the interval that the first true alarm states contains the day of the limit; None: no
+    true alarm."""
 
     @property
     def false_alarms(self) -> int:
-        """Return the number of alarms before the damage begins, or in a life without a limit."""
+        """Return the number of alarms before the damage begins; in a life without a limit, that of
+        all alarms."""
         never = not np.isfinite(self.limit_day)
         return sum(never or day < self.onset_day for day in self.alarm_days)
 
@@ -46,7 +47,8 @@ class Judged:
 
     @property
     def lead_days(self) -> float:
-        """Return the days from the first true alarm to the limit; NaN without one of them."""
+        """Return the days from the first true alarm to the limit; NaN if there is no alarm or no
+        limit."""
         if not np.isfinite(self.limit_day):
             return np.nan
         times = [day for day in self.alarm_days if self.onset_day <= day < self.limit_day]
@@ -54,7 +56,8 @@ class Judged:
 
 
 def judge(life: Life, seed: int) -> Judged:
-    """Evaluate a life after each of its sets, as ``arctrue life`` would, until the limit."""
+    """Evaluate a life after each of its sets, like ``arctrue life``, until the first true alarm or
+    the limit."""
     random = np.random.default_rng(seed)
     days = life.series.days
     alarms: list[float] = []
@@ -80,7 +83,7 @@ def judge(life: Life, seed: int) -> Judged:
 
 
 def run_lives(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Do one task of a campaign: a life of a kind and a seed; return its events as numbers."""
+    """Do one task of a campaign: simulate and evaluate a life; return its events as numbers."""
     kind, seed = str(task["kind"]), int(task["seed"])
     found = judge(simulated_life(kind, seed), seed)
     return {
@@ -101,20 +104,20 @@ def tasks(lives: int, seed: int) -> list[dict[str, Any]]:
 
 
 def share_interval(count: int, of: int) -> tuple[float, float]:
-    """Return Clopper and Pearson's interval of a share."""
+    """Return Clopper and Pearson's 95 % interval of a share."""
     found = stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="exact")
     return float(found.low), float(found.high)
 
 
 def rate_interval(count: int, years: float) -> tuple[float, float]:
-    """Return Garwood's interval of a Poisson rate, per year."""
+    """Return Garwood's 95 % interval of a Poisson rate, per year."""
     tail = 0.5 * (1.0 - CONFIDENCE)
     low = stats.chi2.ppf(tail, 2 * count) / 2.0 if count else 0.0
     return float(low / years), float(stats.chi2.ppf(1.0 - tail, 2 * count + 2) / 2.0 / years)
 
 
 def summary(results: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return a row for each kind, and one for all."""
+    """Return a row for each kind of life, and one for all lives."""
     rows = []
     for name in (*KINDS, "all"):
         own = [item for item in results if name in (item["kind"], "all")]

@@ -1,4 +1,4 @@
-"""Simulated lives: the size of an effect over two years, measured every other week."""
+"""Simulated lives: an effect over two years, whose size is measured every other week."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Random = np.random.Generator
 YEARS_DAYS = 730.0
 BETWEEN_DAYS = 14.0
 JITTER_DAYS = 3.0
-"""Largest deviation of a measurement from its planned day."""
+"""Largest difference between the day of a measurement and its planned day."""
 MISSED = 0.1
-"""Share of the planned sets that were not measured."""
+"""Share of the planned sets that are not measured."""
 LIMIT_ARCSEC = 1.0
 FIRST_SIZE_ARCSEC = 0.2
-"""Largest size at the beginning of a life."""
+"""Largest size of the effect at the beginning of a life."""
 U_ARCSEC = 0.03
-"""Standard uncertainty of a fit; it varies by 0.7 to 1.5 times from set to set."""
+"""Mean standard uncertainty of a fit; that of a set is 0.7 to 1.5 times this value."""
 SCATTER_ARCSEC = 0.05
-"""Scatter of the true size between sets: mounting, temperature."""
+"""Standard deviation of the true size between sets, due to mounting and temperature."""
 STEP_DAYS = 0.25
-"""Step of the course on which the day of the limit is found."""
+"""Step of the grid of days on which the day of the limit is searched."""
 
 Course = NDArray[np.float64]
 """Change of the size at each day of a grid, in units of the limit, (days,)."""
@@ -35,31 +35,32 @@ Course = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Life:
-    """A life as it is measured, and the truth."""
+    """The measurements of a simulated life, and the truth."""
 
     kind: str
     series: Series
     onset_day: float
-    """Day on which the damage begins; infinite: never."""
+    """Day on which the damage begins; infinite if it never begins."""
     limit_day: float
-    """Day on which the true size passes the limit; infinite: never within the life."""
+    """Day on which the true size exceeds the limit; infinite if it never does within the life."""
 
 
 def wearing_bearing(days: Float, begin: float, random: Random) -> Course:
-    """Simulate wear in proportion to a power of the time since its begin, between 1 and 2."""
+    """Simulate wear that grows with a power of the time since it began; the power is between 1 and
+    2."""
     whole, power = random.uniform(120.0, 400.0), random.uniform(1.0, 2.0)
     return np.asarray((np.maximum(days - begin, 0.0) / whole) ** power)
 
 
 def loosening_bracket(days: Float, begin: float, random: Random) -> Course:
-    """Simulate knocks at irregular instants, every 25 days on average; each gives a little play."""
+    """Simulate knocks at irregular instants, every 25 days on average; each adds a little play."""
     knocks = begin + np.cumsum(random.exponential(25.0, 60))
     play = random.uniform(0.05, 0.15, 60)
     return np.asarray((days[:, None] >= knocks) @ play)
 
 
 def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Simulate creep with the logarithm of time, as of a bolted joint, beyond the limit."""
+    """Simulate creep of a bolted joint, which grows with the logarithm of time beyond the limit."""
     constant = random.uniform(30.0, 120.0)
     whole = random.uniform(200.0, 400.0)
     elapsed = np.maximum(days - begin, 0.0)
@@ -67,13 +68,13 @@ def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
 
 
 def settled_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Simulate creep that ends at half of the limit or below: no alarm is right."""
+    """Simulate creep that ends at 0.2 to 0.5 of the limit: every alarm is false."""
     end, constant = random.uniform(0.2, 0.5), random.uniform(20.0, 80.0)
     return np.asarray(end * -np.expm1(-np.maximum(days - begin, 0.0) / constant))
 
 
 def healthy(days: Float, begin: float, random: Random) -> Course:
-    """Simulate no change."""
+    """Simulate an effect whose size does not change."""
     return np.zeros(days.size)
 
 
@@ -87,7 +88,8 @@ KINDS: dict[str, Callable[[Float, float, Random], Course]] = {
 
 
 def simulated_life(kind: str, seed: int) -> Life:
-    """Simulate a life of one kind; sizes are signed, for the bearing an amplitude with a phase."""
+    """Simulate a life of one kind; a bearing's size has amplitude and phase, any other size a
+    sign."""
     random = np.random.default_rng([seed, list(KINDS).index(kind)])
     parts = 2 if kind == "bearing that wears" else 1
     begin = float(random.uniform(100.0, 300.0))

@@ -1,1 +1,2 @@
-"""Hundreds of turns on the virtual instrument: drift of the orders, and ways to correct it."""
+"""Hundreds of turns of the virtual instrument: how the orders drift, and ways to correct the
+drift."""

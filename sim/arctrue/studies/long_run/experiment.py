@@ -1,4 +1,4 @@
-"""Runs one long scenario under several correction strategies and compares their errors."""
+"""Runs one long scenario with several ways of correction and compares the remaining errors."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
 Float = NDArray[np.float64]
 
 LEARNED_PART = 0.45
-"""Part of the run, from its beginning, from which the temperature model is learned."""
+"""Part of the run, from its beginning, whose turns the temperature model is fitted to."""
 AVERAGE_KEEP = 0.8
-"""The firmware's preset of ``keep``."""
+"""Default value of the firmware's parameter ``keep``."""
 DECIMALS = 4
-"""Decimals of the figures of every turn, ″ and °C."""
+"""Number of decimals of each turn's figures, ″ and °C."""
 STRATEGIES = {
     "held": "the first turn's coefficients, then frozen",
     "single": "calibrated anew in every turn, no average",
@@ -42,7 +42,7 @@ STRATEGIES = {
 
 
 def shortened(scenario: Scenario, turns: float) -> Scenario:
-    """Give the same course in fewer turns: temperatures and faults keep their relative time.
+    """Return the same scenario in fewer turns; temperatures and faults keep their relative time.
 
     Raises ValueError for a scenario that is not one leg of turns.
     """
@@ -70,11 +70,11 @@ def run_long(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> dict[str, Any]:
-    """Run the scenario once per strategy; return plain values.
+    """Run the scenario once for each strategy; return plain values.
 
-    ``single`` always runs: its turns are independent, so that the Allan deviation and the model
-    use them. Raises InstrumentError, and ValueError if the turns of learning
-    contain too little information.
+    ``single`` always runs: its turns are independent, as the Allan deviation and the model require.
+    Raises InstrumentError if the instrument cannot run, and ValueError if the turns for the fit do
+    not determine the model.
     """
     begun = time.process_time()
     telemetry: dict[str, list[dict[str, Any]]] = {}
@@ -153,7 +153,7 @@ def _by_strategy(scenario: Scenario, name: str) -> Scenario:
 def _learned(
     result: ScenarioResult, telemetry: Sequence[dict[str, Any]]
 ) -> tuple[list[LearnedOrder], float]:
-    """Give the model, and the temperature for which its cold part is valid."""
+    """Return the model, and the reference temperature at which its constant part applies."""
     turns, values = telemetry_orders(telemetry)
     first = turns <= round(LEARNED_PART * len(result.turns))
     celsius = np.array([turn.temperature_c for turn in result.turns])[turns - 1]
@@ -162,7 +162,8 @@ def _learned(
 
 
 def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[str, Any]:
-    """Give the error under the coefficients in each turn, and that of the core's output."""
+    """Return the error that the coefficients leave in each turn, and the error of the core's
+    output."""
     telemetry = [one for turn in result.turns for one in turn.telemetry]
     left = np.array([truth.left_arcsec(turn) for turn in result.turns])
     worst = SETTLED_TURNS + int(np.argmax(left[SETTLED_TURNS:]))
@@ -199,7 +200,7 @@ def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[st
 
 
 def _applied(result: ScenarioResult, place: int) -> dict[str, float]:
-    """Give the amplitude in arcsec of each active order at the end of a turn."""
+    """Return the amplitude, in arcseconds, of each active order at the end of a turn."""
     bank = result.turns[place].bank
     if bank is None:
         return {}
@@ -212,7 +213,7 @@ def _applied(result: ScenarioResult, place: int) -> dict[str, float]:
 
 
 SETTLED_TURNS = 2
-"""Turns before the scored ones: the captured turn and that of the ramp."""
+"""Number of turns that are not scored: the first captured turn, and the turn of the ramp."""
 
 
 def _rms(values: Float) -> float:
@@ -222,7 +223,8 @@ def _rms(values: Float) -> float:
 def _allan(
     telemetry: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]
 ) -> dict[str, Any]:
-    """Give the root mean of the variances of cosine and sine for each listed order."""
+    """Return the Allan deviation of each listed order: root mean of the variances of cosine and
+    sine."""
     numbers, values = telemetry_orders(telemetry)
     series = np.full((turns + 1, values.shape[1]), np.nan, dtype=np.complex128)
     series[numbers[numbers <= turns]] = values[numbers <= turns]

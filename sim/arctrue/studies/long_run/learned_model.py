@@ -1,4 +1,4 @@
-"""Learns the orders that follow the temperature from the first part of a long run."""
+"""Fits the orders that follow the temperature to the first part of a long run."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ from arctrue.gateware.thermal import SLOPE_LSB_COUNTS, ThermalLanes
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 FALSE_FINDS = 1e-3
-"""Probability that noise alone makes any order seem to follow the temperature."""
+"""Probability that noise alone makes at least one order appear to follow the temperature."""
 
 
 @dataclass(frozen=True, slots=True)
 class LearnedOrder:
-    """One order as c₀ + c₁·(T − T₀); real part for cos nθ, imaginary part for sin nθ."""
+    """One order as c₀ + c₁·(T − T₀); the real part is the factor of cos nθ, the imaginary part of
+    sin nθ."""
 
     order: int
     cold_arcsec: complex
     slope_arcsec_per_k: complex
     u_slope_arcsec_per_k: float
-    """Standard uncertainty of each component."""
+    """Standard uncertainty of the slope's real part, and of its imaginary part."""
 
 
 def telemetry_orders(telemetry: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np.int64], Complex]:
     """Return turn numbers (t,) and coefficients (t, orders) of all accepted turns.
 
-    A turn that the firmware reported twice, with a further alarm, counts once.
+    If the firmware reported a turn twice, because of a further alarm, the turn counts once.
     """
     by_turn = {int(one["turn"]): one["harmonics"] for one in telemetry if one.get("harmonics")}
     turns = np.array(sorted(by_turn), dtype=np.int64)
@@ -48,12 +49,12 @@ def telemetry_orders(telemetry: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np
 def learn(
     turns: NDArray[np.int64], values: Complex, celsius: Float, reference_c: float
 ) -> list[LearnedOrder]:
-    """Fit the orders that follow the temperature to 1, T − T₀ and the turn number (least squares).
+    """Fit each order to 1, T − T₀ and the turn number (least squares); return those that follow T.
 
-    The turn number absorbs wear and creep, so that they do not count as heat. ``turns`` (t,),
-    ``values`` (t, orders) and ``celsius`` (t,). An order is learned if an F test finds its
-    slope; noise alone passes in one of a thousand such fits. Raises ValueError if
-    the temperature depends on the turn number alone.
+    ``turns`` (t,), ``values`` (t, orders) and ``celsius`` (t,). The column of the turn number
+    absorbs wear and creep, so that these are not taken for effects of heat. An order follows the
+    temperature if an F test detects its slope; in one of a thousand such fits, noise alone passes
+    the test. Raises ValueError if the temperature depends on the turn number alone.
     """
     warmth = celsius - reference_c
     columns = np.column_stack([np.ones(turns.size), warmth, turns - turns.mean()])
@@ -66,7 +67,7 @@ def learn(
     per_sigma = float(np.sqrt(np.linalg.inv(columns.T @ columns)[1, 1]))
     ratio = np.abs(solution[1]) ** 2 / (2.0 * (per_sigma * sigma) ** 2)
     chance = stats.f.sf(ratio, 2, 2 * freedom)
-    # The third column is 0 in the middle of the turns, where c₀ is valid.
+    # The third column is 0 in the middle of the turns, to which c₀ applies.
     return [
         LearnedOrder(place + 1, solution[0, place], solution[1, place], per_sigma * sigma[place])
         for place in range(values.shape[1])
@@ -77,9 +78,10 @@ def learn(
 def as_coefficients(
     learned: Sequence[LearnedOrder], reference_c: float, counts_per_rev: int, lanes: int
 ) -> Coefficients:
-    """Give lanes that follow the temperature, in the form of a coefficient file.
+    """Return lanes that follow the temperature, in the form of a coefficient file.
 
-    Raises ValueError if there are none, or if the formats cannot hold them.
+    Raises ValueError if there is no such order, or if the number formats cannot represent the
+    lanes.
     """
     if not learned:
         raise ValueError("no order follows the temperature significantly")

@@ -1,4 +1,5 @@
-"""The true error of the table in each turn of a scenario, and its remainder after correction."""
+"""The true error of the table in each turn of a scenario, and the error that a correction
+leaves."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from arctrue.studies.scenario import Scenario, ScenarioTurn
 Float = NDArray[np.float64]
 
 PLACES = 360
-"""Angles per turn: at least three times the highest requested order."""
+"""Number of angles per turn: at least three times the highest requested order."""
 TURN_RAD = 2.0 * np.pi
 
 
@@ -22,14 +23,17 @@ class Truth:
     """Computes the error from the table's geometry, without noise and quantisation."""
 
     def __init__(self, scenario: Scenario) -> None:
-        """Evaluate head 1; the zero is left out, because two heads do not see it."""
+        """Build the scenario's table without noise. Only head 1 is evaluated."""
         quiet = structs.replace(scenario.errors, noise_arcsec=0.0)
         self._table = dataclasses.replace(scenario, errors=quiet).table()
         self._course = scenario.course()
         self._count_arcsec = arcsec_per_count(scenario.scale.counts_per_rev)
 
     def _turn(self, number: int) -> tuple[Float, Float]:
-        """Return reading in radians and error in arcsec, (PLACES,), at even instants."""
+        """Return readings in radians and errors in arcseconds, (PLACES,), at even instants.
+
+        The mean is removed from the errors, because two heads cannot measure it.
+        """
         begin, end = (self._course.time_at_turn(float(turn)) for turn in (number - 1, number))
         places: Float = (np.arange(PLACES) + 0.5) / PLACES
         instants: Float = begin + places * (end - begin)
@@ -43,7 +47,8 @@ class Truth:
         return self._turn(number)[1]
 
     def left_arcsec(self, turn: ScenarioTurn) -> float:
-        """Return the RMS of a turn's error minus the correction by its last coefficients."""
+        """Return the RMS of a turn's error minus the correction by the coefficients at the turn's
+        end."""
         reading, error = self._turn(turn.number)
         if turn.bank is not None:
             bank = turn.bank

@@ -1,5 +1,5 @@
 """Methods of calibrating a rotary table, compared on one simulated table with equal measuring time.
 
-Each method has one file. ``world`` is the table and the instruments; ``compare`` runs the methods
-and compares each corrected angle with the true angle.
+Each method has one file. ``world`` contains the table and the instruments; ``compare`` runs the
+methods and compares each corrected angle with the true angle.
 """

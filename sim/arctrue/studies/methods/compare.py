@@ -39,14 +39,14 @@ TWO_DEG = HEAD_PLACES_DEG[2]
 THREE_DEG = HEAD_PLACES_DEG[3]
 FOUR_DEG = HEAD_PLACES_DEG[4]
 SPARE_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads, any one of which may fail: ``arctrue alpha --heads 4``."""
+"""Places of four heads at which any head may fail; result of ``arctrue alpha --heads 4``."""
 AT_REST_MOTION_M = 0.0
 PAIRED = "encoder makers' paired heads"
 
 
 @dataclass(frozen=True)
 class Places:
-    """A set of heads with its noise gains."""
+    """A set of heads, with the noise gains of the orders."""
 
     title: str
     places_deg: tuple[float, ...]
@@ -54,11 +54,13 @@ class Places:
     gain: NDArray[np.float64]
     """Noise gain of each order, ``(orders,)``."""
     mean_noise: float
-    """Noise of one reading of the weighted mean over that of one head; inf: no such mean."""
+    """Noise of one reading of the weighted mean, divided by that of one head; inf if no such mean
+    exists."""
 
 
 def places() -> tuple[Places, ...]:
-    """Give the paper's two heads, three, and four heads, with the unknown motion of the axis."""
+    """Return sets of two to four heads, each with the orders of the axis' motion that are
+    unknown."""
     sets: tuple[tuple[str, tuple[float, ...], MotionOrders], ...] = (
         ("2 heads, axis at rest", TWO_DEG, ()),
         ("3 heads, axis at rest", THREE_DEG, ()),
@@ -81,7 +83,7 @@ def _noise(places_deg: tuple[float, ...]) -> float:
 
 
 def methods() -> tuple[Method, ...]:
-    """Give the methods, those with one head first."""
+    """Return all methods; those that compute the angle from one head come first."""
     return (
         LOOK_UP_TABLE,
         REFERENCE_HARMONICS,
@@ -107,9 +109,8 @@ def compare_methods(
 ) -> dict[str, Any]:
     """Run all methods with a moving and with a resting axis; return plain values.
 
-    The moving axis is evaluated again after ball pass and heat have changed its motion.
-
-    Raises ValueError for a time of measurement that is too short for a method.
+    The results of the moving axis are evaluated again after ball pass and heat have changed its
+    motion. Raises ValueError for a time of measurement that is too short for a method.
     """
     sets = places()
     found: dict[str, Any] = {
@@ -150,7 +151,8 @@ def compare_methods(
 
 
 def _own_places(settings: MethodsSettings) -> list[dict[str, Any]]:
-    """Give the uncertainty of the places that four heads determine in one turn, axis at rest."""
+    """Return the uncertainty with which four heads determine their own places in one turn, axis at
+    rest."""
     one_turn = dataclasses.replace(
         settings,
         minutes=6.0 / settings.speed_deg_s,

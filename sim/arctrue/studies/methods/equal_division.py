@@ -1,7 +1,7 @@
 """Equal division average (EDA): head 1 against the mean of N heads at equal distances.
 
 The mean of N readings contains only those errors of the disc whose orders are multiples of N, and
-no radial motion of the axis (N ≥ 2). So head 1 minus the mean is the whole error of head 1 without
+no radial motion of the axis (N ≥ 2). Head 1 minus the mean is therefore the error of head 1 without
 these orders.
 """
 
@@ -30,7 +30,7 @@ def _run(world: World, heads: int) -> Output:
 
 
 def equal_division(heads: int) -> Method:
-    """Give the method with this number of heads."""
+    """Return the method with this number of heads."""
     return Method(
         f"equal_division_{heads}",
         f"Equal division, {heads} heads (EDA)",

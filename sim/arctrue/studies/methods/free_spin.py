@@ -1,12 +1,12 @@
 """Time measurement on a free spin with circle closure (TDR).
 
-The motor spins the table up and releases it, and a fast clock times every line that passes
-head 1. The true angle follows the free response of the axis: with Coulomb and viscous friction it
-is a constant, a straight line and e^{−vt}. The same line passes again after exactly one turn
+The motor spins the table up and releases it, and a fast clock times every line that passes head 1.
+The true angle follows the free response of the axis: with Coulomb and viscous friction this is the
+sum of a constant, a straight line and e^{−vt}. The same line passes again after exactly one turn
 (closure), which separates the lines' errors from the deceleration. A torque that repeats with the
-angle moves the table by an angle that falls with 1/speed² (the dynamic reversal separates it).
-The friction is that of ``arctrue stop-and-go``: a spin lasts three turns, and the table
-is spun up repeatedly during the measuring time.
+angle moves the table by an angle proportional to 1/speed²; this dependence (dynamic reversal)
+separates it. The friction is that of ``arctrue stop-and-go``: a spin lasts three turns, and the
+table is spun up repeatedly during the measuring time.
 """
 
 from __future__ import annotations
@@ -31,31 +31,32 @@ AXIS = Axis()
 
 @dataclass(frozen=True)
 class FreeSpin:
-    """A spin-down: ω′ = −coulomb − viscous·ω, and a torque that repeats with the angle."""
+    """A free deceleration: ω′ = −coulomb − viscous·ω, plus a torque that repeats with the angle."""
 
     start_rad_s: float = 10.0 * TURN_RAD
     viscous_hz: float = AXIS.viscous_n_m_s / AXIS.inertia_kg_m2
     coulomb_rad_s2: float = AXIS.coulomb_n_m / AXIS.inertia_kg_m2
     torque_orders: tuple[int, ...] = (1, 2, 5)
     torque_shares: tuple[float, ...] = (1e-3, 2.5e-4, 1e-4)
-    """Amplitudes over the Coulomb friction, assumed: 0.8″ of order 1 at the start."""
+    """Amplitudes of the torque divided by the Coulomb friction (assumed): order 1 moves the table
+    by 0.8″ at the start."""
     fitted_torque_orders: tuple[int, ...] = (1, 2)
     clock_hz: float = 100e6
     lines: int = 512
-    """Number of lines that are timed, of 16,384, evenly chosen."""
+    """Number of lines that are timed, evenly spaced among 16,384."""
     turns_a_spin: int = 2
     spin_s: float = 4.0
     """Time of one spin: acceleration, deceleration and a pause."""
     viscous_known_to: float = 0.02
-    """Relative error of the viscous friction from which the fit starts."""
+    """Relative error of the viscous friction with which the fit starts."""
 
     @property
     def torque_rad_s2(self) -> tuple[float, ...]:
-        """Amplitudes of the torque over the moment of inertia."""
+        """Amplitudes of the torque divided by the moment of inertia."""
         return tuple(share * self.coulomb_rad_s2 for share in self.torque_shares)
 
     def smooth(self, time_s: Float) -> tuple[Float, Float]:
-        """Give angle and speed without the repeating torque."""
+        """Return angle and speed without the repeating torque."""
         offset = self.coulomb_rad_s2 / self.viscous_hz
         decay = np.exp(-self.viscous_hz * time_s)
         speed = (self.start_rad_s + offset) * decay - offset
@@ -63,7 +64,8 @@ class FreeSpin:
         return angle, speed
 
     def angle(self, time_s: Float, start_rad: float = 0.0) -> tuple[Float, Float]:
-        """Give true angle and speed; the torque, integrated twice, adds τ/(n²ω²)."""
+        """Return true angle and speed; a torque of order n, integrated twice, adds τ/(n²ω²) to the
+        angle."""
         smooth, speed = self.smooth(time_s)
         smooth = smooth + start_rad
         angle = smooth.copy()
@@ -72,7 +74,8 @@ class FreeSpin:
         return angle, speed
 
     def time_at(self, angle_rad: Float, guess_s: Float, start_rad: float = 0.0) -> Float:
-        """Find when the table passes each angle, by Newton's method from ``guess_s``."""
+        """Return the time at which the table passes each angle, by Newton's method from
+        ``guess_s``."""
         time = guess_s.copy()
         for _ in range(12):
             angle, speed = self.angle(time, start_rad)
@@ -81,14 +84,14 @@ class FreeSpin:
 
 
 def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
-    """Return times in seconds and readings in radians of the lines, spin by spin.
+    """Return, for each spin, the times of the lines in seconds and the readings in radians.
 
     Raises ValueError for a spin that ends before its turns.
     """
     random = np.random.default_rng([world.settings.seed, 7])
     line = np.arange(spin.turns_a_spin * spin.lines + 1)
     nominal: Float = line * np.float64(TURN_RAD / spin.lines)
-    # The true angle at which each line of one turn passes the head.
+    # True angle at which each line of one turn passes the head.
     one_turn = nominal[: spin.lines]
     passes = one_turn.copy()
     table = world.table()
@@ -121,7 +124,7 @@ def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
 
 
 def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], Float]:
-    """Return orders and values of head 1's error as a function of its reading."""
+    """Return the orders, and the coefficients of head 1's error as a function of its reading."""
     orders = world.settings.orders
     torque = np.asarray(spin.fitted_torque_orders, dtype=np.float64)
     sums = NormalEquations(2 * orders.size + 2 * torque.size)
@@ -129,7 +132,8 @@ def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], 
     for time, reading in timed_lines(world, spin):
         since = time - time[0]
         decay = np.exp(-viscous * since)
-        # A small change of the viscous friction adds t·e^{−vt}, then t²·e^{−vt}.
+        # An error of the viscous friction adds t·e^{−vt} to first order, and t²·e^{−vt} to second
+        # order.
         response = np.column_stack(
             (np.ones_like(since), since, decay, since * decay, since**2 * decay)
         )
@@ -141,12 +145,13 @@ def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], 
         phase = np.multiply.outer(reading, orders.astype(np.float64))
         swing = np.multiply.outer(reading, torque)
         weaker = (spin.start_rad_s / speed[:, None]) ** 2
-        # R = θ(t) + g(R), and θ(t) the free response with the torque's part.
+        # R = θ(t) + g(R); θ(t) is the free response plus the contribution of the torque.
         design = np.hstack(
             [np.cos(phase), np.sin(phase), weaker * np.cos(swing), weaker * np.sin(swing)]
         )
         basis, _ = np.linalg.qr(response / np.linalg.norm(response, axis=0))
-        # Subtract the fitted response first, so that rounding does not act on 10⁶″.
+        # The fitted response is subtracted first, because the rounding error of 10⁶″ would be too
+        # large.
         observed = (reading - response @ fitted) * ARCSEC_PER_RAD
         sums.add(design - basis @ (basis.T @ design), observed - basis @ (basis.T @ observed))
     return orders, sums.solved()[: 2 * orders.size]

@@ -1,8 +1,8 @@
 """Two to four heads: their weighted mean, and least squares of disc, places and motion of the axis.
 
 ``places_deg`` of a method are distances from head 1 to the other heads: a head at the distance p
-stands at the stator angle −p. All turns are averaged sample by sample, because the simulated motion
-repeats the angle of each sample.
+stands at the stator angle −p. The samples of all turns at one angle are averaged, because the
+simulated motion repeats these angles.
 """
 
 from __future__ import annotations
@@ -27,11 +27,12 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOTION_ORDERS = tuple(range(1, 9))
-"""Orders of a bearing's motion; at order 1 only the backward circle."""
+"""Orders of a bearing's motion in the fit; order 1 means the backward circle only."""
 
 
 def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns, int]:
-    """Return one turn of the sums of all turns, and the counts per turn of these sums."""
+    """Sum the samples of all turns to one turn; return the sums and their number of counts per
+    turn."""
     places = -np.radians(np.asarray(places_deg, dtype=np.float64))
     given = world.settings
     total: Integer | None = None
@@ -45,7 +46,7 @@ def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns
 
 
 def estimated(world: World, places_deg: Sequence[float], motion: MotionOrders) -> HeadsEstimate:
-    """Calibrate with the known mounting: places and index marks to ± 50″."""
+    """Calibrate; places and index marks of the heads are known to ± 50″."""
     part, fine = averaged_turn(world, places_deg)
     radius = world.settings.radius_tolerance_m / DISC_RADIUS_M / float(np.sqrt(3.0))
     return heads_least_squares(
@@ -74,7 +75,7 @@ def _head1(world: World, places_deg: Sequence[float], motion: MotionOrders) -> O
 
 
 def _mean(places_deg: Sequence[float], weights: Float, offsets_rad: Float) -> Output:
-    """Give the weighted mean of the readings, each minus its offset."""
+    """Return the weighted mean of the readings after subtraction of each head's offset."""
 
     def angle(reading: Float) -> Float:
         own = reading - offsets_rad[:, None]
@@ -108,7 +109,8 @@ def _calibrated(world: World, places_deg: Sequence[float], motion: MotionOrders)
 def least_squares_of(
     name: str, places_deg: Sequence[float], motion: MotionOrders, *, title: str = ""
 ) -> Method:
-    """Correct head 1 by the error that all heads at ``places_deg`` determine."""
+    """Return the method that corrects head 1 by the error that all heads at ``places_deg``
+    determine."""
     heads = len(places_deg)
     return Method(
         name,
@@ -123,7 +125,8 @@ def least_squares_of(
 
 
 def mean_of(name: str, places_deg: Sequence[float], source: str) -> Method:
-    """Give the weighted mean of the heads without calibration except the counters' offsets."""
+    """Return the method of a weighted mean of the heads; only the counters' offsets are
+    calibrated."""
     heads = len(places_deg)
     return Method(
         name,
@@ -138,7 +141,7 @@ def mean_of(name: str, places_deg: Sequence[float], source: str) -> Method:
 
 
 def calibrated_mean_of(name: str, places_deg: Sequence[float], motion: MotionOrders) -> Method:
-    """Give the weighted mean minus the disc's error in it."""
+    """Return the method of a weighted mean, minus the error of the disc that the mean contains."""
     heads = len(places_deg)
     known = "motion unknown at every order" if motion == "every" else "motion at orders 1 to 8"
     return Method(

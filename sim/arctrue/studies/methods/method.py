@@ -1,4 +1,4 @@
-"""Description of a method: its sources, requirements and blind spots."""
+"""Description of a calibration method: source, requirements, and orders that it cannot see."""
 
 from __future__ import annotations
 
@@ -28,16 +28,18 @@ class Method:
     cannot_see: str
     run: Callable[[World], Output]
     output: Literal["head 1", "mean"] = "head 1"
-    """The heads from which the angle is computed."""
+    """Whether the angle is computed from head 1 or from the mean of all heads."""
 
 
 def of_harmonics(orders: Integer, values: Float) -> Output:
-    """Make head 1 minus Σ cosine·cos(n·R) + sine·sin(n·R); ``values`` arcseconds, cosines first."""
+    """Return head 1 minus Σ cosine·cos(n·R) + sine·sin(n·R); ``values``: arcseconds, cosines
+    first."""
     return Output.of_head1(lambda reading_rad: error_arcsec(orders, values, reading_rad))
 
 
 def fitted_harmonics(orders: Integer, reading_rad: Float, error: Float) -> Float:
-    """Fit harmonics and a constant to ``error`` at ``reading_rad``, least squares; (2·orders,)."""
+    """Fit harmonics and a constant to ``error`` by least squares; return the harmonics,
+    (2·orders,)."""
     phase = np.multiply.outer(reading_rad, orders.astype(np.float64))
     design = np.hstack([np.cos(phase), np.sin(phase), np.ones((reading_rad.size, 1))])
     return np.asarray(np.linalg.lstsq(design, error)[0][:-1])

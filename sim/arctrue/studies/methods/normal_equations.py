@@ -9,20 +9,20 @@ Float = NDArray[np.float64]
 
 
 class NormalEquations:
-    """XᵀX and Xᵀy of a design matrix X, summed block by block."""
+    """The matrix XᵀX and the vector Xᵀy of a design matrix X, summed block by block."""
 
     def __init__(self, columns: int) -> None:
-        """Begin without rows."""
+        """Start with zero rows."""
         self.matrix: Float = np.zeros((columns, columns))
         self.right: Float = np.zeros(columns)
 
     def add(self, design: Float, observed: Float) -> None:
-        """Add a block of rows, ``(rows, columns)`` and ``(rows,)``."""
+        """Add a block of rows of X, ``(rows, columns)``, and of y, ``(rows,)``."""
         self.matrix += design.T @ design
         self.right += design.T @ observed
 
     def solved(self) -> Float:
-        """Give the minimum-norm solution: unknowns that no row determines are 0."""
+        """Return the minimum-norm solution: unknowns that no row determines are 0."""
         norms = np.sqrt(np.diag(self.matrix))
         norms[norms == 0.0] = 1.0
         scaled = self.matrix / np.outer(norms, norms)
@@ -32,5 +32,5 @@ class NormalEquations:
 
 
 LEAST_SINGULAR = 1e-9
-"""Least eigenvalue of the scaled normal matrix: smaller ones belong to undetermined directions,
-30,000 times weaker than the strongest."""
+"""Ratio of eigenvalues of the scaled normal matrix below which a direction counts as undetermined:
+the rows determine it 30,000 times more weakly than the strongest one."""

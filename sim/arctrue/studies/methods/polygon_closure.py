@@ -1,6 +1,6 @@
-"""Closure: re-indexing the polygon between cycles separates its faces from the table.
+"""Closure: re-indexing the polygon between cycles separates its faces' errors from the table's.
 
-In cycle i, at station j, the error according to the polygon is ε_j + p_(j − s_i) + c_i, with the
+In cycle i, at station j, the error measured with the polygon is ε_j + p_(j − s_i) + c_i, with the
 shift s_i, the error p of the face and the zero c_i of the cycle. Both errors have mean 0: the
 circle closes. Least squares solves for ε and p if the shifts connect all faces.
 """
@@ -26,16 +26,16 @@ class Closure:
     table_arcsec: Float
     faces_arcsec: Float
     u_table_arcsec: Float
-    """Standard uncertainty from the scatter of the fit, ``(faces,)``."""
+    """Standard uncertainty of the table's errors from the scatter of the fit, ``(faces,)``."""
     scatter_arcsec: float
     degrees_of_freedom: int
 
 
 def closure(errors_arcsec: Float, face: Integer) -> Closure:
-    """Separate table and polygon; ``errors_arcsec`` and ``face`` are ``(cycles, faces)``.
+    """Separate the errors of table and polygon.
 
-    Raises ValueError if the shifts do not connect all faces; a single position of the polygon is
-    the simplest such case.
+    ``errors_arcsec`` and ``face`` have the shape ``(cycles, faces)``. Raises ValueError if the
+    shifts do not connect all faces; a single position of the polygon is the simplest such case.
     """
     cycles, faces = errors_arcsec.shape
     rows = np.arange(errors_arcsec.size)
@@ -53,7 +53,7 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
             "table by a number of faces that has no common divisor with their number"
         )
     observed = np.concatenate([errors_arcsec.ravel(), [0.0, 0.0]])
-    # Closing the circle is exact: the last two rows carry no scatter.
+    # The last two rows state the closure, which is exact: they are not part of the scatter.
     through = np.linalg.pinv(design)
     found = through @ observed
     left = errors_arcsec.ravel() - design[:-2] @ found
@@ -69,7 +69,7 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
 
 
 def spread_shifts(cycles: int, faces: int) -> list[int]:
-    """Give as many different positions as cycles, all round the turn."""
+    """Return a different position of the polygon for each cycle, spread over the whole turn."""
     return [(cycle * faces) // cycles for cycle in range(cycles)]
 
 

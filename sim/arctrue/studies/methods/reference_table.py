@@ -18,7 +18,7 @@ def station_errors(world: World) -> tuple[Float, Float]:
 
 
 def straight_lines(reading_rad: Float, error_arcsec: Float) -> Correction:
-    """Interpolate linearly between two stations, as controllers do."""
+    """Interpolate the error linearly between two stations, as motion controllers do."""
     return lambda at: np.interp(at, reading_rad, error_arcsec, period=TURN_RAD)
 
 

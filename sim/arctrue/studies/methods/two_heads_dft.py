@@ -1,4 +1,4 @@
-"""The paper's method: two heads, a discrete Fourier transform, ε(R) for ε(θ)."""
+"""The paper's method: two heads and a discrete Fourier transform, which takes ε(R) for ε(θ)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SEPARATION_RAD = float(np.radians(33.0))
 
 
 def captured(world: World) -> WholeTurns:
-    """Join all turns of two heads 33° apart into one capture."""
+    """Return all turns, read by two heads 33° apart, as one capture."""
     counts = np.concatenate(list(world.turns([0.0, -SEPARATION_RAD])), axis=1)
     step = world.settings.counts_per_rev / world.settings.samples_a_turn
     return WholeTurns(0, world.settings.turns, counts[0], counts[1], step)
@@ -35,7 +35,8 @@ def _fourier(world: World, choice: Choice) -> Output:
 
 
 def _applied(estimate: Estimate) -> Output:
-    """Keep the orders that ``arctrue calibrate`` would apply: those with a gain up to its limit."""
+    """Apply the orders that ``arctrue calibrate`` would apply: those whose gain is within its
+    limit."""
     kept = estimate.noise_gain <= GAIN_LIMIT_DEFAULT
     return of_harmonics(estimate.orders[kept], estimate.values[np.tile(kept, 2)])
 

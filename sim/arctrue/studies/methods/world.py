@@ -1,4 +1,5 @@
-"""The table that every method measures: the same disc, bearing, noise and measuring time."""
+"""The table that every method measures; disc, bearing, noise and measuring time are always the
+same."""
 
 from __future__ import annotations
 
@@ -36,47 +37,49 @@ from arctrue.table.instruments import Autocollimator, Polygon
 Float = NDArray[np.float64]
 Counts = NDArray[np.int64]
 Correction = Callable[[Float], Float]
-"""Error of head 1 in arcseconds as a function of its reading in radians, any shape."""
+"""Function that returns head 1's error in arcseconds from its reading in radians, any shape."""
 
 
 @dataclass(frozen=True)
 class Output:
-    """The output of a calibrated table: an angle computed from the readings of some heads."""
+    """The output of a calibrated table: a function that computes the angle from the readings of
+    heads."""
 
     places_rad: tuple[float, ...]
     """Stator angles of the heads that are read, head 1 first."""
     angle: Callable[[Float], Float]
-    """Angle in radians, (n,), from readings in radians, (heads, n); its zero is arbitrary."""
+    """Function that returns the angle in radians, (n,), from readings in radians, (heads, n); its
+    zero is arbitrary."""
 
     @classmethod
     def of_head1(cls, correction: Correction) -> Output:
-        """Subtract the error from head 1."""
+        """Return head 1 minus this error."""
         return cls((0.0,), lambda reading: reading[0] - correction(reading[0]) * RAD_PER_ARCSEC)
 
 
 TURN_RAD = 2.0 * np.pi
 SCORED_ANGLES = 7200
-"""Number of evaluated angles, one each twentieth of a degree: 60 per wave of order 120."""
+"""Number of evaluated angles, every twentieth of a degree: 60 per period of order 120."""
 MOST_SCORED_ORDER = 128
 LATER_TURNS = 3
 MOUNTING_ARCSEC = 50.0
-"""Tolerance of a head's place: the paper's."""
+"""Tolerance of a head's place, as in the paper."""
 
 WEAK_ORDER = 11
-"""An order whose noise is amplified 19 times with α = 33°."""
+"""An order that two heads at α = 33° determine with 19 times the noise."""
 SYMMETRIC_ORDERS = (12, 24)
-"""Orders that 4 or 12 heads at equal distances cannot detect; 24 faces cannot detect order 24
-either."""
+"""Orders that 4 or 12 equally spaced heads cannot see; 24 faces cannot see order 24 either."""
 BLIND_ORDER = 120
 """An order that two heads 33° apart do not see."""
 UNLISTED_ARCSEC = {47: 0.05, 77: 0.03}
-"""Orders of the disc that no method fits."""
+"""Amplitude of further orders of the disc, which no method fits."""
 UNLISTED_MOTION = {1: -0.3, 9: 0.3, 13: -0.2}
-"""Circles of the axis by order, relative to that of order 2; negative ones turn backwards. Orders
-9 and 13 are in no method's list."""
+"""Further circles of the axis by order, relative to the circle of order 2; negative orders turn
+backwards. No method fits orders 9 and 13."""
 BALLS_M, BALLS_ORDER = 0.25e-6, 4.37
 HUB_SHIFT_M = 2e-6
-"""Changes after the calibration: ball pass of the bearing, and a shift of the disc on its hub."""
+"""Shift of the disc on its hub. After the calibration, this shift and the ball pass of the bearing
+are added."""
 
 
 @dataclass(frozen=True)
@@ -84,31 +87,32 @@ class MethodsSettings:
     """Conditions that are the same for all methods."""
 
     minutes: float = 16.0
-    """The paper's ten cycles: 24 faces, 4 s each; or 80 turns at 30°/s."""
+    """Measuring time: ten cycles of 24 faces of 4 s each, as in the paper; or 80 turns at 30°/s."""
     station_s: float = 4.0
     speed_deg_s: float = 30.0
     sampling_hz: float = 1000.0
     noise_arcsec: float = 0.1
     """Standard deviation of a head's reading."""
     scatter_arcsec: float = 0.08
-    """Standard deviation of a reading of the autocollimator, as in ``arctrue paper``."""
+    """Standard deviation of a reading of the autocollimator, equal to that in ``arctrue paper``."""
     radial_motion_m: float = 0.1e-6
-    """Amplitude of the axis' motion at order 2; the amplitude at order 3 is half of this."""
+    """Amplitude of the axis' motion at order 2; at order 3 it is half of this."""
     ripple_rad: float = 0.002
     ripple_order: int = 7
     most_order: int = 40
     counts_per_rev: int = 1 << 24
     seed: int = 1
     index_detection_arcsec: float = 0.0
-    """Largest error with which a head detects the index mark."""
+    """Largest error of the place at which a head detects the index mark."""
     radius_tolerance_m: float = 0.0
     """Largest difference of a head's radius from the disc's radius."""
     unlisted: bool = False
-    """True: disc and axis also have orders that are in no method's list."""
+    """Whether disc and axis also have orders that no method fits."""
 
     @classmethod
     def compared(cls, minutes: float = 16.0, seed: int = 1) -> MethodsSettings:
-        """Return the world of ``arctrue methods``: index to ± 50″, radii ± 0.1 mm, more orders."""
+        """Return the world of ``arctrue methods``: indices to ± 50″, radii to ± 0.1 mm, unlisted
+        orders."""
         return cls(
             minutes=minutes,
             seed=seed,
@@ -119,33 +123,35 @@ class MethodsSettings:
 
     @property
     def time_s(self) -> float:
-        """Measuring time of every method, without the time between its parts."""
+        """Measuring time of every method; pauses between the parts of a measurement do not
+        count."""
         return 60.0 * self.minutes
 
     @property
     def turns(self) -> int:
-        """Whole turns of a capture."""
+        """Number of whole turns in a capture."""
         return int(self.time_s * self.speed_deg_s / 360.0)
 
     @property
     def cycles(self) -> int:
-        """Whole cycles of the polygon."""
+        """Number of whole cycles over the polygon."""
         return int(self.time_s / (self.station_s * PUBLISHED.faces))
 
     @property
     def samples_a_turn(self) -> int:
-        """Samples in a turn."""
+        """Number of samples in a turn."""
         return round(360.0 / self.speed_deg_s * self.sampling_hz)
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """Orders that a method fits if it can: 1 to ``most_order``, and the blind one."""
+        """Orders that every method fits as far as it can: 1 to ``most_order``, and the blind
+        one."""
         return np.append(np.arange(1, self.most_order + 1), BLIND_ORDER)
 
 
 @dataclass(frozen=True)
 class World:
-    """The simulated table and all measurements on it."""
+    """The simulated table and all measurements of it."""
 
     settings: MethodsSettings
 
@@ -182,16 +188,16 @@ class World:
 
     @cached_property
     def later(self) -> tuple[Cause, ...]:
-        """Give the causes that are added after the calibration."""
+        """Return the causes that are added after the calibration."""
         return (BallPass(BALLS_ORDER, BALLS_M), DiscEccentricity(HUB_SHIFT_M, 0.8))
 
     def table(
         self, places_rad: Sequence[float] = (0.0,), further: tuple[Cause, ...] = ()
     ) -> RotaryTable:
-        """Place heads near their nominal places, each up to 50″ off; head 1 defines 0.
+        """Return the table with heads up to 50″ from their nominal places; head 1 defines 0.
 
-        Their index marks repeat to ± 1 count. A place has the same head in every method.
-        ``further``: causes in addition to those of the calibrated table.
+        The index marks repeat to ± 1 count. All methods with a head at some place get the same head
+        there. ``further``: causes in addition to those of the calibrated table.
         """
         heads = []
         for place in places_rad:
@@ -216,11 +222,12 @@ class World:
 
     @property
     def count_rad(self) -> float:
-        """One count, radians."""
+        """Size of a count in radians."""
         return TURN_RAD / self.settings.counts_per_rev
 
     def turns(self, places_rad: Sequence[float]) -> Iterator[Counts]:
-        """Yield the counts of all heads, turn by turn, ``(heads, samples)``, latched together."""
+        """Yield, for each turn, the counts of all heads, ``(heads, samples)``, latched at the same
+        instants."""
         given = self.settings
         table = self.table(places_rad)
         random = np.random.default_rng([given.seed, len(places_rad)])
@@ -237,7 +244,7 @@ class World:
             yield np.stack([table.counts(head, state, random) for head in range(len(places_rad))])
 
     def reading_at_rest_rad(self, angle_rad: Float) -> Float:
-        """Read head 1 at rest at each angle, mean of many latches, without noise and rounding."""
+        """Return the reading of head 1 at rest at each angle: a mean without noise and rounding."""
         return self.table().reading_rad(0, TableState.at_rest(angle_rad))
 
     def instruments(self) -> tuple[Polygon, Autocollimator]:
@@ -249,12 +256,12 @@ class World:
         )
 
     def stations(self, shifts: Sequence[int]) -> tuple[Float, Float, NDArray[np.int64]]:
-        """Read the polygon once per cycle: reading of head 1 and its error by the polygon.
+        """Read the polygon in every cycle: reading of head 1, and error that the polygon measures.
 
         In cycle i the polygon is mounted ``shifts[i]`` faces further. At each of 24 angles the
-        table is moved to the target by the *reading* of head 1 and stands for ``station_s``; the
+        *reading* of head 1 is moved to the target, and the table stands for ``station_s``; the
         readings of both instruments are averaged. Returns readings in radians ``(faces,)``, errors
-        in arcseconds ``(cycles, faces)`` and the number of the seen face ``(cycles, faces)``.
+        in arcseconds ``(cycles, faces)`` and the number of the visible face ``(cycles, faces)``.
         """
         polygon, autocollimator = self.instruments()
         random = np.random.default_rng([self.settings.seed, 25])
@@ -268,17 +275,19 @@ class World:
         for shift in shifts:
             face = (place - shift) % faces
             direction = polygon.direction_rad(face, stands - target)
-            # The autocollimator's error depends on the place in its field, that is on the station.
+            # The autocollimator's error depends on the position in its field, and so on the
+            # station.
             reading = autocollimator.reading_rad(place, direction, random)
             errors.append(-reading * ARCSEC_PER_RAD)
             seen.append(face)
         return target, np.array(errors), np.array(seen, dtype=np.int64)
 
     def score(self, output: Output | None, *, later: bool = False) -> TurnScore:
-        """Compare ``output`` with the true angle, mean removed; None: head 1 without correction.
+        """Compare ``output`` (None: head 1 without correction) with the true angle, mean removed.
 
-        The heads are at rest at each angle and averaged over many latches. ``later``: with the
-        causes that are added after the calibration, some turns later.
+        The heads are at rest at each angle, and their readings are averaged until noise and
+        rounding vanish. ``later``: some turns later, with the causes that are added after the
+        calibration.
         """
         if output is None:
             output = Output.of_head1(np.zeros_like)

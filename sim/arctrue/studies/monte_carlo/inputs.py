@@ -16,7 +16,7 @@ Values = Mapping[str, float]
 
 NOISE_ARCSEC = (0.05, 0.3)
 SEPARATION_ARCSEC = 50.0
-"""Tolerance of the heads' mounting (docs/architecture.md) and of their index sensors."""
+"""Tolerance of the places of the heads (docs/architecture.md) and of their index sensors."""
 INDEX_COUNTS = 1
 RIPPLE_PERCENT = (0.1, 5.0)
 RIPPLE_ORDERS = (1, 8)
@@ -47,7 +47,7 @@ QUIET: Values = {
     "bracket_arcsec_per_k": 0.0,
     "lanes": float(LANES_DEFAULT),
 }
-"""Values at which the quantities have no effect."""
+"""Values of the quantities at which these have no effect."""
 
 
 def _log_uniform(random: Random, limits: tuple[float, float]) -> float:
@@ -111,9 +111,9 @@ class Input:
     """One input quantity, or a group of related ones."""
 
     title: str
-    """Description for the page."""
+    """Name of the input on the page."""
     distribution: str
-    """Distribution in words."""
+    """Description of the distribution on the page."""
     draw: Callable[[Random], dict[str, float]]
 
 
@@ -153,7 +153,7 @@ INPUTS: dict[str, Input] = {
     ),
     "lanes": Input("lanes of the gateware", f"one of {', '.join(map(str, LANES))}", _lanes),
 }
-"""Inputs by name, in the order of their streams of random numbers."""
+"""Inputs by name; their order determines their streams of random numbers."""
 
 CASES: dict[str, tuple[str, ...]] = {
     "quantisation": (),
@@ -161,13 +161,14 @@ CASES: dict[str, tuple[str, ...]] = {
     **{name: ("noise", name) for name in INPUTS if name != "noise"},
     "all": tuple(INPUTS),
 }
-"""Active inputs by case. Quantisation of counts and words is always active: ``quantisation``."""
+"""Names of the active inputs, by case. Quantisation of counts and words is always active; in the
+case ``quantisation`` it is alone."""
 
 
 def drawn(seed: int, case: str) -> dict[str, float]:
-    """Draw the quantities of a trial: those of the case at random, the others without effect.
+    """Draw the quantities of a trial: the inputs of the case at random, the others without effect.
 
-    Each input has its own stream of random numbers, so that in a trial it is the same in
+    Each input has its own stream of random numbers, so that its values in a trial are the same in
     every case. Raises KeyError for an unknown case.
     """
     found = dict(QUIET)
@@ -178,7 +179,7 @@ def drawn(seed: int, case: str) -> dict[str, float]:
 
 
 def ellipse_m(values: Values) -> tuple[complex, complex]:
-    """Return the two circles of the radial motion, metres."""
+    """Return the forward and the backward circle of the radial motion, metres."""
     return (
         cmath.rect(values["forward_um"] * 1e-6, values["forward_rad"]),
         cmath.rect(values["backward_um"] * 1e-6, values["backward_rad"]),

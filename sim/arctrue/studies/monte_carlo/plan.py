@@ -16,7 +16,7 @@ BATCH = 10
 
 @dataclass(frozen=True, slots=True)
 class TrialPlan:
-    """Number of trials of every case, and the extent of each measurement."""
+    """Number of trials of every case, and the size of each measurement."""
 
     trials: int
     seed: int
@@ -28,7 +28,7 @@ class TrialPlan:
     method: str = "least_squares"
 
     def tasks(self) -> list[Task]:
-        """Return the tasks; the seed gives all cases of a trial the same table and inputs."""
+        """Return the tasks; in all cases of a trial, one seed determines table and inputs."""
         seeds = [
             int(np.random.SeedSequence([self.seed, number]).generate_state(1, np.uint32)[0])
             for number in range(self.trials)
@@ -48,6 +48,6 @@ class TrialPlan:
         ]
 
     def campaign(self, folder: Path) -> Campaign:
-        """Return the campaign in ``folder``."""
+        """Return the campaign whose results are in ``folder``."""
         sources = Sources((WORK.partition(":")[0],))
         return Campaign(WORK, self.tasks(), folder, {"plan": asdict(self)}, BATCH, sources)

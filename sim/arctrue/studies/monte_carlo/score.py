@@ -1,4 +1,5 @@
-"""Measures the coverage of the stated uncertainty: how often its region contains the truth."""
+"""Measures the coverage of the stated uncertainty: the share of trials whose region contains the
+truth."""
 
 from __future__ import annotations
 
@@ -18,31 +19,36 @@ Float = NDArray[np.float64]
 
 COVERAGE = 0.95
 SQUARE_LIMIT = float(chi2.ppf(COVERAGE, 2))
-"""Quantile of the squared deviation of two components in their covariance."""
+"""Limit that the squared deviation of two components, in units of their covariance, keeps with the
+probability COVERAGE."""
 FACTOR = float(norm.ppf(0.5 + COVERAGE / 2))
 FACTOR_ALPHA = COVERAGE * math.sqrt(3.0)
-"""Coverage factor of α: the place of the index sensors dominates, a rectangular distribution."""
+"""Coverage factor of α, whose main uncertainty, the place of the index sensors, has a rectangular
+distribution."""
 FALSE_ALARM = 0.01
-"""Probability that chance alone makes any figure of a case look wrong."""
+"""Probability that, by chance alone, at least one figure of a case counts as too small or too
+large."""
 
 
 @dataclass(frozen=True, slots=True)
 class Covered:
-    """Number of covered trials, and what it shows about the stated uncertainty."""
+    """Number of trials whose stated region contains the truth, and the verdict on the
+    uncertainty."""
 
     hits: int
     trials: int
     figures: int
-    """Number of such figures that are tested together."""
+    """Number of figures of the case that are tested together."""
 
     @property
     def rate(self) -> float:
-        """Share of covered trials; NaN without a trial."""
+        """Share of trials whose region contains the truth; NaN without a trial."""
         return self.hits / self.trials if self.trials else float("nan")
 
     @property
     def verdict(self) -> str:
-        """``too small`` or ``too large`` for a wrong uncertainty; empty if it holds."""
+        """Return ``too small`` or ``too large`` if the coverage shows that the stated uncertainty
+        is so, else an empty text."""
         if not self.trials:
             return ""
         found = binomtest(self.hits, self.trials).proportion_ci(
@@ -63,7 +69,8 @@ class Covered:
 
 
 def scored(results: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> dict[str, Any]:
-    """Return per case the coverage of each order, of α and over the turn, RMS deviation and u."""
+    """Return each case's coverage of every order, of α and over the turn, with RMS deviation and
+    u."""
     found = {}
     for case in CASES:
         trials = [result for task, result in results if task["case"] == case]
@@ -83,7 +90,7 @@ def _case(trials: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     square = _stacked(sound, "square")
     deviation, variance = _stacked(sound, "deviation_arcsec2"), _stacked(sound, "variance_arcsec2")
     u_turn = _stacked(sound, "u_turn_arcsec")
-    # All orders, α, and two curves over the turn.
+    # All orders, α, and two curves over the turn are tested.
     figures = ORDERS + 3
     return {
         "trials": len(trials),
@@ -104,7 +111,7 @@ def _case(trials: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _alpha(pairs: Sequence[Sequence[float]], figures: int) -> dict[str, Any] | None:
-    """Give the coverage of α; None if α was not drawn."""
+    """Return the coverage of α; None if α was not drawn."""
     if not pairs:
         return None
     off, u = np.asarray(pairs, dtype=np.float64).T
@@ -120,11 +127,13 @@ def _stacked(trials: Sequence[Mapping[str, Any]], name: str) -> Float:
 
 
 def _turn(off: Float, u: Float, figures: int) -> dict[str, Any]:
-    """Compute the coverage at each reading, tested as a whole: angles of a trial are correlated."""
+    """Compute the coverage at each reading; the mean is tested, as angles of a trial are
+    correlated."""
     covered = np.abs(off) <= FACTOR * u
     by_place, by_trial = covered.mean(axis=0), covered.mean(axis=1)
     rate = float(by_trial.mean())
-    # The rate is a mean over trials; its resolution is half an angle in one trial.
+    # The rate is a mean over trials; the standard deviation of a trial is at least half an angle's
+    # share.
     error = max(float(by_trial.std(ddof=1)) if off.shape[0] > 1 else 1.0, 0.5 / off.shape[1])
     error /= float(np.sqrt(off.shape[0]))
     off_by = (rate - COVERAGE) / error

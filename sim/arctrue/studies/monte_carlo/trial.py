@@ -42,7 +42,7 @@ ECCENTRICITY_UM = (20.0, 30.0)
 GRADUATION_ORDERS = tuple(range(2, 21))
 GRADUATION_ARCSEC = (0.02, 1.0)
 PLACES = 36
-"""Readings of the turn at which the error is evaluated."""
+"""Readings of head 1 at which the error over the turn is evaluated."""
 TRUTH_ANGLES = 2048
 SPARE_TURN = 0.02
 PAUSE_S = 10.0
@@ -51,12 +51,12 @@ PAUSE_S = 10.0
 def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
     """Run one trial; ``task``: case, seed, turns (per run), runs, samples (per turn), method.
 
-    ``square`` (32,): squared deviation of cosine and sine of each order in their stated
+    ``square`` (32,): squared deviation of cosine and sine of each order in units of their stated
     covariance; ``deviation_arcsec2``, ``variance_arcsec2`` (32,): mean of both components;
     ``turn_arcsec``, ``corrected_arcsec``, ``u_turn_arcsec`` (36,): error of the estimate, error
-    after the gateware, and stated standard uncertainty over the turn; ``alpha``: error of
-    the separation and its stated uncertainty, None if α is not drawn. A refused capture
-    gives ``refused``.
+    after the gateware, and stated standard uncertainty over the turn; ``alpha``: error of the
+    separation and its stated uncertainty, None if α is not drawn. If the capture is refused, the
+    result has the reason in ``refused`` instead.
     """
     values = drawn(task["seed"], task["case"])
     table = drawn_table(task["seed"], values)
@@ -69,7 +69,7 @@ def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
         random=np.random.default_rng([task["seed"], 2]),
     )
     measurement = measured_table.measure(experiment, title="monte carlo").measurement
-    # The set states the properties of the index: its sensors and their repeatability.
+    # The set states two properties of the index marks: the sensors' places and their repeatability.
     stated = replace(
         measurement.table,
         index_detection_arcsec=values["u_detection_arcsec"],
@@ -113,7 +113,8 @@ def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def drawn_table(seed: int, values: Values) -> RotaryTable:
-    """Draw the table of a trial: ``seed`` alone gives its error, ``values`` its disturbances."""
+    """Draw the table of a trial: ``seed`` determines the table's error, ``values`` the
+    disturbances."""
     random = np.random.default_rng([seed, 0])
     low, high = np.log(GRADUATION_ARCSEC)
     arcsec = np.exp(random.uniform(low, high, len(GRADUATION_ORDERS)))
@@ -150,7 +151,8 @@ def drawn_table(seed: int, values: Values) -> RotaryTable:
 
 
 def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
-    # The capture is slightly longer than whole turns: the next sample shows that they are complete.
+    # The capture is slightly longer than the whole turns: a further sample shows that these are
+    # complete.
     turns = task["turns"] + SPARE_TURN
     duration_s = turns * 2.0 * np.pi / SLOW_RAD_S
     whole_s = task["runs"] * (duration_s + PAUSE_S) - PAUSE_S
@@ -169,8 +171,8 @@ def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
 def true_error(table: RotaryTable, temperature_c: float) -> tuple[Float, Float]:
     """Return readings of head 1 at even true angles, and R₁ − θ in arcseconds, (2048,) each.
 
-    The values exclude noise and rounding, at one temperature: they are the target of the
-    calibration.
+    The calibration should determine these values: they have no noise and rounding, and one
+    temperature.
     """
     angle = np.linspace(0.0, 2.0 * np.pi, TRUTH_ANGLES, endpoint=False)
     state = conditions_of(TableState.at_rest(angle))
@@ -180,9 +182,9 @@ def true_error(table: RotaryTable, temperature_c: float) -> tuple[Float, Float]:
 
 
 def components(reading_rad: Float, error_arcsec: Float) -> Float:
-    """Return cosines, then sines of orders 1 to 32 of the error over the reading, (64,).
+    """Return the cosines, then the sines of orders 1 to 32 of the error over the reading, (64,).
 
-    (1/π)·∮ ε·e^{jnR} dR, taken over the true angle: dR = (1 + ε′) dθ.
+    They are (1/π)·∮ ε·e^{jnR} dR, integrated over the true angle: dR = (1 + ε′) dθ.
     """
     orders = np.arange(1, ORDERS + 1)
     spectrum = np.fft.fft(error_arcsec * RAD_PER_ARCSEC)
@@ -193,7 +195,7 @@ def components(reading_rad: Float, error_arcsec: Float) -> Float:
 
 
 def _in_stated_covariance(estimate: Estimate, off: Float) -> tuple[Float, Float]:
-    """Return each order's squared deviation in its covariance, and the mean variance.
+    """Return each order's squared deviation in units of its covariance, and the mean variance.
 
     An order that cannot be seen has an infinite stated variance: its squared deviation is 0.
     """
@@ -221,11 +223,10 @@ def _over_the_turn(estimate: Estimate, off: Float, places: Float) -> tuple[Float
 def _left_after_gateware(
     coefficients: Coefficients, reading_rad: Float, error_arcsec: Float, places: Float
 ) -> Float:
-    """Return the error of the angle that the bit-true gateware corrects, mean removed."""
+    """Return the error of the angle after the correction by the bit-true gateware, mean removed."""
     counts_per_rev = coefficients.counts_per_rev
     turn = 2.0 * np.pi
-    # For its mean, the error is evaluated over a whole turn of readings, in the middle of each
-    # count.
+    # The mean is computed over a whole turn of readings, at the middle of each count.
     at = np.linspace(0.0, turn, TRUTH_ANGLES, endpoint=False)
     wanted = np.concatenate([places, at])
     counts = np.floor(wanted / turn * counts_per_rev).astype(np.int64) % counts_per_rev

@@ -1,4 +1,5 @@
-"""The paper's experiment (its section 4): polygon, autocollimator, ten cycles, uncertainty."""
+"""The paper's experiment (section 4): ten cycles of polygon and autocollimator, and the
+uncertainty."""
 
 from arctrue.studies.paper.budget import (
     UncertaintyBudget,

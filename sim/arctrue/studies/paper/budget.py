@@ -1,4 +1,4 @@
-"""Repeatability and uncertainty of the measurement: equations (13) to (17)."""
+"""Repeatability and uncertainty of the measurement: equations (13) to (17) of the paper."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def bessel_deviation(values: NDArray[np.float64]) -> NDArray[np.float64]:
     Parameters
     ----------
     values : ndarray
-        Values, shape (cycles, faces).
+        Values of all cycles, shape (cycles, faces).
 
     Returns
     -------
@@ -78,22 +78,22 @@ def tower_difference_rad(working_angle_rad: float, tilt_rad: float) -> float:
 
 @dataclass(frozen=True)
 class UncertaintyBudget:
-    """Table 3: standard uncertainties, arcsec, uncorrelated."""
+    """Table 3: standard uncertainties in arcseconds; they are uncorrelated."""
 
     polygon_arcsec: float
-    """u₁: certificate of the polygon."""
+    """u₁: uncertainty of the polygon by its certificate."""
     autocollimator_arcsec: float
-    """u₂: the autocollimator."""
+    """u₂: uncertainty of the autocollimator."""
     repeatability_arcsec: float
     """u₃: repeatability of the measurement."""
     mounting_eccentricity_arcsec: float
-    """u₄: hollow faces that are not observed in their middle."""
+    """u₄: effect of hollow faces that are not observed in their middle."""
     tower_difference_arcsec: float
-    """u₅: faces that are tilted against the axis."""
+    """u₅: effect of faces that are tilted against the axis."""
 
     @property
     def combined_arcsec(self) -> float:
-        """Equation (16)."""
+        """Return the combined standard uncertainty, equation (16)."""
         parts = (
             self.polygon_arcsec,
             self.autocollimator_arcsec,
@@ -105,5 +105,5 @@ class UncertaintyBudget:
 
     @property
     def expanded_arcsec(self) -> float:
-        """Equation (17)."""
+        """Return the expanded uncertainty, equation (17)."""
         return COVERAGE_FACTOR * self.combined_arcsec

@@ -1,4 +1,4 @@
-"""Evaluates every equation of the paper by this implementation: label, paper, here, how."""
+"""Evaluates every equation of the paper with this implementation, for a page with one line each."""
 
 from __future__ import annotations
 
@@ -53,19 +53,20 @@ ORDERS = np.arange(1, 33)
 
 @dataclass(frozen=True)
 class Item:
-    """One line of the page: the paper's statement, the value here, and how to reproduce it."""
+    """One line of the page: the paper's statement, the value computed here, and how to reproduce
+    it."""
 
     label: str
     paper: str
     here: str
     how: str
     values: dict[str, float]
-    """The numbers of ``here``, by name."""
+    """Numbers that the text ``here`` contains, by name."""
 
 
 @cache
 def _geometry() -> tuple[Float, Float, Float]:
-    """Return true angle, ε(θ) and ε(θ + α) in arcseconds, from the exact geometry."""
+    """Return true angle, ε(θ) and ε(θ + α) in arcseconds, computed from the exact geometry."""
     table = RotaryTable(
         two_heads(), causes=(DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),)
     )
@@ -83,7 +84,7 @@ def _order(values: Float, order: int) -> complex:
 def definition() -> Item:
     """Evaluate equation (1)."""
     _, error, _ = _geometry()
-    # A servo that moves the reading to the target stops at target − ε.
+    # A servo that moves the reading to the target stops the table at the angle target − ε.
     amplitude = 2.0 * abs(_order(error, 1))
     return Item(
         "(1)",
@@ -275,7 +276,7 @@ def first_bound() -> Item:
 
 
 def accumulated() -> Item:
-    """Evaluate equation (A.2): carry a unit error through the later rotations."""
+    """Evaluate equation (A.2): follow a unit error through the later rotations."""
     worst = 0.0
     for j in range(1, CORDIC_ITERATIONS):
         error = complex(1.0, 0.0)

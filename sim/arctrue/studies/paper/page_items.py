@@ -1,4 +1,5 @@
-"""All content of ``arctrue paper`` as plain values: equations, tables, figures, experiment."""
+"""Content of the page of ``arctrue paper`` as plain values: equations, tables, figures,
+experiment."""
 
 from __future__ import annotations
 
@@ -10,10 +11,10 @@ from arctrue.studies.paper.equations import EQUATIONS, Item
 
 
 def paper_items(experiments: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Make the JSON of the page.
+    """Return the content of the page as JSON.
 
-    ``experiments``: values of ``ExperimentResult.as_json()``, the finest first. Raises ValueError
-    for none.
+    ``experiments``: values of ``ExperimentResult.as_json()``, that with the finest counts first.
+    Raises ValueError if there are none.
     """
     if not experiments:
         raise ValueError("the page needs at least one run of the experiment")
@@ -28,7 +29,8 @@ def paper_items(experiments: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _items(experiment: Mapping[str, Any]) -> list[Item]:
-    """Give the items in the paper's order: (13), (16), (17) and Table 3 from the experiment."""
+    """Return the items in the paper's order; (13), (16), (17) and Table 3 come from the
+    experiment."""
     worked_out = [make() for make in EQUATIONS]
     largest = max(experiment["after"]["deviation_arcsec"])
     budget = experiment["budget"]

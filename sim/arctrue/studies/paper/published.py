@@ -13,20 +13,20 @@ from arctrue.table.instruments import Autocollimator, Polygon, polygon
 
 @dataclass(frozen=True)
 class Published:
-    """Figures in arcsec unless the name says otherwise."""
+    """Figures that the paper publishes; in arcseconds unless the name has another unit."""
 
     faces: int = polygon.FACES
-    """Faces of the polygon."""
+    """Number of faces of the polygon."""
     cycles: int = 10
-    """Cycles of the measurement."""
+    """Number of cycles of the measurement."""
     before_arcsec: tuple[float, float] = (-150.0, 137.9)
     """Smallest and largest error before the calibration."""
     after_arcsec: tuple[float, float] = (-1.3, 1.6)
     """Smallest and largest error after the calibration."""
     largest_deviation_arcsec: float = 0.2
-    """Largest standard deviation of a face between the cycles."""
+    """Largest standard deviation of the error at a face between the cycles."""
     mounting_offset_m: float = polygon.MOUNTING_OFFSET_M
-    """Offset of the observed spot from the middle of a face, metres."""
+    """Distance of the observed spot from the middle of a face, metres."""
     flatness_m: float = polygon.FLATNESS_M
     """Flatness deviation of a face, metres."""
     face_width_m: float = polygon.FACE_WIDTH_M
@@ -36,14 +36,14 @@ class Published:
     budget: UncertaintyBudget = field(
         default_factory=lambda: UncertaintyBudget(0.1, 0.05, 0.2, 0.0005, 0.0001)
     )
-    """Table 3."""
+    """Standard uncertainties of Table 3."""
     combined_arcsec: float = 0.23
     """Combined standard uncertainty that the paper states."""
     expanded_arcsec: float = 0.46
     """Expanded uncertainty that the paper states, k = 2."""
 
     def drawn_polygon(self, random: np.random.Generator) -> Polygon:
-        """Draw a polygon within these uncertainties.
+        """Draw the errors of a polygon from the published uncertainties.
 
         Parameters
         ----------
@@ -53,7 +53,8 @@ class Published:
         Returns
         -------
         Polygon
-            Its normals are normally distributed with the certificate's u, its tilts evenly.
+            The polygon. The errors of its normals have a normal distribution with the
+            certificate's u, its tilts an even distribution.
         """
         certificate_rad = self.budget.polygon_arcsec / ARCSEC_PER_RAD
         tilt_rad = self.tilt_arcsec / ARCSEC_PER_RAD
@@ -69,7 +70,7 @@ class Published:
     def drawn_autocollimator(
         self, scatter_arcsec: float, random: np.random.Generator
     ) -> Autocollimator:
-        """Draw an autocollimator within this uncertainty.
+        """Draw the errors of an autocollimator from the published uncertainty.
 
         Parameters
         ----------
@@ -81,7 +82,7 @@ class Published:
         Returns
         -------
         Autocollimator
-            It has one systematic error for each face.
+            The autocollimator, with one systematic error for each face.
         """
         error_rad = self.budget.autocollimator_arcsec / ARCSEC_PER_RAD
         return Autocollimator(

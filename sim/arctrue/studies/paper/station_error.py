@@ -1,4 +1,4 @@
-"""Computes the paper's figures from autocollimator readings, cycle by cycle."""
+"""Computes the paper's figures from the readings of the autocollimator in every cycle."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StationErrors:
-    """Positioning error at every face; shapes ``(faces,)``, arcsec, mean over the faces removed."""
+    """Positioning error at every face; shapes ``(faces,)``, arcseconds; the mean over the faces is
+    removed."""
 
     mean_arcsec: Float
-    """Mean over the cycles."""
+    """Mean error over the cycles."""
     deviation_arcsec: Float
-    """Standard deviation of a single cycle."""
+    """Standard deviation of the error in a single cycle."""
 
     @property
     def span_arcsec(self) -> tuple[float, float]:
-        """Smallest and largest mean."""
+        """Return the smallest and the largest mean error."""
         return float(self.mean_arcsec.min()), float(self.mean_arcsec.max())
 
     def budget(self, published: Published) -> UncertaintyBudget:
@@ -44,7 +45,7 @@ class StationErrors:
         Returns
         -------
         UncertaintyBudget
-            The repeatability is the mean of the deviation over the faces.
+            The budget. Its repeatability is the mean of the standard deviations of the faces.
         """
         return UncertaintyBudget(
             published.budget.polygon_arcsec,
@@ -64,8 +65,8 @@ class StationErrors:
 def station_errors(readings_rad: Float) -> StationErrors:
     """Calculate the errors of the faces: error = −reading.
 
-    If the table has turned beyond its target, the face has turned further too. The mean of each
-    cycle is its arbitrary zero and is removed, as an autocollimator is set to zero before a cycle.
+    If the table has turned beyond its target, so has the face. The mean of each cycle is the
+    arbitrary zero of the cycle; it is removed, as an autocollimator is set to zero before a cycle.
 
     Parameters
     ----------
@@ -87,7 +88,7 @@ def station_errors(readings_rad: Float) -> StationErrors:
 
 
 def residual_orders(error_arcsec: Float) -> Float:
-    """Give the amplitude of each order that the faces determine, 1 … faces/2, Fig. 11 b.
+    """Return the amplitude of each order that the faces determine, 1 … faces/2, Fig. 11 b.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Runs one revolution at the paper's size: capture, calibrate with the firmware, swap, and score.
 
-The table has the paper's kind of error (section 4: [−150.0″, 137.9″]). The gateware captures its
-first turn and the firmware's C calibrates; the second, compensated turn is compared edge by edge
-with the true angle, which only this comparison uses.
+The table has the paper's kind of error (section 4: [−150.0″, 137.9″]). The gateware captures the
+first turn and the firmware's C code calibrates. The second turn is compensated and compared edge by
+edge with the true angle; only this comparison uses the true angle.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class RevolutionResult:
     after: TurnScore
     """Error of the output in the corrected turn."""
     telemetry: dict[str, Any]
-    """Telemetry of the captured turn."""
+    """Telemetry of the firmware for the captured turn."""
     applied_orders: int
     """Number of orders that the firmware corrects."""
     latency_clocks: float
@@ -56,15 +56,16 @@ class RevolutionResult:
     def limit_arcsec(self) -> float:
         """Return the permitted error of a bin; at the paper's size it is that of the settings.
 
-        The output is within half a count of its target, so that larger counts add their excess over
-        the paper's. Orders of the table without a lane remain and are added.
+        The output is within half a count of its target, so that larger counts increase the limit by
+        half of their excess over the paper's count. Orders of the table without a lane remain;
+        their amplitudes are added too.
         """
         half_count = self.settings.arcsec_per_count / 2 - PAPER_COUNT_ARCSEC / 2
         without_lane = sum(GRADUATION_ARCSEC[self.settings.lanes - 1 :])
         return self.settings.limit_arcsec + half_count + without_lane
 
     def as_json(self) -> dict[str, Any]:
-        """Give everything as plain values.
+        """Return everything as plain values.
 
         Returns
         -------
@@ -101,14 +102,14 @@ def run_revolution(
     settings : RevolutionSettings
         Table, motion, gateware and firmware.
     report_run : callable, optional
-        It receives the progress of the run every few seconds.
+        Function that receives the progress of the run every few seconds.
     report_step : callable, optional
-        It receives a line for people at each step of the building of the instrument.
+        Function that receives a line of text at each step in which the instrument is built.
 
     Returns
     -------
     RevolutionResult
-        Both errors, and what is wrong with them.
+        The errors of both turns, and descriptions of any faults.
 
     Raises
     ------
@@ -181,12 +182,12 @@ def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
     firmware : Firmware
         The firmware of an instrument.
     settings : RevolutionSettings
-        Counts, samples, ramp and orders.
+        Settings with counts, samples, ramp and orders.
 
     Returns
     -------
     Firmware
-        The same firmware, started.
+        The same firmware after its start.
 
     Raises
     ------
@@ -208,19 +209,19 @@ def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
 
 
 def settled(instrument: Instrument, firmware: Firmware) -> bool:
-    """Return True once the first turn's calibration is applied and its ramp is over.
+    """Tell whether the firmware has applied the first turn's calibration and the ramp has ended.
 
     Parameters
     ----------
     instrument : Instrument
-        Whose status is read.
+        Instrument whose status is read.
     firmware : Firmware
-        Its firmware, with the telemetry of one turn or more.
+        Firmware of the instrument, with the telemetry of one turn or more.
 
     Returns
     -------
     bool
-        Whether the output is the corrected one.
+        Whether the output is fully corrected.
 
     Raises
     ------

@@ -1,4 +1,5 @@
-"""Conditions of one revolution: the table with the paper's kind of error, and its motion."""
+"""Conditions of one revolution: a table with the paper's kind of error, its motion, and the
+gateware."""
 
 from __future__ import annotations
 
@@ -27,12 +28,12 @@ TURN_RAD = 2 * np.pi
 
 PAPER_BEFORE_ARCSEC = (-150.0, 137.9)
 PAPER_AFTER_ARCSEC = (-1.3, 1.6)
-"""Range of error after the correction, section 4 of the paper: a polygon of 24 faces and an
-autocollimator, ten cycles."""
+"""Range of the error after the correction in section 4 of the paper, measured with a polygon of 24
+faces and an autocollimator in ten cycles."""
 
-# An eccentricity of 37.7 µm is 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both
-# ends of the paper's range by −6″. The orders above it are those of a clamped disc, with phases
-# that give the ends of the paper's range.
+# An eccentricity of 37.7 µm causes 144″ at a radius of 53.975 mm, and a second order of 6″ shifts
+# both ends of the error's range by −6″. Higher orders are those of a clamped disc; their phases are
+# chosen so that the range equals the paper's.
 ECCENTRICITY_M = 37.7e-6
 ECCENTRICITY_DIRECTION_RAD = 2.1
 GRADUATION_ORDERS = (2, 3, 4, 5, 8, 12)
@@ -41,54 +42,60 @@ GRADUATION_PHASES_RAD = (4.2, 3.1, 4.1, 4.8, 3.9, 4.6)
 
 PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
-# A capture begins at the first sample after both indices; the calculation and the ramp follow.
+# A capture begins at the first sample after both indices; this angle is for the calculation and the
+# ramp.
 _SPARE_RAD = float(np.deg2rad(15.0))
-# Clocks for one word of the bank over the bus; measured: 6.
+# Clocks to read one word of the bank over the bus; measured: 6.
 _CLOCKS_A_READ = 8
 DEPTH_STEP = 512
-"""Half a degree: 23,302 edges at 2²⁴, in which noise averages out and slow errors do not."""
+"""Width of a bin of half a degree: its 23,302 edges at 2²⁴ counts average out noise, but not slow
+errors."""
 
 
 FOUR_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads after head 1; any one head may fail: ``arctrue alpha --heads 4``."""
+"""Places of four heads relative to head 1, at which any head may fail: ``arctrue alpha --heads
+4``."""
 FURTHER_OFF_ARCSEC = (-30.0, 40.0)
-"""Distances of heads 3 and 4 from the places that the firmware assumes, within ± 50″."""
+"""Differences of the places of heads 3 and 4 from those that the firmware assumes, within ± 50″."""
 
 LARGEST_RAMP_ARCSEC_S = 1e9
 LARGEST_RAMP_ARCSEC_S2 = 1e12
-"""Largest value that the firmware's parameters accept: firmware/application/parameters.c."""
+"""Largest value that the firmware's parameter accepts, see firmware/application/parameters.c."""
 
 
 @dataclass(frozen=True, slots=True)
 class RevolutionSettings:
-    """The paper's conditions; tests use smaller ones."""
+    """Settings of the revolution; the defaults are the paper's conditions, tests use smaller
+    ones."""
 
     heads: int = 2
-    """Number of heads: two, or four whose mean the firmware calibrates."""
+    """Number of heads, two or four; with four, the firmware calibrates the mean of their
+    readings."""
     lines: int = 16384
-    """Lines of the disc."""
+    """Number of lines of the disc."""
     interpolation: int = 1024
-    """Counts per line."""
+    """Number of counts per line."""
     lanes: int = LANES_DEFAULT
-    """Lanes of the gateware."""
+    """Number of lanes of the gateware."""
     samples: int = 12000
-    """Samples in a turn."""
+    """Number of samples in a turn."""
     speed_deg_s: float = 30.0
     """Mean speed of the table, degrees a second."""
     clocks_per_count: float = 1.1
-    """Clocks per count; the clock of the gateware is reduced to reach it."""
+    """Number of clocks per count; the gateware has a slower clock than the device to reach this
+    number."""
     alpha_error_arcsec: float = 50.0
-    """Difference of the heads' separation from the 33° that the firmware assumes."""
+    """Difference of the true separation of the heads from the 33° that the firmware assumes."""
     noise_arcsec: float = 0.2
     """Standard deviation of each head's reading: the paper's repeatability."""
     ripple_rad: float = 0.002
     """Amplitude of the ripple of the angle, radians."""
     ripple_order: int = 7
-    """Periods of the ripple a turn."""
+    """Number of periods of the ripple per turn."""
     orders: int = 32
-    """Orders that the firmware fits."""
+    """Number of orders that the firmware fits."""
     calculation_s: float = 0.25
-    """Duration of a calibration on the Cortex-A9, in table time."""
+    """Duration of a calibration on the Cortex-A9, in the time of the table."""
     limit_arcsec: float = 0.3
     """Permitted error of the corrected output at the paper's size, arcseconds."""
     seed: int = 1
@@ -96,56 +103,61 @@ class RevolutionSettings:
 
     @property
     def places_deg(self) -> tuple[float, ...]:
-        """Places of four heads that the firmware assumes; for two it knows 33°."""
+        """Return the places of four heads that the firmware assumes; none for two heads at the
+        default 33°."""
         return FOUR_PLACES_DEG[: self.heads] if self.heads > 2 else ()
 
     @property
     def capture_depth(self) -> int:
-        """Samples that a bank holds: those of a turn plus a margin, in steps of 512."""
+        """Return the number of samples that a bank holds: those of a turn plus a margin, in steps
+        of 512."""
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
     @property
     def counts_per_rev(self) -> int:
-        """Counts per turn."""
+        """Return the number of counts per turn."""
         return self.lines * self.interpolation
 
     @property
     def arcsec_per_count(self) -> float:
-        """One count in seconds of arc."""
+        """Return the size of a count in seconds of arc."""
         return ARCSEC_PER_TURN / self.counts_per_rev
 
     @property
     def speed_rad_s(self) -> float:
-        """Mean speed of the table."""
+        """Return the mean speed of the table."""
         return float(np.deg2rad(self.speed_deg_s))
 
     @property
     def clock_hz(self) -> float:
-        """Clocks of the gateware per second of table time."""
+        """Return the number of gateware clocks per second in the time of the table."""
         return clock_hz_for(self.counts_per_rev, self.speed_rad_s, self.clocks_per_count)
 
     @property
     def sample_period_clocks(self) -> int:
-        """Clocks between two samples."""
+        """Return the number of clocks between two samples."""
         return round(self.counts_per_rev * self.clocks_per_count / self.samples)
 
     @property
     def poll_clocks(self) -> int:
-        """Clocks between two rounds of the firmware's main loop: a tenth of a degree."""
+        """Return the number of clocks between two rounds of the firmware's main loop: a tenth of a
+        degree."""
         return max(100, round(self.counts_per_rev * self.clocks_per_count / 3600))
 
     @property
     def ramp_rate(self) -> int:
-        """Reset value of the register in counts per second of table time."""
+        """Return the word for the ramp's rate: the register's reset value converted to the time of
+        the table."""
         (register,) = [r for r in REGISTERS if r.path == "ramp_rate"]
         preset = register.fields[0].reset or 0
         return min(round(preset * CLOCK_HZ / self.clock_hz), 2**32 - 1)
 
     @property
     def ramp_acceleration(self) -> int:
-        """Reset value for the ramp's acceleration: compressed time compresses its seconds too.
+        """Return the word for the ramp's acceleration: the reset value in the time of the table.
 
-        0 (no limit) if the register cannot hold the value: a smaller one would slow the ramp.
+        Returns 0 (no limit) if the register cannot hold the value, because a smaller one would slow
+        the ramp.
         """
         (register,) = [r for r in REGISTERS if r.path == "ramp_acceleration"]
         preset = register.fields[0].reset or 0
@@ -154,7 +166,8 @@ class RevolutionSettings:
 
     @property
     def ramp_parameters(self) -> dict[str, float]:
-        """Return rate and acceleration as the firmware has them, limited to its ranges."""
+        """Return rate and acceleration in the firmware's units, limited to the ranges that it
+        accepts."""
         velocity = ramp_arcsec_s(self.ramp_rate, self.counts_per_rev)
         acceleration = ramp_arcsec_s2(self.ramp_acceleration, self.counts_per_rev)
         return {
@@ -163,12 +176,12 @@ class RevolutionSettings:
         }
 
     def table(self) -> RotaryTable:
-        """Make the table with the paper's kind of error.
+        """Return the table with the paper's kind of error.
 
         Returns
         -------
         RotaryTable
-            An eccentric disc with graduation harmonics and noise, read by two heads.
+            The table: an eccentric disc with graduation harmonics and noise, read by its heads.
         """
         effects: list[Any] = [
             DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
@@ -196,12 +209,12 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Make the motion: from rest over all indices, head 1's last, and two and a half turns.
+        """Return the motion: from rest over all indices, that of head 1 last, then over the turns.
 
         Returns
         -------
         Motion
-            At one speed, with a ripple of ``ripple_rad``.
+            The motion, at one speed and with a ripple of ``ripple_rad``.
         """
         before_rad = float(np.radians(max(self.places_deg, default=0.0))) or HEAD_SEPARATION_RAD
         start = -before_rad - 2 * _RUN_UP_RAD
@@ -217,7 +230,7 @@ class RevolutionSettings:
         )
 
     def _between_turns_rad(self) -> float:
-        # The ramp removes at most twice the largest error.
+        # The ramp travels at most twice the largest error.
         largest_counts = 2 * max(-PAPER_BEFORE_ARCSEC[0], PAPER_BEFORE_ARCSEC[1])
         largest_counts /= self.arcsec_per_count
         rate, acceleration = self.ramp_rate * 2.0**-35, self.ramp_acceleration * 2.0**-59

@@ -1,4 +1,4 @@
-"""``python -m arctrue.studies.scenario RUN.json …``: the table of docs/scenarios.md."""
+"""``python -m arctrue.studies.scenario RUN.json …`` prints the table of docs/scenarios.md."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 
 
 def results_table(files: Sequence[Path]) -> str:
-    """Return a table in markdown: the last turn in each file of ``arctrue run --json``."""
+    """Return a table in Markdown: a row for each file of ``arctrue run --json``, with its last
+    turn."""
     lines = [
         "| Scenario | Turns | Applied | Refused "
         "| Not corrected, RMS | Corrected, RMS | Edges | Mean | Reference |",
@@ -33,7 +34,7 @@ def results_table(files: Sequence[Path]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the table."""
+    """Print the table for the files on the command line."""
     parser = argparse.ArgumentParser(prog="arctrue.studies.scenario", description=__doc__)
     parser.add_argument(
         "files", nargs="+", type=Path, metavar="RUN.json", help="results of arctrue run"

@@ -12,9 +12,9 @@ from arctrue.table import HEAD_SEPARATION_RAD, Motion
 
 TURN_RAD = 2 * np.pi
 RUN_UP_RAD = float(np.deg2rad(1.0))
-"""Travel of a ramp from rest to speed."""
+"""Travel in which the table accelerates from rest to its speed."""
 APPROACH_RAD = HEAD_SEPARATION_RAD + 3 * RUN_UP_RAD
-"""Travel before the first turn: over the index of both heads."""
+"""Travel before the first turn, over the index of both heads."""
 _LAST_STAND_S = 0.1
 _SAME_TRAVEL_RAD = 1e-9
 
@@ -23,25 +23,25 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A piece of the course: turns at a speed, or a pause."""
+    """A part of the course: turns at one speed, or a pause."""
 
     turns: float = 0.0
-    """Signed number of turns; 0 is a pause."""
+    """Number of turns with the sign of the direction; 0 for a pause."""
     speed_rad_s: float = 0.0
     """Speed without its sign."""
     pause_s: float = 0.0
-    """Duration of the pause for the table and its surroundings."""
+    """Duration of the pause for the temperature of the table and its surroundings."""
     run_s: float = 0.0
-    """Part of the pause that is simulated clock by clock; the remainder is skipped."""
+    """Part of the pause that is simulated clock by clock; the simulation skips the remainder."""
 
 
 @dataclass(frozen=True, slots=True)
 class Course(Motion):
-    """A motion over legs that counts its turns from the indices on.
+    """A motion over legs, whose turns are counted from the angle after both indices.
 
     ``time_s`` of its states is the time of the motion, in which a pause lasts as long as its
-    simulated part; ``since_run_start_s`` is the time of the surroundings, in which the pause counts
-    in full.
+    simulated part; ``since_run_start_s`` is the time of the surroundings, in which the pause has
+    its whole duration.
     """
 
     @classmethod
@@ -52,10 +52,10 @@ class Course(Motion):
         ripple_rad: float = 0.0,
         ripple_order: int = 1,
     ) -> Course:
-        """Return a course from rest over both indices, then the legs, each from rest to rest.
+        """Return a course from rest over both indices, then over the legs, each from rest to rest.
 
-        Travel 0 follows the indices. Raises ValueError if the first leg is a pause or too short for
-        its ramps.
+        Travel 0 is the angle after the indices. Raises ValueError if the first leg is a pause or
+        too short for its ramps.
         """
         if not legs or not legs[0].turns:
             raise ValueError("the first leg must turn the table: both heads need their index")
@@ -95,18 +95,21 @@ class Course(Motion):
 
     @property
     def turns(self) -> float:
-        """Return the travel from the first turn's beginning to the end, in turns either way."""
+        """Return the travel from the first turn's beginning to the end, in turns of either
+        direction."""
         return float(self.travel_turns(np.array([self.duration_s]))[0])
 
     def travel_turns(self, time_s: Float) -> Float:
-        """Return the travel in turns at instants of the motion, negative over the indices."""
+        """Return the travel, in turns, at instants of the motion; it is negative before the indices
+        are passed."""
         return np.asarray((self.travel_rad(time_s) - APPROACH_RAD) / TURN_RAD)
 
     def time_at_turn(self, turn: float) -> float:
-        """Return the first instant of the motion at which this number of turns is travelled."""
+        """Return the first instant of the motion at which the table has travelled this number of
+        turns."""
         travelled = self.travel_rad(np.asarray(self.knot_times_s))
         wanted = turn * TURN_RAD + APPROACH_RAD
-        # Choose the instant before a pause, even if the sums differ in their last bit.
+        # Choose the instant before a pause, even if the two sums differ in their last bit.
         place = np.searchsorted(travelled, wanted - _SAME_TRAVEL_RAD) - 1
         leg = int(np.clip(place, 0, travelled.size - 2))
         begin, end = np.abs(self.knot_speeds_rad_s[leg : leg + 2])

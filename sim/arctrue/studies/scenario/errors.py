@@ -4,4 +4,5 @@ from __future__ import annotations
 
 
 class ScenarioError(ValueError):
-    """A scenario file that cannot be run; the text says which file and key, and what to do."""
+    """A scenario that cannot be run; the message names the file and the key, and how to correct
+    it."""

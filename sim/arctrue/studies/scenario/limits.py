@@ -1,4 +1,4 @@
-"""Checks the limits of a scenario."""
+"""Compares the result of a scenario with its limits."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn
 
 
 def broken_limits(result: ScenarioResult) -> tuple[str, ...]:
-    """Give one sentence for each exceeded limit."""
+    """Return one sentence for each limit that the run exceeds."""
     limits = result.scenario.limits
     found = []
     last = limits.to_turn or len(result.turns)

@@ -1,4 +1,4 @@
-"""Reads scenario files strictly; errors are sentences for people."""
+"""Reads scenario files; rejects every unknown key, with an error message in sentences."""
 
 from __future__ import annotations
 
@@ -47,15 +47,16 @@ PINS = {
     "head2.z": HEAD2_Z,
 }
 REFERENCE = frozenset({"instrument_error_rad"})
-"""Methods of a cause that a reference instrument next to the virtual one applies."""
+"""Methods of a cause that act on a reference instrument, which the scenario simulates too."""
 NAMES = tuple(
     name
     for name, cause in CAUSES.items()
     if cause.values is not None and acts_on(cause.kind) - REFERENCE <= SIGNALS
 )
-"""The causes that ``[[cause]]`` permits. A counter that loses counts is a fault of pins."""
+"""Names of the causes that ``[[cause]]`` permits. It does not permit a counter that loses counts; a
+fault of pins simulates that."""
 PAUSE_RUN_S = 0.5
-"""Default time of a pause that is run, clock by clock."""
+"""Default duration of the part of a pause that is simulated clock by clock."""
 Speed = Annotated[float, Meta(gt=0, le=3600)]
 Pin = Literal["head1.a", "head1.b", "head1.z", "head2.a", "head2.b", "head2.z"]
 
@@ -151,7 +152,7 @@ class _Pins(_Fault, tag="pins", kw_only=True):
 
 
 class _Parameters(Struct):
-    """Parameters of the firmware that a scenario may set; the others follow from its scale."""
+    """Parameters of the firmware that a scenario may set; its scale determines the others."""
 
     keep: Number | None = None
     method: Number | None = None
@@ -221,7 +222,8 @@ class _File(Struct, forbid_unknown_fields=True, kw_only=True):
     temperature: tuple[TemperaturePoint, ...] = ()
     cause: list[dict[str, object]] = []
     effect: list[dict[str, object]] = []
-    """The former spelling of ``[[cause]]``, with ``cause`` for ``name``; read for one release."""
+    """The former form of ``[[cause]]``, which has ``cause`` for ``name``; still read for one
+    release."""
     fault: list[_HungProcessor | _BusStall | _Pins] = []
     firmware: _Firmware = field(default_factory=_Firmware)
     limits: Limits = field(default_factory=Limits)
@@ -231,15 +233,15 @@ class _File(Struct, forbid_unknown_fields=True, kw_only=True):
 def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
     """Read the scenario of a file.
 
-    The limits in arcseconds are made for the file's own counts: with another number of lines they
-    are not checked.
+    The limits in arcseconds apply to the file's own number of lines: they are not checked with
+    another number.
 
     Parameters
     ----------
     path : Path
         The TOML file.
     lines : int, optional
-        Lines of the disc in place of the file's.
+        Number of lines of the disc in place of that of the file.
 
     Returns
     -------
@@ -253,7 +255,7 @@ def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
     """
     try:
         content = read_toml(path)
-        # Another format may have keys of other types, which would give misleading errors.
+        # A file of another format may have keys of other types, whose error messages would mislead.
         typed(content, _OnlyFormat)
         return _scenario(typed(content, _File), path.parent, lines)
     except OSError as error:
@@ -299,7 +301,7 @@ class _OnlyName(Struct):
 
 
 def _renamed(values: dict[str, object]) -> dict[str, object]:
-    """Convert an ``[[effect]]`` to a ``[[cause]]``, its present name."""
+    """Convert an ``[[effect]]`` to a ``[[cause]]``, the present form."""
     return {("name" if key == "cause" else key): value for key, value in values.items()}
 
 

@@ -12,18 +12,18 @@ from arctrue.studies.scenario.scenario import Scenario
 
 @dataclass(frozen=True, slots=True)
 class ScenarioTurn:
-    """One turn of travel."""
+    """Result of one turn of the table's travel."""
 
     number: int
     """Number of the turn, from 1."""
     temperature_c: float
-    """Temperature in the middle of the turn's travel."""
+    """Temperature in the middle of the turn."""
     uncorrected: TurnScore | None
     """Error of the incoming signal of head 1."""
     corrected: TurnScore | None
     """Error of the output."""
     reference: TurnScore | None
-    """Error of the output as a wrong reference shows it, at the faces only."""
+    """Error of the output that a reference with its own errors would measure, at the faces only."""
     telemetry: tuple[dict[str, Any], ...]
     """Telemetry of the firmware during the turn."""
     flags: tuple[str, ...]
@@ -31,10 +31,11 @@ class ScenarioTurn:
     events: tuple[str, ...]
     """Descriptions of the events in the turn."""
     bank: Coefficients | None = None
-    """Coefficients at the end of the turn; None before the first. Not in the JSON."""
+    """Coefficients at the end of the turn; None before the first calibration. The JSON omits
+    them."""
 
     def as_json(self) -> dict[str, Any]:
-        """Give everything but the coefficients as plain values.
+        """Return everything except the coefficients as plain values.
 
         Returns
         -------
@@ -59,36 +60,36 @@ class ScenarioTurn:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioResult:
-    """All turns, and the exceeded limits."""
+    """All turns, and the limits that the run exceeded."""
 
     scenario: Scenario
     """The scenario that was run."""
     turns: tuple[ScenarioTurn, ...]
     """The turns in their order."""
     illegal: int
-    """Number of clocks in which A and B of the output changed together."""
+    """Number of clocks in which both A and B of the output changed."""
     clocks: int
-    """Number of clocks of the gateware."""
+    """Number of simulated clocks of the gateware."""
     wall_s: float
     """Duration of the run on this computer, seconds."""
     broken: tuple[str, ...] = ()
-    """Exceeded limits of the scenario, in words."""
+    """Sentences about the limits that the run exceeded."""
 
     @property
     def applied(self) -> int:
-        """Number of calibrations that the firmware applied."""
+        """Return the number of calibrations that the firmware applied."""
         return self._count("applied")
 
     @property
     def refused(self) -> int:
-        """Number of captures that the firmware refused."""
+        """Return the number of captures that the firmware refused."""
         return self._count("refused")
 
     def _count(self, result: str) -> int:
         return sum(reply["result"] == result for turn in self.turns for reply in turn.telemetry)
 
     def as_json(self) -> dict[str, Any]:
-        """Give everything as plain values.
+        """Return everything as plain values.
 
         Returns
         -------

@@ -20,9 +20,9 @@ from arctrue.studies.scenario.scenario import FLAGS, Scenario
 from arctrue.studies.scenario.seen import seen_by_reference
 
 LOOKS_A_TURN = 36
-"""Checks of flags and telemetry per turn."""
+"""Number of times per turn at which flags and telemetry are read."""
 THERMOMETER_STEP_K = 1 / 128
-"""Step of a TMP117."""
+"""Resolution of a TMP117."""
 
 
 class _Run:
@@ -44,7 +44,7 @@ class _Run:
 
     @property
     def rows(self) -> int:
-        """Number of turns of travel; the last one may be partial."""
+        """Return the number of turns of travel; the last one may be incomplete."""
         return max(1, int(np.ceil(self.course.turns - 1e-6)))
 
     def _row_of(self, turn: float) -> int:
@@ -53,7 +53,7 @@ class _Run:
     def _note_pauses(self) -> None:
         turn = 0.0
         for before, leg in zip((None, *self.scenario.legs), self.scenario.legs, strict=False):
-            # Events at the end of the last turn belong to its row.
+            # Events at the end of the last turn are noted in the row of this turn.
             row = self._row_of(turn)
             if not leg.turns:
                 self.events[row].append(f"pause of {leg.pause_s:g} s")
@@ -66,12 +66,12 @@ class _Run:
         return self.started + round(motion_s * self.instrument.clock_hz)
 
     def row_now(self) -> int:
-        """Return the row of the present clock."""
+        """Return the row for the present clock."""
         now_s = (self.instrument.clock - self.started) / self.instrument.clock_hz
         return self._row_of(float(self.course.travel_turns(np.array([now_s]))[0]))
 
     def spans(self, what: str) -> list[tuple[int, int, int]]:
-        """Give first and last clock of each fault of a kind, and the longest stall."""
+        """Return first clock, last clock and longest stall of each fault of one kind."""
         return [
             (self.clock_at(begin), max(self.clock_at(begin) + 1, self.clock_at(end)), f.most_clocks)
             for f in self.scenario.faults
@@ -80,7 +80,7 @@ class _Run:
         ]
 
     def lay_pin_faults(self) -> None:
-        """Apply all faults of pins at their clocks."""
+        """Give the instrument all faults of pins with their clocks."""
         found = []
         for fault in self.scenario.faults:
             if fault.what != "pins":
@@ -99,7 +99,7 @@ class _Run:
             self.instrument.disturb(*found, seed=self.scenario.scale.seed)
 
     def look(self) -> None:
-        """Note flags and telemetry in the present row."""
+        """Note raised flags and new telemetry in the present row."""
         row = self.row_now()
         for head in ("head1", "head2"):
             fields = self.instrument.read_fields(f"{head}.flags")
@@ -113,14 +113,15 @@ class _Run:
         self._heard = len(telemetry)
 
     def thermometer_c(self) -> float:
-        """Give the present value of the thermometer on the table."""
+        """Return the present value of the thermometer on the table."""
         now_s = (self.instrument.clock - self.started) / self.instrument.clock_hz
         instant = min(max(now_s, 0.0), self.course.duration_s)
         celsius = float(self.course.temperature_c(np.array([instant]))[0])
         return round(celsius / THERMOMETER_STEP_K) * THERMOMETER_STEP_K
 
     def freeze_when_wanted(self) -> None:
-        """Freeze the coefficients after the first applied ones, if the scenario requires it."""
+        """Freeze the coefficients as soon as the first ones are applied, if the scenario requires
+        it."""
         applied = any(t["result"] == "applied" for t in self.instrument.firmware.telemetry)
         firmware = self.scenario.firmware
         if firmware.recalibrate == "first_turn" and applied and not self._firmware_held:
@@ -164,14 +165,14 @@ def run_scenario(
     scenario : Scenario
         Table, motion, firmware and faults.
     report_run : callable, optional
-        It receives the progress of the run every few seconds.
+        Function that receives the progress of the run every few seconds.
     report_step : callable, optional
-        It receives a line for people at each step of the building of the instrument.
+        Function that receives a line of text at each step in which the instrument is built.
 
     Returns
     -------
     ScenarioResult
-        All turns, and the exceeded limits.
+        All turns, and the limits that the run exceeded.
 
     Raises
     ------

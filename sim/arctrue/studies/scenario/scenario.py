@@ -29,7 +29,7 @@ from arctrue.table.temperature import TemperatureCourse
 
 EDGES_KEPT_A_TURN = 1 << 16
 EDGES_KEPT = 1 << 22
-"""Edges of a whole motion that are kept per signal: 100 MB."""
+"""Largest number of edges that a recording of the whole motion keeps per signal: 100 MB."""
 
 
 MOST_COUNTS_PER_REV = 1 << 24
@@ -68,58 +68,61 @@ Reason = Literal[
     "noise",
     "not_better",
 ]
-"""Reasons of the firmware to refuse or keep, as in its telemetry."""
+"""Reasons for which the firmware refuses a capture or keeps the coefficients, as in its
+telemetry."""
 FLAGS: tuple[str, ...] = get_args(Flag)
 REASONS: tuple[str, ...] = get_args(Reason)
 
 
 class Scale(Struct, frozen=True, forbid_unknown_fields=True):
-    """Size of disc, gateware and capture: the ``[scale]``."""
+    """Size of disc, gateware and capture: the key ``[scale]``."""
 
     lines: Annotated[int, Meta(ge=16, le=16384)] = 1024
     interpolation: Annotated[int, Meta(ge=4, le=1024)] = 1024
     lanes: Annotated[int, Meta(ge=1, le=64)] = 4
     samples: Annotated[int, Meta(ge=400, le=12000)] = 1200
-    """Samples in a turn at the slowest speed; a faster turn has fewer."""
+    """Number of samples in a turn at the slowest speed; a faster turn has fewer."""
     clocks_per_count: Annotated[float, Meta(ge=1.05, le=100)] = 1.1
-    """Clocks per count at the fastest speed."""
+    """Number of clocks per count at the fastest speed."""
     seed: Annotated[int, Meta(ge=0, le=2**31)] = 1
     """Seed of the readings' noise and of the random faults."""
 
     @property
     def counts_per_rev(self) -> int:
-        """Counts per turn."""
+        """Return the number of counts per turn."""
         return self.lines * self.interpolation
 
     @property
     def capture_depth(self) -> int:
-        """Samples that a bank holds: those of a turn plus a margin, in steps of 512."""
+        """Return the number of samples that a bank holds: those of a turn plus a margin, in steps
+        of 512."""
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
 
 class TableErrors(Struct, frozen=True, forbid_unknown_fields=True):
-    """Errors of the table in addition to the named causes: the ``[table]``."""
+    """Errors of the table in addition to the named causes: the key ``[table]``."""
 
     errors: Literal["paper", "none"] = "paper"
-    """The paper's kind of error, [−150.0″, 137.9″], or a perfect disc."""
+    """Kind of error: ``paper`` for that of the paper, [−150.0″, 137.9″], or ``none`` for a perfect
+    disc."""
     separation_error_arcsec: Annotated[float, Meta(ge=-3600, le=3600)] = 0.0
-    """Difference of the heads' separation from the 33° that the firmware assumes."""
+    """Difference of the true separation of the heads from the 33° that the firmware assumes."""
     noise_arcsec: Annotated[float, Meta(ge=0, le=100)] = 0.2
     """Standard deviation of each head's reading."""
 
 
 class TemperaturePoint(Struct, frozen=True, forbid_unknown_fields=True):
-    """A corner of the temperature's course: a ``[[temperature]]``."""
+    """A point of the temperature's course: an entry of ``[[temperature]]``."""
 
     celsius: Annotated[float, Meta(ge=-50, le=150)]
     at_turn: NotNegative = 0.0
-    """Start of the time: the first instant of this turn."""
+    """Turn at whose first instant the time ``after_s`` starts."""
     after_s: Number = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioCause:
-    """A cause of the file, ready for the table."""
+    """A cause of the scenario file, in the form that the table uses."""
 
     name: str
     physical: Cause
@@ -128,23 +131,23 @@ class ScenarioCause:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A temporary fault."""
+    """A fault that lasts for a part of the motion."""
 
     what: str
-    """``pins``, ``bus_stall`` or ``hung_processor``."""
+    """Kind of the fault: ``pins``, ``bus_stall`` or ``hung_processor``."""
     at_turn: float
     for_turns: float = 0.0
     for_s: float = 0.0
-    """Duration in time of the motion, after ``for_turns``."""
+    """Duration in the time of the motion, which follows the duration ``for_turns``."""
     pins: int = 0
     act: str = "invert"
     probability: float = 1.0
     most_clocks: int = 0
     text: str = ""
-    """Description for the user."""
+    """Description of the fault for the result."""
 
     def span_s(self, course: Course) -> tuple[float, float]:
-        """Return the first and last instant, in time of the motion."""
+        """Return the first and the last instant of the fault, in the time of the motion."""
         begin = course.time_at_turn(self.at_turn)
         if not self.for_turns:
             return begin, begin + self.for_s
@@ -156,15 +159,17 @@ class FirmwareSettings:
     """Settings of the firmware."""
 
     recalibrate: str = "every_turn"
-    """``every_turn``, ``first_turn`` (then frozen) or ``never``."""
+    """Turns that the firmware calibrates: ``every_turn``, ``first_turn`` (then it is frozen) or
+    ``never``."""
     orders: int = 32
     calculation_s: float = 0.25
-    """Duration of a calibration, in table time."""
+    """Duration of a calibration, in the time of the table."""
     parameters: tuple[tuple[str, float], ...] = ()
     loaded: Coefficients | None = None
-    """Coefficients that are loaded over the console at the start, as by ``arctrue load``."""
+    """Coefficients that are loaded over the console at the start, like those of ``arctrue
+    load``."""
     thermometer: bool = False
-    """True: a thermometer on the table, in steps of 1/128 K, without lag."""
+    """Whether a thermometer is on the table; its resolution is 1/128 K, and it has no lag."""
 
 
 TurnNumber = Annotated[int, Meta(ge=1)]
@@ -172,31 +177,32 @@ Count = Annotated[int, Meta(ge=0)]
 
 
 class Limits(Struct, frozen=True, forbid_unknown_fields=True):
-    """Conditions of a passed run: the ``[limits]``; None is not checked."""
+    """Limits that a run must keep to pass: the key ``[limits]``. A limit that is None is not
+    checked."""
 
     from_turn: TurnNumber = 3
     to_turn: TurnNumber | None = None
     corrected_rms_arcsec: NotNegative | None = None
     corrected_reach_arcsec: NotNegative | None = None
     worse_by_arcsec: NotNegative | None = None
-    """Permitted excess of the corrected RMS over the uncorrected one, in any turn."""
+    """Largest permitted difference of the corrected RMS minus the uncorrected one, in any turn."""
     applied_turns_least: Count | None = None
     refused_turns_least: Count | None = None
     refused_turns_most: Count | None = None
     reasons_wanted: tuple[Reason, ...] = ()
-    """Expected reasons of refused captures."""
+    """Reasons for refused captures that must occur."""
     flags_wanted: tuple[Flag, ...] = ()
     flags_allowed: tuple[Flag, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a last turn before the first."""
+        """Raise ValueError if the last turn comes before the first."""
         if self.to_turn is not None and self.to_turn < self.from_turn:
             raise ValueError(
                 f"to_turn: expected {self.from_turn} (from_turn) or more, found {self.to_turn}"
             )
 
     def without_arcsec(self) -> Limits:
-        """Give the same limits without those that depend on the size of a count."""
+        """Return the limits without those that depend on the size of a count."""
         return structs.replace(
             self, corrected_rms_arcsec=None, corrected_reach_arcsec=None, worse_by_arcsec=None
         )
@@ -204,26 +210,26 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """The whole content of a file."""
+    """The whole content of a scenario file."""
 
     title: str
     """Title of the scenario."""
     about: str
-    """Purpose of the scenario, for people."""
+    """Purpose of the scenario in sentences."""
     scale: Scale
-    """Disc, gateware and samples."""
+    """Size of disc, gateware and capture."""
     errors: TableErrors
-    """Errors that the table has without any cause."""
+    """Errors of the table in addition to the named causes."""
     legs: tuple[Leg, ...]
     """Parts of the motion, in their order."""
     ripple_rad: float = 0.0
     """Amplitude of the ripple of the angle, radians."""
     ripple_order: int = 7
-    """Periods of the ripple a turn."""
+    """Number of periods of the ripple per turn."""
     temperature: tuple[TemperaturePoint, ...] = ()
-    """Points of the temperature's course; empty: it does not change."""
+    """Points of the temperature's course; empty if the temperature does not change."""
     causes: tuple[ScenarioCause, ...] = ()
-    """Physical causes of further errors."""
+    """Physical causes that add errors to the table."""
     faults: tuple[Fault, ...] = ()
     """Faults of wires, bus and processor."""
     firmware: FirmwareSettings = field(default_factory=FirmwareSettings)
@@ -231,31 +237,33 @@ class Scenario:
     limits: Limits = field(default_factory=Limits)
     """Limits that the run must keep."""
     orders: tuple[int, ...] = (1, 2, 3)
-    """Orders that are printed for each turn."""
+    """Orders whose amplitudes are printed for each turn."""
     faces: int = FACES
-    """Faces of the polygon, where a cause concerns the reference."""
+    """Number of faces of the polygon, if a cause acts on the reference."""
 
     @property
     def speeds_rad_s(self) -> list[float]:
-        """Speeds of the legs that turn."""
+        """Return the speed of each leg that is not a pause."""
         return [leg.speed_rad_s for leg in self.legs if leg.turns]
 
     @property
     def clock_hz(self) -> float:
-        """Clocks of the gateware per second of table time."""
+        """Return the number of gateware clocks per second in the time of the table."""
         return clock_hz_for(
             self.scale.counts_per_rev, max(self.speeds_rad_s), self.scale.clocks_per_count
         )
 
     @property
     def sample_period_clocks(self) -> int:
-        """Clocks between two samples: a turn at the slowest speed has ``scale.samples``."""
+        """Return the clocks between two samples: a turn at the slowest speed has
+        ``scale.samples``."""
         turn_s = 2 * np.pi / min(self.speeds_rad_s)
         return round(turn_s * self.clock_hz / self.scale.samples)
 
     @property
     def revolution(self) -> RevolutionSettings:
-        """Return the scale as settings of the revolution, which describe the paper's table."""
+        """Return the scale as settings of the revolution, from which the paper's kind of table is
+        made."""
         return RevolutionSettings(
             lines=self.scale.lines,
             interpolation=self.scale.interpolation,
@@ -269,7 +277,8 @@ class Scenario:
 
     @property
     def kept_every(self) -> int:
-        """Step between kept edges: odd, so that they meet every phase of a line's counts."""
+        """Return the step between kept edges: odd, so that they cover every phase of a line's
+        counts."""
         turns = sum(abs(leg.turns) for leg in self.legs)
         every = max(
             1,
@@ -280,11 +289,11 @@ class Scenario:
 
     @property
     def arcsec_per_count(self) -> float:
-        """Return one count in seconds of arc."""
+        """Return the size of a count in seconds of arc."""
         return ARCSEC_PER_TURN / self.scale.counts_per_rev
 
     def course(self) -> Course:
-        """Make the motion with its temperature.
+        """Return the motion with its temperature.
 
         Returns
         -------
@@ -313,10 +322,10 @@ class Scenario:
         return replace(bare, temperature=TemperatureCourse(times_s, temperatures_c))
 
     def _legs_in_samples(self) -> list[Leg]:
-        """Return the legs with the simulated part of a pause rounded to whole sample periods.
+        """Return the legs; the simulated part of each pause is rounded to whole sample periods.
 
-        The clock and the sampler of the gateware then have the same phase after the pause as
-        without it.
+        Clock and sampler of the gateware then have the same phase relative to each other after the
+        pause as without it.
         """
         if not self.speeds_rad_s:
             return list(self.legs)
@@ -327,12 +336,12 @@ class Scenario:
         ]
 
     def table(self) -> RotaryTable:
-        """Make the table with all its causes.
+        """Return the table with all its causes.
 
         Returns
         -------
         RotaryTable
-            The noise of the readings is its last cause.
+            The table. The noise of the readings is its last cause.
 
         Raises
         ------
@@ -345,7 +354,7 @@ class Scenario:
             causes += [e for e in plain if isinstance(e, DiscEccentricity | GraduationHarmonics)]
         causes += [cause.physical for cause in self.causes if not cause.reference_only]
         if self.errors.noise_arcsec:
-            # The noise is independent from one sample to the next.
+            # The noise of each sample is independent of that of the others.
             correlation_s = self.sample_period_clocks / self.clock_hz / 5
             rms_rad = self.errors.noise_arcsec * RAD_PER_ARCSEC
             causes.append(ReadingNoise(rms_rad, correlation_s, self.scale.seed))

@@ -1,4 +1,4 @@
-"""The error of the output in the readings of a reference instrument with its own errors."""
+"""The error of the output that a reference instrument with its own errors measures."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from arctrue.table.cause import Cause, Stations
 def seen_by_reference(
     scenario: Scenario, course: Course, number: int, error: TurnScore | None
 ) -> TurnScore | None:
-    """Return the error of turn ``number`` (first: 1) at the faces of a polygon, as it reads them.
+    """Return the error of turn ``number`` (first: 1) that a polygon with its own errors measures.
 
-    None if no cause concerns the reference. Bins without a face are NaN.
+    Returns None if no cause concerns the reference. Bins without a face are NaN.
     """
     causes = [cause.physical for cause in scenario.causes if cause.reference_only]
     if not causes or error is None:
         return None
     faces = np.arange(scenario.faces)
     angle_rad = np.asarray(faces * (TURN_RAD / scenario.faces), dtype=np.float64)
-    # Choose the bin of half a degree that begins at the face, whatever the last bit of its angle.
+    # Choose the bin of half a degree that begins at the face, whatever the last bit of the face's
+    # angle.
     bins = faces * BINS // scenario.faces
     stood_s = np.array([course.time_at_turn(number - 1 + f / scenario.faces) for f in faces])
     state = course.state(stood_s)

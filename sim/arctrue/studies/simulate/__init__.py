@@ -1,1 +1,1 @@
-"""Measurement sets from a table of exact geometry, with physical causes whose truth is known."""
+"""Measurement sets of a table with exact geometry and physical causes, and their truth."""

@@ -1,4 +1,4 @@
-"""Experiments: the runs of a capture and the stations of a reference run."""
+"""Experiments: the runs of a capture, and the stations of a reference run."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ class CaptureRun:
     """Speed with its sign."""
     samples: int
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C)
-    """Temperatures at the first and the last sample; linear in between."""
+    """Temperatures at the first and the last sample; between these the temperature is linear."""
 
     profile: tuple[tuple[float, float], ...] = ()
-    """Speed profile in place of the one speed: seconds since the start and signed speed at each
-    point, linear in between; it must reach the last sample."""
+    """Speed profile in place of the constant speed: seconds since the start and signed speed at
+    each point. The speed is linear between points; the last point must not come before the last
+    sample."""
 
     def motion(self, start_rad: float) -> Motion:
-        """Give the requested motion, from the angle ``start_rad`` on."""
+        """Return the motion of the run, which begins at the angle ``start_rad``."""
         if not self.profile:
             return Motion.steady(self.speed_rad_s, self.duration_s, start_rad=start_rad)
         times_s, speeds_rad_s = zip(*self.profile, strict=True)
@@ -40,13 +41,13 @@ class CaptureRun:
 
     @property
     def last_sample_s(self) -> float:
-        """Time of the last sample since the first."""
+        """Return the time from the first to the last sample."""
         return self.duration_s * (1.0 - 1.0 / self.samples)
 
 
 @dataclass(frozen=True, slots=True)
 class MovingReference:
-    """Passes over a reference that is read during motion, one turn per speed."""
+    """Passes in which a reference is read while the table moves; one turn for each speed."""
 
     speeds_rad_s: tuple[float, ...]
     stations: int = 360
@@ -54,19 +55,20 @@ class MovingReference:
 
 @dataclass(frozen=True, slots=True)
 class ReferencePlan:
-    """Cycles over all faces, up and back."""
+    """Cycles over all faces of a polygon, each up and back."""
 
     faces: int = FACES
     cycles: int = 10
     station_s: float = 4.0
     moving: MovingReference | None = None
     turned_faces: tuple[float, ...] = (0.0,)
-    """Faces by which the polygon is turned on the table; one pass of all cycles for each entry."""
+    """Numbers of faces by which the polygon is turned on the table; each entry means one pass of
+    all cycles."""
 
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """Runs, and a reference run or None."""
+    """Runs of a capture, and the plan of a reference run or None."""
 
     name: str
     runs: tuple[CaptureRun, ...]
@@ -81,17 +83,18 @@ class Experiment:
 
     @property
     def honoured(self) -> frozenset[str]:
-        """Methods of a cause that a channel of this experiment shows."""
+        """Return the methods of a cause on which a channel of this experiment depends."""
         nothing: frozenset[str] = frozenset()
         return (CAPTURE if self.runs else nothing) | (REFERENCE if self.reference else nothing)
 
     def can_honour(self, recipe: Recipe) -> bool:
-        """Tell whether the experiment shows every method of the cause."""
+        """Tell whether the channels of the experiment depend on every method that the cause
+        overrides."""
         return acts_on(CAUSES[recipe.cause].kind) <= self.honoured
 
     @property
     def occasion(self) -> Occasion:
-        """Properties of the runs that a draw may use."""
+        """Return the properties of the runs on which the draw of a cause may depend."""
         return Occasion(
             tuple(run.start_s for run in self.runs),
             tuple(run.duration_s for run in self.runs),
@@ -100,7 +103,7 @@ class Experiment:
 
     @property
     def temperature(self) -> TemperatureCourse:
-        """Return the temperature over all runs; linear also in the pauses."""
+        """Return the temperature over all runs; it is linear also in the pauses."""
         knots = [
             (run.start_s + share * run.last_sample_s, run.temperature_c[share])
             for run in self.runs
@@ -126,7 +129,7 @@ def _run(
 
 
 def full() -> Experiment:
-    """Return runs up, down, three times as fast, and warm after half an hour; then ten polygon
+    """Return four runs (up, down, three times as fast, warm after half an hour) and ten polygon
     cycles."""
     runs = (
         _run(0.0, SLOW_RAD_S),
@@ -143,36 +146,36 @@ def lean() -> Experiment:
 
 
 def one_pass() -> Experiment:
-    """Return one turn upwards, and one cycle over the faces."""
+    """Return one turn upwards, and one cycle over the faces of a polygon."""
     run = replace(_run(0.0, SLOW_RAD_S), duration_s=2 * np.pi / SLOW_RAD_S)
     return Experiment("one_pass", (run,), ReferencePlan(cycles=1))
 
 
 def one_speed() -> Experiment:
-    """Return runs up and down at one speed and one temperature, and ten polygon cycles."""
+    """Return four runs up and down at one speed and one temperature, and ten polygon cycles."""
     runs = tuple(_run(60.0 * number, SLOW_RAD_S * (1 - 2 * (number % 2))) for number in range(4))
     return Experiment("one_speed", runs, ReferencePlan())
 
 
 def short() -> Experiment:
-    """Return the full experiment with a sixth of the samples: quick to make and to diagnose."""
+    """Return the full experiment with a sixth of the samples, which is quick to make and to
+    diagnose."""
     return replace(full().smaller(SAMPLES // 6, cycles=10), name="short")
 
 
 FURTHER_PAUSE_S = 600.0
 FURTHER_TURNS = 30
 FURTHER_SAMPLES = 5
-"""Factor by which the samples per turn grow."""
+"""Factor by which the run ``samples`` has more samples per turn."""
 FURTHER_WARMER_C = 4.0
 FURTHER_TURNED_FACES = 1.0 / 3.0
 FURTHER_REINDEXED_FACES = 6.0
 
 
 def with_further(experiment: Experiment, kind: str) -> Experiment:
-    """Append one measurement to the experiment.
+    """Return the experiment with one more measurement, of a kind that a diagnosis may request.
 
-    The kinds are those that a diagnosis requests. Raises ValueError for another kind, or for one
-    that does not fit this experiment.
+    Raises ValueError for another kind, or for one that does not fit this experiment.
     """
     if kind not in FURTHER:
         raise ValueError(f"no further measurement {kind!r}; there are: {', '.join(FURTHER)}")
@@ -182,7 +185,7 @@ def with_further(experiment: Experiment, kind: str) -> Experiment:
         if kind == "polygon_turned":
             plan = replace(plan, turned_faces=(*plan.turned_faces, FURTHER_TURNED_FACES))
         if kind == "polygon_reindexed":
-            # The file has no key for this measurement, which therefore becomes a set of its own.
+            # The file has no key for this measurement, so that it becomes a separate set.
             plan = replace(plan, turned_faces=(FURTHER_REINDEXED_FACES,))
         if kind == "moving_reference":
             plan = replace(plan, moving=MovingReference((SLOW_RAD_S, -SLOW_RAD_S, 3 * SLOW_RAD_S)))
@@ -225,9 +228,9 @@ FURTHER = (
     "moving_reference",
 )
 """Kinds of a further measurement. A further run: three times as fast, in the other direction,
-warmer, equal but after a stop, with more turns, or with more samples. A further reference run: a
-first run; a run with the polygon turned by a third of a face; a run with the polygon turned by
-whole faces, as a separate set; a run with a reference in motion."""
+warmer, a repetition after a stop, with more turns, or with more samples. A further reference run:
+the first one; one with the polygon turned by a third of a face; one with the polygon turned by
+whole faces, as a separate set; one with a reference that is read in motion."""
 
 EXPERIMENTS = {
     "full": full,

@@ -1,4 +1,4 @@
-"""Measures a table with all its causes, like samplers and a polygon."""
+"""Measures a table with all its causes, as samplers and a polygon would."""
 
 from __future__ import annotations
 
@@ -35,34 +35,34 @@ from arctrue.table.temperature import TemperatureCourse
 Float = NDArray[np.float64]
 
 SERVO_ROUNDS = 16
-"""Number of iterations of the servo. The slope of the largest error (2.4″ a signal period) is 0.2:
-each iteration gains two thirds of a digit, which leaves 10⁻¹¹ of the first 150″."""
+"""Number of iterations of the servo. The largest slope of the error (2.4″ a signal period) is 0.2:
+each iteration divides the remaining distance by 5, so that 10⁻¹¹ of the first 150″ remain."""
 MICROSECOND_S = 1e-6
 CLOCK_HZ = 100e6
 
 
 @dataclass(frozen=True)
 class TrueNoise:
-    """The drawn noise of one channel's rows."""
+    """The noise that was drawn for the rows of one channel."""
 
     gaussian: Noise
-    """Gaussian noise, which includes rounding to counts as white noise of count²/12 a head."""
+    """Gaussian noise; it contains the rounding to counts as white noise of count²/12 a head."""
     struck: NDArray[np.bool_]
-    """Rows in which an outlier struck a head."""
+    """Whether an outlier changed the reading of a head, by row."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A measurement set, and its noise that no model can explain, RMS by channel."""
+    """A measurement set, and for each channel the RMS of the noise, which no model can explain."""
 
     measurement: MeasurementSet
     floor_arcsec: dict[str, float]
     exact_arcsec: dict[str, Float]
     """R₂ − R₁ − α of every capture row and ε of every reference row, without noise and rounding."""
     noise: dict[str, TrueNoise]
-    """True noise by channel."""
+    """Noise that was drawn for each channel."""
     index_variance_arcsec2: float
-    """Variance of R₂ − R₁ from run to run."""
+    """Variance of R₂ − R₁ between runs, which the index marks cause."""
 
 
 class MeasuredTable:
@@ -76,20 +76,21 @@ class MeasuredTable:
         index_scatter_counts: int,
         random: np.random.Generator,
     ) -> None:
-        """Take the table and its causes. ``index_scatter_counts``: largest error, in counts, of a
+        """Store the table and its causes. ``index_scatter_counts``: largest error, in counts, of a
         head's index in a run."""
         self.table = table
         self.causes = [cause for cause in table.causes if acts_on(cause) - GEOMETRY]
         self.reference_noise_arcsec = reference_noise_arcsec
         self.index = IndexScatter(index_scatter_counts)
         self.random = random
-        # Each cause has its own stream, so that another noise leaves the other draws unchanged.
+        # Each cause has its own random stream, so that a change of one cause does not change the
+        # draws of others.
         self._cause_random = random.spawn(len(self.causes))
 
     def measure(
         self, experiment: Experiment, *, title: str, drive_gear_teeth: float | None = None
     ) -> Measured:
-        """Measure everything in the experiment.
+        """Measure everything that the experiment requires.
 
         Raises UnhonouredCauseError for a cause that acts on a channel that is not measured.
         """
@@ -161,7 +162,7 @@ class MeasuredTable:
             for cause, random in zip(self.causes, self._cause_random, strict=True):
                 process = cause.head_noise(head, state)
                 if process is not None:
-                    # The stated noise is that of R₂ − R₁.
+                    # The noise that the set states is that of R₂ − R₁.
                     if head < 2:
                         processes.append(process)
                     noisy = noisy + process.draw(random) / self.table.count_rad
@@ -197,7 +198,7 @@ class MeasuredTable:
         )
 
     def _head_places(self) -> dict[str, Any]:
-        """Return the nominal places of the heads as keys of ``[table]``."""
+        """Return the nominal places of the heads in the form of keys of ``[table]``."""
         heads = len(self.table.heads)
         if heads == 2:
             return {"head_separation_deg": float(np.rad2deg(HEAD_SEPARATION_RAD))}
@@ -219,7 +220,7 @@ class MeasuredTable:
         travelled_rad: float,
         temperature: TemperatureCourse,
     ) -> Conditions:
-        # The file has a resolution of microseconds; the times are rounded to it.
+        # The file has a resolution of a microsecond, to which the times are rounded.
         nominal_s = np.arange(run.samples) * (run.duration_s / run.samples)
         time_s = np.round(nominal_s / MICROSECOND_S) * MICROSECOND_S
         motion = run.motion(start_rad)
@@ -248,13 +249,14 @@ class MeasuredTable:
         turned_faces = np.repeat([item.turned_faces for item in plans], sizes)
         wanted_rad = np.deg2rad(target_deg)
         conditions = stations(time_s, wanted_rad, direction, speed)
-        # The head reads the scale at the present place; a late reading is late for all heads.
+        # The head reads the scale at its present place; if readings are late, those of all heads
+        # are.
         for _ in range(SERVO_ROUNDS):
             standing = replace(conditions, speed_rad_s=np.zeros_like(speed))
             # The servo brings the reading of head 1, not the table, to the target.
             missing = wanted_rad - self.table.reading_rad(0, standing)
             conditions = conditions.turned(conditions.angle_rad + missing)
-        # In motion, the reading that arrives with the mark is older than the mark.
+        # In motion, the reading that arrives together with the mark was taken before the mark.
         reading = self.table.reading_rad(0, conditions)
         deviation = reading - conditions.angle_rad
         face = np.round(target_deg * plan.faces / 360.0 - turned_faces).astype(np.int64)
@@ -294,19 +296,20 @@ class MeasuredTable:
 
 
 def _joined(parts: Sequence[Conditions]) -> Conditions:
-    """Join runs one after another."""
+    """Join the rows of several runs in sequence."""
     names = [field.name for field in fields(Conditions)]
     return Conditions(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _run_means(values: Float, run: NDArray[np.int64]) -> Float:
-    """Return the mean of each row's run, same shape."""
+    """Return, for each row, the mean over the row's run, same shape."""
     return np.asarray((np.bincount(run, values) / np.maximum(np.bincount(run), 1))[run])
 
 
 @dataclass(frozen=True, slots=True)
 class _Stations:
-    """A planned reference run: arrays ``(n,)``, one speed (0: the table stands at each station)."""
+    """A planned reference run: arrays ``(n,)``, and one speed (0 if the table stands at each
+    station)."""
 
     time_s: Float
     cycle: NDArray[np.int64]
@@ -322,7 +325,7 @@ def _mountings(plan: ReferencePlan) -> list[_Stations]:
     up = np.linspace(0.0, 360.0, plan.faces, endpoint=False)
     rows = np.arange(2 * plan.faces * plan.cycles)
     for number, turned_faces in enumerate(plan.turned_faces):
-        # Turning by whole faces does not change the stations; a part of a face shifts them.
+        # A rotation by whole faces does not change the stations; a fraction of a face shifts them.
         shift_deg = (turned_faces - round(turned_faces)) * 360.0 / plan.faces
         found.append(
             _Stations(

@@ -24,19 +24,20 @@ from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.table.rotary_table import HEAD_PLACES_DEG, RotaryTable, heads_at, two_heads
 
 ECCENTRICITY_UM = (20.0, 30.0)
-"""Range of the eccentricity; the paper's table has 28 µm, 108″ of first order."""
+"""Range of the eccentricity; that of the paper's table is 28 µm, which causes 108″ of order 1."""
 GRADUATION_ORDERS = (2, 3, 4, 5, 6, 8)
 GRADUATION_ARCSEC = (0.15, 1.0)
 NOISE_ARCSEC = 0.1
 REFERENCE_NOISE_ARCSEC = 0.15
 INDEX_SCATTER_COUNTS = 1
 LARGEST_SIZE = 1000.0
-"""Largest size relative to the largest drawn one; a larger size exceeds turns and counts."""
+"""Largest permitted ratio of a size to the largest size that is drawn; the numbers of turns and
+counts have no room for a larger size."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A cause by name; without a size one is drawn."""
+    """A cause, given by its name; its size is drawn if it is None."""
 
     name: str
     size: float | None = None
@@ -44,12 +45,12 @@ class Wanted:
 
 @dataclass(frozen=True)
 class SimulatedSet:
-    """The set, which may be shown, and its truth, which may not."""
+    """The measurement set, which a user may see, and its truth, which a user may not."""
 
     measurement: MeasurementSet
     truth: dict[str, Any]
     exact_arcsec: dict[str, NDArray[np.float64]]
-    """Channels without noise and rounding; part of the truth."""
+    """Signal of each channel without noise and rounding; it belongs to the truth."""
     noise: dict[str, TrueNoise]
     index_variance_arcsec2: float
     table: RotaryTable
@@ -70,10 +71,10 @@ def simulate_set(
     noise: Sequence[Wanted] = (),
     heads: int = 2,
 ) -> SimulatedSet:
-    """Draw a table by ``seed`` with all wanted causes, and measure it as the experiment says.
+    """Draw a table by ``seed`` with all wanted causes, and make the measurements of the experiment.
 
-    ``again`` numbers further measurements of the same table: only the noise and the detection of
-    the index differ from the first one, number 0.
+    ``again`` is the number of a repetition with the same table: only the noise and the detection of
+    the index differ from the first measurement, number 0.
 
     ``further`` names measurements that are made after those of the experiment, on the same table;
     the runs of the experiment stay identical.
@@ -81,9 +82,9 @@ def simulate_set(
     ``noise`` are noise causes of the registry in addition to the white noise of both heads and the
     reference; they draw from their own streams, so that everything else stays identical.
 
-    A latency needs a reference that is read on the move; it is added to the experiment.
-    Raises ValueError for a name that no recipe has, a size that is not positive or that no angle
-    can show.
+    A latency needs a reference that is read while the table moves; such a reference is added to the
+    experiment. Raises ValueError for a name that no recipe has, and for a size that is not positive
+    or that no angle can show.
     """
     effects = {name: item for name, item in REGISTRY.items() if name not in NOISES}
     for item, known in [(x, effects) for x in wanted] + [(x, NOISES) for x in noise]:
@@ -148,7 +149,7 @@ def simulate_set(
         _heads(heads), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
     )
     for kind in further:
-        # This comes after the draw of the causes, so that they depend on the experiment alone.
+        # This draw follows that of the causes, so that the causes depend on the experiment alone.
         experiment = with_further(experiment, kind)
     teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
     measured_table = MeasuredTable(
@@ -184,7 +185,8 @@ def simulate_set(
 
 
 def _heads(number: int) -> tuple[Head, ...]:
-    """Give the paper's two heads, or three or four. Raises ValueError for another number."""
+    """Return the paper's two heads, or three or four heads. Raises ValueError for another
+    number."""
     if number not in HEAD_PLACES_DEG:
         raise ValueError(f"heads: expected {min(HEAD_PLACES_DEG)} to {max(HEAD_PLACES_DEG)}")
     return two_heads() if number == 2 else heads_at(np.deg2rad(HEAD_PLACES_DEG[number]).tolist())
@@ -202,7 +204,7 @@ def _base_effects(random: np.random.Generator) -> list[Cause]:
 
 
 def _with_order(part: str, cause: Cause) -> str:
-    """Insert the drawn order into ``order:*`` of a recipe."""
+    """Replace ``order:*`` in a recipe by the order that was drawn."""
     if part != "order:*":
         return part
     assert isinstance(cause, BeltPull)
@@ -210,7 +212,7 @@ def _with_order(part: str, cause: Cause) -> str:
 
 
 def _plain(effect: Cause) -> dict[str, Any]:
-    """Convert a cause to JSON: its class and fields; complex numbers as two."""
+    """Convert a cause to JSON: its class and its fields; a complex number becomes two numbers."""
     fields = {
         key: [value.real, value.imag] if isinstance(value, complex) else value
         for key, value in asdict(effect).items()  # type: ignore[call-overload]

@@ -21,11 +21,11 @@ class _Sealed(Struct):
 
 
 class BrokenSealError(ValueError):
-    """The set has changed since its truth was written."""
+    """The set has changed since its truth was sealed."""
 
 
 def truth_path(folder: Path) -> Path:
-    """Return ``OUT.truth.json`` next to the folder ``OUT``."""
+    """Return the path ``OUT.truth.json`` next to the folder ``OUT``."""
     folder = folder.resolve()
     return folder.with_name(folder.name + ".truth.json")
 
@@ -42,14 +42,14 @@ def fingerprint(folder: Path) -> dict[str, str]:
 def refuse_recorded(folder: Path) -> None:
     """Raise ValueError if ``folder`` holds a set without a truth file.
 
-    Such a set was recorded, and overwriting would lose it.
+    Such a set was recorded on a device; a simulated set in its place would destroy it.
     """
     if (folder / FILE_NAME).exists() and not truth_path(folder).exists():
         raise ValueError(f"{folder}: holds a measurement set already; name a new folder")
 
 
 def write_truth(folder: Path, truth: dict[str, Any]) -> Path:
-    """Seal ``truth`` with the fingerprint of the set that lies in ``folder``."""
+    """Write ``truth`` with the fingerprint of the set in ``folder``."""
     path = truth_path(folder)
     sealed = {**truth, "seal": fingerprint(folder)}
     write_whole_text(path, json.dumps(sealed, indent=1, ensure_ascii=False) + "\n")

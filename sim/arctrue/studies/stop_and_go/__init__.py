@@ -1,1 +1,1 @@
-"""The paper's ten cycles in its own way: a servo moves the table to each face and stops it."""
+"""The paper's ten cycles with stops: a servo moves the table to each face and stops it there."""

@@ -1,8 +1,8 @@
 """Ten cycles of 24 faces with a servo whose feedback is head 1's own or the corrected signal.
 
-The table of ``arctrue revolution`` is calibrated from one captured turn by least squares; the
-corrected signal is equation (9) from the coefficients as the gateware holds them, rounded to a
-count. Polygon and autocollimator are those of ``arctrue paper``.
+The table of ``arctrue revolution`` is calibrated from one captured turn by least squares. The
+corrected signal is equation (9), rounded to a count, with the coefficients in the number formats of
+the gateware. Polygon and autocollimator are those of ``arctrue paper``.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ ORDERS = np.arange(1, 17)
 
 @dataclass(frozen=True)
 class StopAndGoSettings:
-    """Settings; the servo is that of :mod:`servo`; noise acts on every sample of the loop."""
+    """Settings of the study; axis and controller are those of :mod:`servo`; the noise acts on every
+    sample of the loop."""
 
     cycles: int = PUBLISHED.cycles
     noise_arcsec: float = 0.1
@@ -52,7 +53,8 @@ class StopAndGoSettings:
 
 
 def run_stop_and_go(settings: StopAndGoSettings | None = None) -> dict[str, Any]:
-    """Run both feedbacks; return plain values. Raises ValueError below two cycles."""
+    """Run the cycles with either feedback; return plain values. Raises ValueError below two
+    cycles."""
     settings = settings or StopAndGoSettings()
     if settings.cycles < 2:
         raise ValueError(f"a deviation needs two cycles or more, found {settings.cycles}")
@@ -84,7 +86,8 @@ def run_stop_and_go(settings: StopAndGoSettings | None = None) -> dict[str, Any]
 
 
 def calibrated(table: RotaryTable, random: np.random.Generator) -> Coefficients:
-    """Calibrate from one captured turn at 30°/s, least squares, in the gateware's formats."""
+    """Calibrate by least squares from one captured turn at 30°/s, in the gateware's number
+    formats."""
     speed = float(np.radians(30.0))
     motion = Motion.steady(speed, TURN_RAD / speed, ripple_rad=0.002, ripple_order=7)
     state = motion.state(np.arange(SAMPLES) * np.float64(motion.duration_s / SAMPLES))
@@ -105,7 +108,8 @@ def calibrated(table: RotaryTable, random: np.random.Generator) -> Coefficients:
 def feedback_of(
     table: RotaryTable, coefficients: Coefficients | None, random: np.random.Generator
 ) -> Feedback:
-    """Give the servo's feedback, counts as an angle; None: head 1 without correction."""
+    """Return the servo's feedback: the counts as an angle. Without coefficients they are head 1's
+    own."""
 
     def shown(angle_rad: Float) -> Float:
         counts = table.counts(0, TableState.at_rest(angle_rad), random)
@@ -118,7 +122,7 @@ def feedback_of(
 
 
 def _cycles(settings: StopAndGoSettings, feedback: Feedback) -> Stopped:
-    """Simulate all moves at once: each begins at rest at the previous face."""
+    """Simulate all moves in parallel; each begins at rest at the previous face."""
     faces = PUBLISHED.faces
     target = np.tile(np.arange(faces), settings.cycles) * np.float64(TURN_RAD / faces)
     moves = Moves(target - TURN_RAD / faces, target)
@@ -126,7 +130,8 @@ def _cycles(settings: StopAndGoSettings, feedback: Feedback) -> Stopped:
 
 
 def _plain(errors: StationErrors, stopped: Stopped, off_rad: Float) -> dict[str, Any]:
-    # Sign of the stations: a table beyond its target has an error below zero.
+    # The sign is that of the stations: if the table stands beyond its target, the error is
+    # negative.
     by_cycle = -off_rad.reshape(-1, errors.mean_arcsec.size) * ARCSEC_PER_RAD
     true = by_cycle.mean(axis=0)
     return {

@@ -2,8 +2,8 @@
 
 Friction is the LuGre model (Canudas de Wit et al., IEEE Trans. Automatic Control 40, 1995):
 bristles of stiffness σ₀ that bend before the axis slides, Stribeck's curve, viscous friction. The
-controller is a proportional position loop around a proportional-integral speed loop, speed being
-the difference of two readings.
+controller is a proportional position loop around a proportional-integral speed loop; the speed is
+computed from the difference of two readings.
 """
 
 from __future__ import annotations
@@ -16,18 +16,19 @@ from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
 SETTLED_COUNTS = 5.0
-"""Largest distance from the target in the settled state: 0.39″ at 2²⁴ counts a turn."""
+"""Largest distance of the feedback from the target in the settled state: 0.39″ at 2²⁴ counts a
+turn."""
 RECENT_SHARE = 0.01
-"""Weight of a new sample in the feedback's average over about 100 samples, 10 ms, which the test
-uses: its noise is 0.1″."""
+"""Weight of a new sample in the averaged feedback, which shows whether the table has settled; it
+averages about 100 samples (10 ms) of 0.1″ noise."""
 Feedback = Callable[[Float], Float]
-"""Function that converts the true angle to the position that the encoder shows, radians; whole
-counts."""
+"""Function that returns the position that the encoder shows, in radians but whole counts, for a
+true angle."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """The mechanics."""
+    """Mechanical parameters of the axis."""
 
     inertia_kg_m2: float = 0.02
     coulomb_n_m: float = 0.30
@@ -35,15 +36,16 @@ class Axis:
     stribeck_rad_s: float = 2e-3
     viscous_n_m_s: float = 0.05
     bristle_n_m_rad: float = 3_000.0
-    """σ₀: the axis bends by 100 µrad, 20″, before it slides."""
+    """σ₀, stiffness of the bristles: the axis bends by 100 µrad, 20″, before it slides."""
     bristle_n_m_s: float = 8.0
-    """σ₁."""
+    """σ₁, damping of the bristles."""
     torque_limit_n_m: float = 5.0
 
     def friction(self, speed: Float, bend: Float, step_s: float) -> tuple[Float, Float]:
-        """Return the torque of the friction and the bristles' bend a step later, each ``(n,)``.
+        """Return the friction torque, and the bend of the bristles one step later, each ``(n,)``.
 
-        The bend is computed implicitly: while the axis slides it settles within less than a step.
+        The bend is computed implicitly, because it settles within less than a step while the axis
+        slides.
         """
         level = self.coulomb_n_m + (self.static_n_m - self.coulomb_n_m) * np.exp(
             -((speed / self.stribeck_rad_s) ** 2)
@@ -60,15 +62,15 @@ class Axis:
 
 @dataclass(frozen=True)
 class Controller:
-    """Gains at a sampling rate; a new torque every sample."""
+    """Gains of the controller at its sampling rate; each sample gives a new torque."""
 
     rate_hz: float = 10_000.0
     position_1_s: float = 60.0
     speed_n_m_s: float = 8.0
     integral_n_m: float = 1_600.0
-    """Gain of the speed loop's integral, which is per radian of position."""
+    """Gain of the speed loop's integral part, per radian of position."""
     smoothing: float = 0.3
-    """Weight of a new speed in the filtered one."""
+    """Weight of a new speed in the filtered speed."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ class Moves:
     acceleration_rad_s2: float = float(np.radians(120.0))
 
     def path(self, time_s: float) -> tuple[Float, Float]:
-        """Give position and speed of a trapezoidal profile at a time, in the feedback's angle."""
+        """Return position and speed of a trapezoidal profile at a time; the feedback follows it."""
         length = np.abs(self.target_rad - self.start_rad)
         side = np.sign(self.target_rad - self.start_rad)
         top = np.minimum(self.speed_rad_s, np.sqrt(length * self.acceleration_rad_s2))
@@ -97,7 +99,7 @@ class Moves:
 
     @property
     def duration_s(self) -> float:
-        """Duration of the longest move."""
+        """Return the duration of the longest move."""
         length = float(np.max(np.abs(self.target_rad - self.start_rad)))
         top = min(self.speed_rad_s, float(np.sqrt(length * self.acceleration_rad_s2)))
         return length / top + top / self.acceleration_rad_s2 if top else 0.0
@@ -108,13 +110,14 @@ class Stopped:
     """Final state of the table after each move, ``(moves,)``."""
 
     angle_rad: Float
-    """True angle, mean over the dwell."""
+    """Mean of the true angle over the dwell."""
     tremble_rad: Float
-    """Largest minus smallest true angle during the dwell."""
+    """Largest minus smallest true angle in the dwell."""
     following_rad: float
     """Largest distance of the feedback from the path during the moves."""
     settled_s: Float
-    """Time from the end of the path until the averaged feedback stays within five counts."""
+    """Time from the end of the path until the averaged feedback stays within SETTLED_COUNTS of the
+    target."""
 
 
 def drive(
@@ -127,10 +130,11 @@ def drive(
     settle_s: float = 0.8,
     dwell_s: float = 0.2,
 ) -> Stopped:
-    """Make all moves at once. At first the feedback of the table shows the start.
+    """Simulate all moves in parallel.
 
-    A step is one of the controller; the torque is constant within it. The semi-implicit Euler rule
-    integrates the motion; a step is 0.04 rad of the bristles' oscillation.
+    At first the table stands at the angle at which its feedback shows the start. The torque of the
+    controller is constant within a step. The semi-implicit Euler rule integrates the motion; in a
+    step the phase of the bristles' oscillation advances by 0.04 rad.
     """
     step_s = 1.0 / controller.rate_hz
     angle = moves.start_rad.copy()

@@ -1,1 +1,1 @@
-"""Physical causes of a wrong reading, one file each; the registry finds them by their files."""
+"""Physical causes of a wrong reading, one in each file; the registry imports every file here."""

@@ -15,14 +15,14 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class AutocollimatorScale(Cause):
-    """Its scale is wrong by the share ``gain``: the error is proportional to its reading."""
+    """The scale of the autocollimator is wrong: its error is the share ``gain`` of its reading."""
 
     gain: float
 
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """gain × deviation, shape ``(n,)``."""
+        """Return gain × deviation, shape ``(n,)``."""
         return self.gain * deviation_rad
 
 

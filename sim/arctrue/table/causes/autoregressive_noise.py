@@ -1,4 +1,5 @@
-"""Noise of the readings that depends on the previous row: a filter in the electronics, AR(1)."""
+"""Noise of the readings that depends on the previous row: first-order autoregressive noise,
+AR(1)."""
 
 from __future__ import annotations
 
@@ -15,14 +16,15 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class AutoregressiveNoise(Cause):
-    """x_i = correlation·x_{i−1} + w_i from row to row, not over time; each run begins anew."""
+    """The noise x_i = correlation·x_{i−1} + w_i runs over rows, not over time; each run begins
+    anew."""
 
     sigma_rad: float
     correlation: float
-    """Above −1 and below 1."""
+    """Correlation of neighbouring rows, above −1 and below 1."""
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise:
-        """One process of the standard deviation ``sigma_rad``."""
+        """Return one Gauss–Markov process with the standard deviation ``sigma_rad``."""
         same_run = np.concatenate([[False], np.diff(conditions.run) == 0])
         decay = np.where(same_run, self.correlation, 0.0)[None, :]
         return Noise(np.zeros(same_run.size), np.array([self.sigma_rad]), decay)

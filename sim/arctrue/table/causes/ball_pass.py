@@ -1,4 +1,4 @@
-"""The balls of the bearing move the axis at their own, non-integer order."""
+"""The balls of the bearing move the axis at an order that is not a whole number."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class BallPass(Cause):
-    """The cage turns slower than the table: the axis moves at an order that is not whole.
+    """The cage turns slower than the table and moves the axis at an order that is not whole.
 
-    Stator frame, over the unwrapped angle: forward·e^{jνθ} + backward·e^{−jνθ}, metres.
+    In the stator frame, with the unwrapped angle θ and the order ν, the axis is at forward·e^{jνθ}
+    + backward·e^{−jνθ}, metres.
     """
 
     order: float
@@ -34,7 +35,7 @@ class BallPass(Cause):
     backward_m: complex = 0j
 
     def axis_shift_m(self, state: TableState) -> Points:
-        """Displacement of the axis, shape ``(n,)``."""
+        """Return the displacement of the axis, shape ``(n,)``."""
         around = np.exp(1j * self.order * state.angle_rad)
         return np.asarray(self.forward_m * around + self.backward_m / around)
 

@@ -1,4 +1,4 @@
-"""A belt or a two-to-one gear that pulls every second turn."""
+"""A belt or a two-to-one gear that pulls the axis once in two turns."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from arctrue.table.state import TableState
 class BeltPull(Cause):
     """A belt twice as long as the pulley's circumference pulls the axis towards ``pull_rad``.
 
-    Stator frame: the axis moves on a line by pull·cos(order·θ + phase), order a half-integer.
+    In the stator frame the axis moves on a line by pull·cos(order·θ + phase) with a half-integer
+    order.
     """
 
     order: float
@@ -27,7 +28,7 @@ class BeltPull(Cause):
     phase_rad: float
 
     def axis_shift_m(self, state: TableState) -> Points:
-        """Displacement of the axis, shape ``(n,)``."""
+        """Return the displacement of the axis, shape ``(n,)``."""
         size = self.pull_m * np.cos(self.order * state.angle_rad + self.phase_rad)
         return np.asarray(size * np.exp(1j * self.pull_rad))
 

@@ -1,4 +1,4 @@
-"""A bracket that grows with heat carries its head along."""
+"""A bracket that grows with heat and carries its head along."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class BracketExpansion(TurnedHead):
-    """The bracket of one head grows along the scale, ``rate_rad_per_k`` seen from the axis."""
+    """The bracket of one head grows along the scale by ``rate_rad_per_k``, as seen from the
+    axis."""
 
     rate_rad_per_k: float
 
     def turn_rad(self, state: TableState) -> Angles | float:
-        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        """Return the angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         return np.asarray(self.rate_rad_per_k * heating_k(state))
 
 

@@ -1,4 +1,4 @@
-"""Places one head at another stator angle than the drawing states."""
+"""A head that stands at another stator angle than the drawing states."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class BracketTurn(Cause):
-    """The bracket of one head, mounted with a rotation of ``angle_rad`` about the axis."""
+    """The bracket of one head is mounted with a rotation of ``angle_rad`` about the axis."""
 
     head: int
     at: Head
@@ -43,7 +43,7 @@ class Values(Given, frozen=True):
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
     """Draw the cause for a size in the recipe's unit."""
-    # A larger α turns head 2 the other way: docs/architecture.md, "Head geometry".
+    # To make α larger, head 2 must turn by a negative angle: docs/architecture.md, "Head geometry".
     return [BracketTurn(1, HEADS[1], -sign(random) * size * RAD_PER_ARCSEC)]
 
 

@@ -1,4 +1,4 @@
-"""A bracket shakes at its own frequency."""
+"""A bracket that vibrates at its own frequency."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from arctrue.table.turned_head import TurnedHead
 class BracketVibration(TurnedHead):
     """The head swings along the scale by ``amplitude_rad`` seen from the axis.
 
-    Its phase does not depend on the table: each run has its own phase; if there are more runs than
-    phases, the phases repeat.
+    The phase of the vibration does not depend on the table: each run has its own phase; if there
+    are more runs than phases, the phases repeat.
     """
 
     amplitude_rad: float
@@ -39,7 +39,7 @@ class BracketVibration(TurnedHead):
     phases_rad: tuple[float, ...] = (0.0,)
 
     def turn_rad(self, state: TableState) -> Angles | float:
-        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        """Return the angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         run = conditions_of(state).run % len(self.phases_rad)
         phase = 2 * np.pi * self.frequency_hz * state.time_s + np.asarray(self.phases_rad)[run]
         return np.asarray(self.amplitude_rad * np.sin(phase))

@@ -18,7 +18,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class CentrifugalLobes(Cause):
-    """The lines shift ``order`` times a turn in proportion to the speed squared."""
+    """The lines shift by an angle with ``order`` periods a turn, in proportion to the speed
+    squared."""
 
     order: int
     stretch_rad_s2: float
@@ -27,7 +28,7 @@ class CentrifugalLobes(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """Error of the lines, shape ``(n,)``."""
+        """Return the error of the lines, shape ``(n,)``."""
         wave = np.cos(self.order * disc_angle_rad + self.phase_rad)
         return np.asarray(self.stretch_rad_s2 * state.speed_rad_s**2 * wave)
 

@@ -17,14 +17,14 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class CreepingCentre(Cause):
-    """A clamp yields: in each turn the disc moves by ``rate_m`` (x + jy, table frame)."""
+    """A clamp yields, so that in each turn the disc moves by ``rate_m`` (x + jy, table frame)."""
 
     rate_m: complex
 
     def disc_shift_m(self, state: TableState) -> Points:
-        """Displacement in the frame of the turning table, metres, shape ``(n,)``.
+        """Return the displacement in the frame of the turning table, metres, shape ``(n,)``.
 
-        Raises ValueError without the travel.
+        Raises ValueError if the conditions do not contain the travel.
         """
         return np.asarray(self.rate_m * travelled_turns(state))
 

@@ -16,14 +16,14 @@ from arctrue.table.state import TableState
 class DiscEccentricity(Cause):
     """The disc centre lies ``offset_m`` off the axis and turns with the table.
 
-    ``direction_rad`` is the angle of the table towards which it lies. For a small offset the
-    reading errs by (offset / head radius)·sin(θ + direction − β); the table computes the exact ray.
+    At table angle 0 it lies in the direction ``direction_rad``. For a small offset the reading errs
+    by (offset / head radius)·sin(θ + direction − β); the table computes the exact ray.
     """
 
     offset_m: float
     """Distance of the disc centre from the axis, metres."""
     direction_rad: float = 0.0
-    """Angle of the table towards which the centre lies, radians."""
+    """Direction from the axis to the disc centre at table angle 0, radians."""
 
     def disc_shift_m(self, state: TableState) -> complex:
         """Give the displacement in the frame of the turning table.
@@ -31,7 +31,7 @@ class DiscEccentricity(Cause):
         Parameters
         ----------
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants at which the quantity is requested, shape (n,).
 
         Returns
         -------

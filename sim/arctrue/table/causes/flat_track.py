@@ -19,7 +19,8 @@ from arctrue.table.state import TableState
 class FlatTrack(Cause):
     """The axis dips towards ``direction_rad`` while the table is near ``place_rad``.
 
-    Stator frame; the dip is a bell over the table's angle, of the given width (1 sigma).
+    The displacement is in the stator frame; over the table's angle it is a bell of the given width
+    (1 sigma).
     """
 
     depth_m: float
@@ -28,7 +29,7 @@ class FlatTrack(Cause):
     width_rad: float
 
     def axis_shift_m(self, state: TableState) -> Points:
-        """Displacement of the axis, shape ``(n,)``."""
+        """Return the displacement of the axis, shape ``(n,)``."""
         away = np.angle(np.exp(1j * (state.angle_rad - self.place_rad)))
         dip = np.exp(-0.5 * (away / self.width_rad) ** 2)
         return np.asarray(dip * cmath.rect(self.depth_m, self.direction_rad))

@@ -17,29 +17,33 @@ from arctrue.table.draws import angle
 
 GEAR_WOBBLE_RAD = 0.3
 GEAR_TEETH = (62, 72, 90, 100, 120, 180, 225)
-"""72 and 120 are multiples of the 24 faces: all stations stand at the same place of a tooth."""
+"""Numbers of teeth to draw from; with 72 and 120 all 24 stations lie at the same point of a
+tooth."""
 
 
 @dataclass(frozen=True, slots=True)
 class GearMesh(Cause):
-    """Each tooth in mesh twists the shaft between disc and table top, ``teeth``·k times a turn.
+    """The teeth in mesh twist the shaft between disc and table top, ``teeth``·k times a turn.
 
-    A gear that is not centred has a pitch that wobbles once a turn: the place in the mesh is
-    teeth·θ + wobble·sin(θ + wobble phase), which puts side lines at teeth ± 1.
-    Disc and heads turn together, so the heads agree; only the reference on top sees it.
+    If the gear is not centred, its pitch varies once a turn: the angle in the mesh is teeth·θ +
+    wobble·sin(θ + wobble phase), which adds the orders teeth ± 1.
+
+    Disc and heads turn together, so the heads agree; only the reference on the table top sees the
+    twist.
     """
 
     teeth: float
-    """Not a whole number for a gear before the table's own gear."""
+    """Number of teeth that mesh per turn of the table; not whole for a gear that turns faster than
+    the table."""
     amplitudes_rad: tuple[float, ...]
-    """Amplitudes of the multiples k = 1, 2, …"""
+    """Amplitude of each multiple k = 1, 2, … of ``teeth``."""
     phases_rad: tuple[float, ...]
     wobble_rad: float = 0.0
-    """Wobble of the pitch, in radians of the mesh."""
+    """Amplitude of the pitch variation, as an angle in the mesh."""
     wobble_phase_rad: float = 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> NDArray[np.float64]:
-        """Turn of the disc, shape ``(n,)``."""
+        """Return the turn of the disc against the table top, shape ``(n,)``."""
         turn = np.zeros_like(conditions.angle_rad)
         wobble = self.wobble_rad * np.sin(conditions.angle_rad + self.wobble_phase_rad)
         mesh = self.teeth * conditions.angle_rad + wobble

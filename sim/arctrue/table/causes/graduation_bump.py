@@ -23,7 +23,7 @@ class GraduationBump(Cause):
     """The lines near one place of the disc are displaced by height·exp(−|distance/width|^power/2).
 
     Power 2 is a bell of 1 sigma; a larger power gives a flat top and steep edges (dirt, a splice),
-    a smaller one a sharp top (a scratch). ``skew`` makes one side wider and the other narrower:
+    a smaller power a sharp top (a scratch). ``skew`` makes one side wider and the other narrower:
     width·(1 ± skew).
     """
 
@@ -36,7 +36,8 @@ class GraduationBump(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """The bump at each disc angle, shape ``(n,)``; half a turn away it is 0."""
+        """Return the displacement of the lines, shape ``(n,)``; half a turn from the place it is
+        0."""
         away = np.angle(np.exp(1j * (disc_angle_rad - self.place_rad)))
         width = self.width_rad * (1.0 + self.skew * np.sign(away))
         return np.asarray(self.height_rad * np.exp(-0.5 * np.abs(away / width) ** self.power))

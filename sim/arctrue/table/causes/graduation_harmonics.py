@@ -1,4 +1,4 @@
-"""Slow errors of the graduation around the disc."""
+"""Errors of the graduation that vary slowly around the disc."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class GraduationHarmonics(Cause):
-    """Graduation error Σ amplitude·cos(order·disc angle + phase).
+    """The graduation error is Σ amplitude·cos(order·disc angle + phase).
 
-    The three tuples have one value a harmonic. Ovality and tilt of the disc give order 2,
-    clamping screws 3 to 8. Raises ValueError where the tuples differ in length.
+    The three tuples have one value for each harmonic. Ovality and tilt of the disc give order 2,
+    clamping screws give orders 3 to 8. Raises ValueError where the tuples differ in length.
     """
 
     orders: tuple[int, ...]
@@ -32,7 +32,7 @@ class GraduationHarmonics(Cause):
     """Phase of each harmonic, radians."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be built."""
+        """Refuse tuples of different lengths and orders below 1."""
         if not len(self.orders) == len(self.amplitudes_rad) == len(self.phases_rad):
             raise ValueError("graduation harmonics need one amplitude and one phase an order")
         if any(order < 1 for order in self.orders):
@@ -48,7 +48,7 @@ class GraduationHarmonics(Cause):
         disc_angle_rad : ndarray
             Disc angle, radians, shape (n,).
         state : TableState
-            It has no influence.
+            State of the table; it has no influence.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""An index mark that is detected at a different count in every run."""
+"""An index mark that a head detects at a different count in every run."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class IndexScatter(Cause):
     counts: int
 
     def index_shift_counts(self, random: np.random.Generator) -> int:
-        """Uniform over −counts … counts."""
+        """Draw a whole number, uniform over −counts … counts."""
         return int(random.integers(-self.counts, self.counts + 1))
 
     def index_variance_counts2(self) -> float:
-        """Variance of a uniform whole number: n·(n + 1)/3."""
+        """Return the variance of this uniform whole number: counts·(counts + 1)/3."""
         return self.counts * (self.counts + 1) / 3.0
 
 

@@ -1,4 +1,4 @@
-"""The stand of the instrument drifts."""
+"""A reference instrument whose stand drifts."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ DRIFT_KNOT_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class InstrumentDrift(Cause):
-    """The reference turns during the measurement because the temperature of its stand changes.
+    """The reference instrument turns during the measurement because the temperature of its stand
+    changes.
 
-    The angle is a steady rate plus a curve that has a value at each knot, is linear between the
-    knots, and constant outside.
+    Its angle is a steady rate plus a curve. The curve has a value at each knot, is linear between
+    the knots, and is constant outside.
     """
 
     rate_rad_s: float
@@ -32,7 +33,7 @@ class InstrumentDrift(Cause):
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """rate × time plus the contribution of the temperature, shape ``(n,)``."""
+        """Return rate × time plus the curve's value, shape ``(n,)``."""
         time_s = stations.conditions.time_s
         wandering = np.interp(time_s, self.knots_s, self.turns_rad)
         return np.asarray(self.rate_rad_s * time_s + wandering)
@@ -51,7 +52,8 @@ class Values(Given, frozen=True):
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
     """Draw the cause for a size in the recipe's unit."""
     rate = sign(random) * size * RAD_PER_ARCSEC / 3600
-    # The temperature is a random walk: a step scatters by a fifth of the mean rate's part.
+    # The curve is a random walk: the standard deviation of a step is a fifth of the steady rate's
+    # step.
     knots_s = np.arange(0.0, DRIFT_HOURS * 3600.0, DRIFT_KNOT_S)
     steps = random.normal(0.0, 0.2 * abs(rate) * DRIFT_KNOT_S, knots_s.size - 1)
     turns = np.concatenate([[0.0], np.cumsum(steps)])

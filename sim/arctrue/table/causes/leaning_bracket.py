@@ -1,4 +1,4 @@
-"""A bracket that the seal's friction drags along with the disc."""
+"""A bracket that the friction of a seal drags along with the disc."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class LeaningBracket(TurnedHead):
-    """One head leans in the direction in which the disc turns: angle × direction.
+    """One head leans in the direction in which the disc turns, by angle × direction.
 
-    After a reversal it changes sides within ``stroke_rad``
-    of travel: −1 + 2·(1 − exp(−travel/stroke)).
+    After a reversal the head changes sides within ``stroke_rad`` of travel: the factor of the angle
+    is −1 + 2·(1 − exp(−travel/stroke)).
     """
 
     angle_rad: float
     stroke_rad: float
 
     def turn_rad(self, state: TableState) -> Angles | float:
-        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        """Return the angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         conditions = conditions_of(state)
         travel_rad = conditions.since_reversal_rad
         over = 1.0 if travel_rad is None else 1.0 - 2.0 * np.exp(-travel_rad / self.stroke_rad)

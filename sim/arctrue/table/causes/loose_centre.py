@@ -1,4 +1,5 @@
-"""A disc that lies on one side of its clearance, depending on the direction of motion."""
+"""A disc that the drive pushes to one side of its clearance, depending on the direction of
+motion."""
 
 from __future__ import annotations
 
@@ -16,12 +17,13 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class LooseCentre(Cause):
-    """The drive pushes the disc by ±``shift_m`` (x + jy, table frame), + while the angle rises."""
+    """The drive pushes the disc by ``shift_m`` (x + jy, table frame) while the angle rises, else by
+    −``shift_m``."""
 
     shift_m: complex
 
     def disc_shift_m(self, state: TableState) -> Points:
-        """Displacement in the frame of the turning table, metres, shape ``(n,)``."""
+        """Return the displacement in the frame of the turning table, metres, shape ``(n,)``."""
         return np.asarray(self.shift_m * np.sign(state.speed_rad_s))
 
 

@@ -26,16 +26,17 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class LooseningHead(TurnedHead):
-    """The head knocks between two stops at irregular instants, and the play grows with time.
+    """The head jumps between two stops at irregular instants, and the play between the stops grows
+    with time.
 
-    The play is ``angle_rad``·(time/last instant); successive knocks go to opposite sides.
+    The play is ``angle_rad``·(time/last instant); successive jumps lead to opposite stops.
     """
 
     angle_rad: float
     knocks_s: tuple[float, ...]
 
     def turn_rad(self, state: TableState) -> Angles | float:
-        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        """Return the angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         knocks = np.asarray(self.knocks_s)
         side = np.where(np.searchsorted(knocks, state.time_s) % 2 == 0, 1.0, -1.0)
         return np.asarray(self.angle_rad * side * state.time_s / knocks[-1])
@@ -49,7 +50,7 @@ class Values(Given, frozen=True):
     knocks_s: tuple[Number, ...]
 
     def __post_init__(self) -> None:
-        """Refuse instants that do not rise."""
+        """Refuse a list without instants, and instants that do not rise."""
         rising("knocks_s", self.knocks_s, 1)
 
     def physical(self, lines: int) -> LooseningHead:

@@ -15,21 +15,21 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class LostCounts(Cause):
-    """From ``instant_s`` of one run on, the counter of one head is wrong by ``counts``.
+    """The counter of one head is wrong by ``counts`` from ``instant_s`` of one run on.
 
-    The next run starts at the index, which sets the counter right. A counter that continues without
-    its index (``for_good``) keeps the step in all later runs.
+    The next run starts at the index, which sets the counter right. If the counter does not use its
+    index (``for_good``), it keeps the error in all later runs.
     """
 
     head: int
     run: int
     instant_s: float
-    """Since the start of the run."""
+    """Time since the start of the run."""
     counts: int
     for_good: bool = False
 
     def gained_counts(self, head: int, conditions: Conditions) -> NDArray[np.int64] | int:
-        """Counts gained (lost: negative), shape ``(n,)``."""
+        """Return the counts gained, negative for lost counts, shape ``(n,)``."""
         if head != self.head:
             return 0
         later = conditions.run > self.run if self.for_good else False

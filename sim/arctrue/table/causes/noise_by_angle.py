@@ -1,4 +1,4 @@
-"""Noise of the readings that is stronger at one side of the disc."""
+"""Noise of the readings that is stronger on one side of the disc."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ from arctrue.table.rotary_table import HEADS
 
 @dataclass(frozen=True, slots=True)
 class NoiseByAngle(Cause):
-    """White noise of each head whose variance follows the disc: dirt, or a distance that changes.
+    """White noise of each head whose variance depends on the disc angle: dirt, or a distance that
+    varies.
 
-    Variance ``sigma_rad²·(1 + contrast·cos(order·(θ − β) + phase))``, contrast 0 to 1.
+    The variance is ``sigma_rad²·(1 + contrast·cos(order·(θ − β) + phase))`` with a contrast of 0 to
+    1.
     """
 
     heads_rad: tuple[float, float]
@@ -30,9 +32,9 @@ class NoiseByAngle(Cause):
     phase_rad: float
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise:
-        """A standard deviation for each row.
+        """Return noise with a standard deviation for each row.
 
-        Raises ValueError for a head that was not given an angle.
+        Raises ValueError for a head without an angle in ``heads_rad``.
         """
         if head >= len(self.heads_rad):
             raise ValueError(

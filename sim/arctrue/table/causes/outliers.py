@@ -1,4 +1,4 @@
-"""Single wrong rows: a disturbance on a wire, a flipped bit."""
+"""Single wrong rows, as by a disturbance on a wire or a flipped bit."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 
 FREEDOM = 2.0
-"""Degrees of freedom of Student's t: its variance is infinite, as that of real outliers."""
+"""Degrees of freedom of Student's t: with 2 the variance is infinite, as is that of real
+outliers."""
 
 OUTLIER_ARCSEC = 2.0
-"""Scale of Student's t: some twenty times the usual noise."""
+"""Scale of Student's t, about twenty times the usual noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outliers(Cause):
-    """Each row of each head is struck with a probability, by a size from Student's t."""
+    """Each row of each head is wrong with a given probability; its error follows Student's t."""
 
     probability: float
     scale_rad: float
@@ -29,7 +30,7 @@ class Outliers(Cause):
     def struck_rad(
         self, head: int, conditions: Conditions, random: np.random.Generator
     ) -> NDArray[np.float64]:
-        """Errors of the struck rows, 0 elsewhere, shape ``(n,)``."""
+        """Return the errors of the wrong rows, 0 elsewhere, shape ``(n,)``."""
         rows = conditions.time_s.size
         struck = random.random(rows) < self.probability
         return np.where(struck, self.scale_rad * random.standard_t(FREEDOM, rows), 0.0)

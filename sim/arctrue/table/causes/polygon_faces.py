@@ -18,14 +18,14 @@ from arctrue.table.instruments.polygon import FACES
 
 @dataclass(frozen=True, slots=True)
 class PolygonFaces(Cause):
-    """Each face leans by its own angle."""
+    """The direction of each face deviates by an angle of its own."""
 
     errors_rad: tuple[float, ...]
 
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Error of the observed face, shape ``(n,)``."""
+        """Return the error of the observed face, shape ``(n,)``."""
         return np.asarray(self.errors_rad)[stations.face % len(self.errors_rad)]
 
 

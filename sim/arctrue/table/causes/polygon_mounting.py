@@ -25,14 +25,16 @@ AUTOCOLLIMATOR_ROLL_RAD = float(np.deg2rad(1.0))
 
 @dataclass(frozen=True, slots=True)
 class PolygonMounting(Cause):
-    """A first order of the reference, by how the polygon is mounted.
+    """The mounting of the polygon gives the reference an error of order 1.
 
-    An autocollimator sees the direction of a face, not its place: a polygon that is ``offset_m``
-    off the axis only moves the beam sideways over the face. A face that is hollow by ``flatness_m``
-    over ``width_m`` has another slope there, 8·offset·flatness/width² (equation (14) of the paper:
-    0.0005″ for 1 µm, 0.03 µm and 10 mm). The polygon's axis leans by ``tilt_rad``, so that its
-    faces nod once a turn; an autocollimator that is rolled by ``roll_rad`` about its line of sight
-    reads tilt·sin(roll) of this as a turn of the table.
+    An autocollimator measures the direction of a face, not its place: if the polygon is
+    ``offset_m`` off the axis, the beam only moves sideways over the face. On a face that is hollow
+    by ``flatness_m`` over ``width_m`` the slope differs there by 8·offset·flatness/width² (equation
+    (14) of the paper: 0.0005″ for 1 µm, 0.03 µm and 10 mm).
+
+    The polygon's axis leans by ``tilt_rad``, so that each face tilts up and down once a turn. An
+    autocollimator that is rolled by ``roll_rad`` about its line of sight reads tilt·sin(roll) of
+    this tilt as a turn of the table.
     """
 
     offset_m: float
@@ -41,13 +43,13 @@ class PolygonMounting(Cause):
     tilt_rad: float
     roll_rad: float
     phase_rad: float
-    """Phase: at angle + phase = 0 the polygon's centre is furthest to the side, and no face nods.
-    """
+    """Phase: at angle + phase = 0 the polygon's centre is furthest to the side and the observed
+    face is upright."""
 
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Error of the autocollimator's reading, shape ``(n,)``."""
+        """Return the error of the autocollimator's reading, shape ``(n,)``."""
         own_angle = stations.conditions.angle_rad - stations.turned_rad + self.phase_rad
         sideways_m = self.offset_m * np.cos(own_angle)
         slope = hollow_slope(self.flatness_m, sideways_m, self.width_m)

@@ -13,17 +13,19 @@ from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.noise import Noise
 
 A_DECADE = 2
-"""Relaxations per decade: the spectrum of their sum ripples by less than 0.1 dB at exponent 1."""
+"""Number of processes per decade of τ: the spectrum of their sum ripples by less than 0.1 dB at
+exponent 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class PowerLawNoise(Cause):
-    """Power spectral density ∝ f^−exponent, 0 < exponent < 2 (1: pink), independent for each head.
+    """The power spectral density is ∝ f^−exponent, 0 < exponent < 2 (1: pink), independently for
+    each head.
 
-    It is the sum of Ornstein–Uhlenbeck processes with time constants τ in equal ratios and
-    variances ∝ τ^(exponent − 1): a Lorentzian is ∝ variance·τ/(1 + (2πfτ)²), and the sum over ln τ
-    is ∝ f^−exponent. Below 1/(2π·longest) the spectrum is flat, so the variance is finite;
-    ``sigma_rad`` is the standard deviation of the whole noise.
+    The noise is the sum of Ornstein–Uhlenbeck processes. Their time constants τ have equal ratios
+    and their variances are ∝ τ^(exponent − 1). The spectrum of each is a Lorentzian ∝ variance·τ/(1
+    + (2πfτ)²), and the sum over ln τ is ∝ f^−exponent. Below 1/(2π·longest) the spectrum is flat,
+    so the variance is finite; ``sigma_rad`` is the standard deviation of the whole noise.
     """
 
     sigma_rad: float
@@ -32,12 +34,12 @@ class PowerLawNoise(Cause):
     longest_s: float = 300.0
 
     def __post_init__(self) -> None:
-        """Refuse what is not stationary."""
+        """Refuse an exponent for which the noise is not stationary."""
         if not 0 < self.exponent < 2:
             raise ValueError(f"the exponent of the spectrum lies in 0 … 2, found {self.exponent}")
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise:
-        """The relaxations and their weights."""
+        """Return the sum of the processes for these rows."""
         number = 1 + int(np.ceil(A_DECADE * np.log10(self.longest_s / self.shortest_s)))
         constants_s = np.geomspace(self.shortest_s, self.longest_s, number)
         shares = constants_s ** (self.exponent - 1.0)

@@ -1,4 +1,4 @@
-"""The axis moves once or several times a turn, in the same way in every turn."""
+"""The axis moves once or several times a turn, and every turn repeats the motion."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class RadialMotion(Cause):
-    """Bearing tracks that are not round carry the axis around an ellipse ``order`` times a turn.
+    """Bearing tracks that are not round move the axis around an ellipse ``order`` times a turn.
 
-    Stator frame: centre = forward·e^{j·order·θ} + backward·e^{−j·order·θ}, metres; complex
-    factors give the ellipse's size, shape and direction. With backward = 0 it is a circle.
+    In the stator frame the axis is at forward·e^{j·order·θ} + backward·e^{−j·order·θ}, metres; the
+    two complex factors give the ellipse's size, shape and direction. With backward = 0 it is a
+    circle.
     """
 
     order: int
@@ -36,7 +37,7 @@ class RadialMotion(Cause):
     backward_m: complex = 0j
 
     def axis_shift_m(self, state: TableState) -> Points:
-        """Displacement of the axis, shape ``(n,)``."""
+        """Return the displacement of the axis, shape ``(n,)``."""
         around = np.exp(1j * self.order * state.angle_rad)
         return np.asarray(self.forward_m * around + self.backward_m / around)
 

@@ -1,4 +1,4 @@
-"""Both readings are old when they are used."""
+"""Readings of both heads that are old when they are used."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.table.declaration import Declaration, Given, Occasion, Random, Reci
 
 @dataclass(frozen=True, slots=True)
 class ReadingLatency(Cause):
-    """Filter and transfer delay both heads by ``delay_s``."""
+    """Filter and transfer delay the readings of both heads by ``delay_s``."""
 
     delay_s: float
 

@@ -16,14 +16,17 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class RelaxingNoise(Cause):
-    """The noise of air or of a correcting servo: its covariance is sigma²·exp(−|Δt|/time constant),
-    and it is independent for each head. The process continues between runs."""
+    """Noise from air or from a correcting servo, with the covariance sigma²·exp(−|Δt|/time
+    constant).
+
+    The noise is independent for each head. The process continues between runs.
+    """
 
     sigma_rad: float
     constant_s: float
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise:
-        """One process."""
+        """Return one Ornstein–Uhlenbeck process."""
         return Noise.relaxing(
             np.array([self.sigma_rad]), np.array([self.constant_s]), conditions.time_s
         )

@@ -1,4 +1,4 @@
-"""The heads are not latched at the same instant."""
+"""Heads whose readings are not latched at the same instant."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class SamplingSkew(Cause):
     later_s: float
 
     def sampling_delay_s(self, head: int) -> float:
-        """A later latch gives a reading that is younger than that of head 1."""
+        """Return −``later_s`` for head 2, because its reading is newer than that of head 1."""
         return -self.later_s if head == 1 else 0.0
 
 

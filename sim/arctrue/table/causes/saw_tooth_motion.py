@@ -1,4 +1,4 @@
-"""A cam that carries the axis away slowly and lets it snap back."""
+"""A cam that moves the axis away slowly and lets it snap back."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class SawToothMotion(Cause):
     """The axis moves on a line, ``order`` times a turn, from −amplitude to +amplitude and back.
 
     ``rise`` is the share of a period in which the axis moves to +amplitude (½: a triangle; near 1:
-    a saw). Stator frame.
+    a saw tooth). The displacement is in the stator frame.
     """
 
     order: int
@@ -40,7 +40,7 @@ class SawToothMotion(Cause):
     rise: float
 
     def axis_shift_m(self, state: TableState) -> Points:
-        """Displacement of the axis, shape ``(n,)``."""
+        """Return the displacement of the axis, shape ``(n,)``."""
         share = np.mod((self.order * state.angle_rad + self.phase_rad) / (2 * np.pi), 1.0)
         wave = np.interp(share, [0.0, self.rise, 1.0], [-1.0, 1.0, -1.0])
         return np.asarray(wave * cmath.rect(self.amplitude_m, self.direction_rad))

@@ -1,4 +1,4 @@
-"""A temperature sensor that follows the table late."""
+"""A temperature sensor that follows the temperature of the table late."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from arctrue.table.temperature import TemperatureCourse
 
 @dataclass(frozen=True, slots=True)
 class SensorLag(Cause):
-    """The sensor has a heat capacity of its own: first order, with this time constant."""
+    """The sensor has a heat capacity and follows with a lag of first order and this time
+    constant."""
 
     constant_s: float
 

@@ -19,7 +19,7 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class SettlingBracket(TurnedHead):
-    """The bracket of one head creeps back along the scale: angle·exp(−t/τ) seen from the axis.
+    """The bracket of one head creeps back along the scale by angle·exp(−t/τ), seen from the axis.
 
     With ``each_run`` the time counts from the start of every run, otherwise from the start of the
     first run.
@@ -30,7 +30,7 @@ class SettlingBracket(TurnedHead):
     each_run: bool = False
 
     def turn_rad(self, state: TableState) -> Angles | float:
-        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        """Return the angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         conditions = conditions_of(state)
         since_s = conditions.since_run_start_s if self.each_run else conditions.time_s
         return np.asarray(self.angle_rad * np.exp(-since_s / self.time_constant_s))
@@ -46,7 +46,7 @@ class Values(Given, frozen=True):
     def physical(self, lines: int) -> SettlingBracket:
         """Return the cause that these values describe."""
         head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
-        # "Each run" is the time in which pauses count in full: see course.py.
+        # With ``each_run`` the time since the run's start counts pauses in full: see course.py.
         return SettlingBracket(head, HEADS[head], angle, self.time_constant_s, each_run=True)
 
 

@@ -18,18 +18,18 @@ from arctrue.table.draws import log_uniform, sign
 
 @dataclass(frozen=True, slots=True)
 class ShaftWindUp(Cause):
-    """Friction turns the disc against the table top by ±``angle_rad``, along a loop.
+    """Friction twists the disc against the table top by ±``angle_rad``, along a hysteresis loop.
 
-    After a reversal the wind-up changes sign within a stroke, by Dahl's model of dry friction:
-    direction × angle × (1 − 2·exp(−travel/stroke)). With a stroke of 0, or
-    where the travel since the reversal is not known, it is direction × angle.
+    After a reversal the twist changes sign within a stroke, by Dahl's model of dry friction:
+    direction × angle × (1 − 2·exp(−travel/stroke)). With a stroke of 0, or where the travel since
+    the reversal is not known, it is direction × angle.
     """
 
     angle_rad: float
     stroke_rad: float = 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> NDArray[np.float64]:
-        """Turn of the disc, shape ``(n,)``."""
+        """Return the turn of the disc against the table top, shape ``(n,)``."""
         turn = self.angle_rad * conditions.direction
         travel = conditions.since_reversal_rad
         if self.stroke_rad > 0.0 and travel is not None:

@@ -1,4 +1,4 @@
-"""A bracket that sticks, is loaded, and slips."""
+"""A bracket that sticks while friction loads it, and then slips."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class StickingBracket(TurnedHead):
-    """Between two slips the head creeps along the scale at one rate; a slip takes it back.
+    """Between two slips the head creeps along the scale at one rate; at a slip it jumps back.
 
-    ``slips_s`` are the instants at which it slips, rising; it creeps from −angle to +angle in their
-    mean interval, and therefore farther in a longer interval.
+    The head slips at the instants ``slips_s``, which rise. In the mean interval between them it
+    creeps from −angle to +angle, and therefore farther in a longer interval.
     """
 
     angle_rad: float
     slips_s: tuple[float, ...]
 
     def turn_rad(self, state: TableState) -> Angles | float:
-        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        """Return the angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         slips = np.asarray(self.slips_s)
         since = np.searchsorted(slips, state.time_s, side="right") - 1
         waited_s = state.time_s - slips[np.maximum(since, 0)]
@@ -51,7 +51,7 @@ class Values(Given, frozen=True):
     slips_s: tuple[Number, ...]
 
     def __post_init__(self) -> None:
-        """Refuse instants that do not rise."""
+        """Refuse fewer than two instants, and instants that do not rise."""
         rising("slips_s", self.slips_s, 2)
 
     def physical(self, lines: int) -> StickingBracket:

@@ -12,14 +12,15 @@ from arctrue.table.motion import Motion
 
 @dataclass(frozen=True, slots=True)
 class SwingingSpeed(Cause):
-    """The speed varies by the given share, ``order`` times a turn: unbalance, cogging."""
+    """The speed varies by the given share, ``order`` times a turn, because of unbalance or
+    cogging."""
 
     share: float
     order: int
     phase_rad: float
 
     def driven(self, motion: Motion) -> Motion:
-        """Add to the motion the ripple that varies its speed by the share."""
+        """Return the motion with a ripple of the angle that varies the speed by the share."""
         return replace(
             motion,
             ripple_rad=self.share / self.order,

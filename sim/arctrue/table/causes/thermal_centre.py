@@ -18,12 +18,12 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class ThermalCentre(Cause):
-    """The hub grows to one side and pushes the disc ``rate_m_per_k`` (x + jy, table frame)."""
+    """The hub expands to one side and moves the disc by ``rate_m_per_k`` (x + jy, table frame)."""
 
     rate_m_per_k: complex
 
     def disc_shift_m(self, state: TableState) -> Points:
-        """Displacement in the frame of the turning table, metres, shape ``(n,)``."""
+        """Return the displacement in the frame of the turning table, metres, shape ``(n,)``."""
         return np.asarray(self.rate_m_per_k * heating_k(state))
 
 

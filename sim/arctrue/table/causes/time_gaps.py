@@ -1,4 +1,4 @@
-"""Rows that were not recorded: the link was busy."""
+"""Rows that were not recorded because the link was busy."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from arctrue.table.draws import log_uniform
 
 @dataclass(frozen=True, slots=True)
 class TimeGaps(Cause):
-    """Stretches of rows are missing: ``share`` of all, ``mean_rows`` long on average.
+    """Stretches of rows are missing: together the share ``share`` of all rows, each ``mean_rows``
+    long on average.
 
-    Every row begins a stretch with the same probability and ends it with the same probability.
-    The first and the last row of a run are always present.
+    A stretch begins at every row with the same probability, and ends with another constant
+    probability. The first and the last row of a run are always present.
     """
 
     share: float
     mean_rows: float
 
     def kept_rows(self, conditions: Conditions, random: np.random.Generator) -> NDArray[np.bool_]:
-        """True where a row is recorded, shape ``(n,)``."""
+        """Return True for each row that is recorded, shape ``(n,)``."""
         rows = conditions.run.size
         number = random.poisson(self.share * rows / self.mean_rows)
         begins = random.integers(0, rows, number)

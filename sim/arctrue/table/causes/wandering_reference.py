@@ -15,13 +15,14 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class WanderingReference(Cause):
-    """The stand moves with air and temperature: an Ornstein–Uhlenbeck process of some minutes."""
+    """The stand moves with air and temperature: an Ornstein–Uhlenbeck process with a time constant
+    of minutes."""
 
     sigma_rad: float
     constant_s: float
 
     def instrument_noise(self, stations: Stations) -> Noise:
-        """One process over the stations."""
+        """Return one process over the stations."""
         return Noise.relaxing(
             np.array([self.sigma_rad]), np.array([self.constant_s]), stations.conditions.time_s
         )

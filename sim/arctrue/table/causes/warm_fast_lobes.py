@@ -19,7 +19,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class WarmFastLobes(Cause):
-    """The warm adhesive yields to the centrifugal force: lobes ∝ heat × speed²."""
+    """The warm adhesive yields to the centrifugal force: the lines shift ∝ temperature rise ×
+    speed²."""
 
     order: int
     rate_rad_s2_per_k: float
@@ -28,7 +29,7 @@ class WarmFastLobes(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """Return the error of the lines' angle, shape ``(n,)``."""
+        """Return the error of the lines, shape ``(n,)``."""
         wave = np.cos(self.order * disc_angle_rad + self.phase_rad)
         load = heating_k(state) * state.speed_rad_s**2
         return np.asarray(self.rate_rad_s2_per_k * load * wave)

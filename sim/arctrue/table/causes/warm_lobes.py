@@ -19,7 +19,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class WarmLobes(Cause):
-    """The lines shift ``order`` times a turn in proportion to heat (2: the disc ovalises)."""
+    """The lines shift by an angle with ``order`` periods a turn, ∝ temperature rise (order 2: an
+    oval disc)."""
 
     order: int
     rate_rad_per_k: float
@@ -28,7 +29,7 @@ class WarmLobes(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """Return the error of the lines' angle, shape ``(n,)``."""
+        """Return the error of the lines, shape ``(n,)``."""
         wave = np.cos(self.order * disc_angle_rad + self.phase_rad)
         return np.asarray(self.rate_rad_per_k * heating_k(state) * wave)
 

@@ -28,8 +28,8 @@ from arctrue.table.state import TableState
 class WearingTrack(Cause):
     """The axis moves ``order`` times a turn, more with every turn that the table has made.
 
-    The axis moves along a line in the stator frame by ``rate_m`` × turns; turns in either direction
-    count.
+    In the stator frame it moves along a line with the amplitude ``rate_m`` × turns; turns in either
+    direction count.
     """
 
     order: int
@@ -38,7 +38,10 @@ class WearingTrack(Cause):
     phase_rad: float
 
     def axis_shift_m(self, state: TableState) -> Points:
-        """Displacement of the axis, shape ``(n,)``. Raises ValueError without the travel."""
+        """Return the displacement of the axis, shape ``(n,)``.
+
+        Raises ValueError if the conditions do not contain the travel.
+        """
         wave = np.cos(self.order * state.angle_rad + self.phase_rad)
         size = travelled_turns(state) * wave
         return np.asarray(size * cmath.rect(self.rate_m, self.direction_rad))

@@ -13,7 +13,8 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class WhiteNoise(Cause):
-    """Standard deviations of each head's reading and of the reference instrument."""
+    """White noise with one standard deviation for each head's reading and one for the reference
+    instrument."""
 
     head_rad: float = 0.0
     instrument_rad: float = 0.0

@@ -1,4 +1,5 @@
-"""The reference instruments that measure the table: a polygon on it and an autocollimator."""
+"""The reference instruments that measure the table: a polygon on the table and an
+autocollimator."""
 
 from arctrue.table.instruments.autocollimator import Autocollimator
 from arctrue.table.instruments.polygon import Polygon

@@ -12,12 +12,12 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Autocollimator:
-    """The errors of the instrument: one for each face's place in the field of view, and scatter.
+    """The errors of an autocollimator: one error for each face, and a random scatter.
 
     Parameters
     ----------
     error_rad : ndarray, shape (faces,)
-        Error of the reading at the place of each face, radians.
+        Error of the reading at each face, radians.
     scatter_rad : float
         Standard deviation of a reading, radians.
     """
@@ -28,7 +28,7 @@ class Autocollimator:
     def reading_rad(
         self, face: NDArray[np.intp], direction_rad: Float, random: np.random.Generator
     ) -> Float:
-        """Read directions of faces.
+        """Read the directions of faces.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""A polygon on the table as geometry: in which direction a ray sees each of its faces."""
+"""A polygon on the table as geometry: the direction in which a ray sees each of its faces."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ FACES = 24
 MOUNTING_OFFSET_M = 1e-6
 FLATNESS_M = 0.03e-6
 FACE_WIDTH_M = 10e-3
-"""The polygon of the paper's section 4 and how far off the axis it is mounted."""
+"""Number of faces, distance from the axis, depth and width of a face of the polygon of the paper's
+section 4."""
 
 
 def hollow_slope(flatness_m: float, sideways_m: Float, width_m: float) -> Float:
-    """Slope in radians of a hollow face ``sideways_m`` off its centre, same shape.
+    """Return the slope in radians of a hollow face at ``sideways_m`` off its centre, same shape.
 
     The face is a parabola of depth ``flatness_m`` over ``width_m``: 8·offset·flatness/width²,
     equation (14) of the paper.
@@ -27,12 +28,12 @@ def hollow_slope(flatness_m: float, sideways_m: Float, width_m: float) -> Float:
 
 @dataclass(frozen=True)
 class Polygon:
-    """The true faces relative to the certificate.
+    """The true geometry of the faces relative to the certificate.
 
     Parameters
     ----------
     normal_rad : ndarray, shape (faces,)
-        Remaining error of each face's direction about the axis, radians.
+        Error of each face's direction about the axis after the certificate's correction, radians.
     tilt_rad : ndarray, shape (faces,)
         Angle of each face's normal to the plane of measurement, radians.
     flatness_m : float
@@ -42,7 +43,7 @@ class Polygon:
     offset_m : float
         Distance of the polygon's centre from the axis, metres.
     offset_phase_rad : float
-        Direction of that offset, radians; turns with the table.
+        Direction of that offset, radians; it turns with the table.
     """
 
     normal_rad: Float
@@ -58,9 +59,9 @@ class Polygon:
         return int(self.normal_rad.size)
 
     def direction_rad(self, face: NDArray[np.intp], deviation_rad: Float) -> Float:
-        """Return the direction about the axis of the face for a ray.
+        """Return the direction about the axis in which the ray sees each face.
 
-        The ray meets the face off its centre by the sideways part of the mounting offset, where a
+        The ray meets the face off its centre by the sideways part of the mounting offset; there a
         hollow mirror (a parabola of depth ``flatness_m``) has another slope. By the law of
         reflection in space, a tilted face reflects into another horizontal direction than an
         upright one.

@@ -1,2 +1,2 @@
-"""Check whether a user's effect agrees with its declarations: compare its columns with a set of
-rows."""
+"""Checks, on the rows of a set, whether the columns of a user's effect agree with its
+declarations."""

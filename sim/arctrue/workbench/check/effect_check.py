@@ -22,7 +22,8 @@ Rows = CaptureRows | ReferenceRows
 Outcome = Literal["right", "wrong", "open"]
 
 EXPLAINED = 1e-6
-"""Share of a column's length up to which its part outside other columns counts as rounding."""
+"""A column counts as contained in other columns if the part outside their span is at most this
+share of its length."""
 LOOK_ALIKE = 0.95
 """Canonical correlation above which the diagnosis does not distinguish two effects."""
 SAME = 1e-9
@@ -31,7 +32,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Check:
-    """One question, its outcome, and what was found in words."""
+    """One check: its question, its outcome, and the finding in words."""
 
     question: str
     outcome: Outcome
@@ -41,7 +42,8 @@ class Check:
 def checks_of(
     kind: type[Effect], observations: Observations, others: Mapping[str, type[Effect]]
 ) -> list[Check]:
-    """Run all checks of an effect on a set; ``others`` are the effects that it may look like.
+    """Run all checks of an effect on a set. ``others`` are the known effects with which its columns
+    are compared.
 
     Raises EffectFileError where a method fails, returns a wrong shape or takes too long.
     """
@@ -121,7 +123,7 @@ class _Subject:
         return self.effect.reference_columns(rows, place, self.context)
 
     def _each(self) -> list[tuple[str, int, Float]]:
-        """Return channel, number of the place and columns, for each channel that has columns."""
+        """Return channel, number of the place, and columns for each block of columns."""
         return [
             (name, number, columns)
             for name, blocks in self.columns.items()
@@ -162,8 +164,8 @@ class _Subject:
         return _check("the same rows give the same columns", faults, "they do")
 
     def row_by_row(self) -> Check:
-        """Check that a row's columns depend on that row alone, since a long capture comes in
-        blocks."""
+        """Check that a row's columns depend on that row alone, since long captures are calculated
+        in blocks."""
         faults = []
         for name, number, columns in self._each():
             rows = self.channels[name]
@@ -239,7 +241,8 @@ class _Subject:
     def parameters(self) -> Check:
         ones = np.ones(len(self.names))
         units: dict[str, set[str]] = {}
-        # A line in time has a frequency, one in the angle an order: parameters of all places count.
+        # A line in time has the parameter frequency, a line in the angle the parameter order: the
+        # parameters of all places are collected.
         for place in self.places[1:] or self.places:
             derived_values = self.effect.parameters(ones, np.diag(ones), place, self.observations)
             derived_values = {
@@ -303,7 +306,8 @@ class _Subject:
         return _check("independence", faults, "of the model's columns and of each other")
 
     def look_alikes(self, others: Mapping[str, type[Effect]]) -> Check:
-        """Find known effects without a search whose columns contain these ones on this set."""
+        """Find known effects without a search whose columns, on this set, have these columns in
+        their span."""
         _, left = self._own(others)
         own = _basis(left)
         model = self._model(others)

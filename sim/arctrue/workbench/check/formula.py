@@ -12,14 +12,14 @@ Float = NDArray[np.float64]
 STEP = 1e-3
 """Step of a coefficient, in its unit; a linear formula has the same difference at any step."""
 FAR = 1.0
-"""Step of the test whether the formula is linear."""
+"""Change of the coefficients in the test whether the formula is linear."""
 ROUNDING = 1e-6
 """Share of the largest difference that rounding may cause: a step of 1e-3 leaves 13 of 16 digits,
 with a margin."""
 
 Forward = Callable[[dict[str, float]], Float]
-"""Function of the coefficients by name that gives the formula's values, arcseconds, shape (rows,).
-"""
+"""Function of the coefficients by name that gives the formula's values, arcseconds, shape
+(rows,)."""
 
 
 def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> list[str]:

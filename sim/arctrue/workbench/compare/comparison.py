@@ -35,7 +35,8 @@ class ChannelComparison:
 
 @dataclass(frozen=True)
 class ModelComparison:
-    """Both channels, the maps and the findings: the largest share first, then its shadows."""
+    """Comparison of both channels, with the maps and the findings, each finding before its
+    shadows."""
 
     channels: dict[str, ChannelComparison]
     maps: list[ResidualMap]

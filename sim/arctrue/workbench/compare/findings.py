@@ -26,11 +26,11 @@ from arctrue.workbench.inference.significance import corrected_p_value
 Float = NDArray[np.float64]
 
 LEAST_SHARE = 0.02
-"""Least share of the excess that is put into words."""
+"""Smallest share of the excess for which a condition is put into words."""
 SIGNIFICANCE = 0.01
 SHADOW_SHARE = 0.25
-"""Share of its own share below which a condition is a shadow: the part that it keeps after a
-stronger condition was removed."""
+"""A condition is a shadow if it keeps less than this part of its share after a stronger condition
+was removed."""
 MOST_TAKEN = 4
 """Largest number of conditions that are removed one after another; later ones are too small to
 rank."""
@@ -38,17 +38,17 @@ rank."""
 
 @dataclass(frozen=True)
 class ExcessOf:
-    """Excess of one channel, to which the shares refer."""
+    """RMS of one channel's residual, and its excess over the noise, to which the shares refer."""
 
     rows: int
     rms_arcsec: float
     excess_arcsec: float
 
     def share(self, share_of_variance: float) -> float:
-        """Return the share of the excess over the noise, from a share of the whole variance.
+        """Convert a share of the whole variance into a share of the excess over the noise.
 
-        Where repeats scatter as much as the whole (an effect that does not repeat), the share of
-        the whole is returned.
+        Where repeats scatter as much as the whole residual (an effect that does not repeat), the
+        share of the whole is returned.
         """
         excess, whole = self.excess_arcsec**2, self.rms_arcsec**2
         if excess < 0.05 * whole:
@@ -229,7 +229,8 @@ def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None
 
 
 def _words(effect: ProductOfParts) -> str:
-    """Return condition and wave in words, without the frame."""
+    """Return condition and wave in words, without the frame (table, disc or reference) of the
+    wave."""
     condition = effect.condition.part.replace("^2", "²")
     if effect.electrical_head is not None:
         waves = [f"electrical phase of head {effect.electrical_head}"]

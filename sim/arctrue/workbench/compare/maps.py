@@ -40,11 +40,11 @@ class ResidualMap:
     """Number of the bin of every row, shape (rows,)."""
     bins: int
     goes_round: bool = False
-    """True for an angle or a phase."""
+    """True for a condition that returns to its start: an angle or a phase."""
 
     @property
     def excess_share(self) -> float:
-        """Share beyond chance, never below 0."""
+        """Share of the variance beyond the share that chance reaches; never below 0."""
         return max(self.share - self.null_share, 0.0)
 
 

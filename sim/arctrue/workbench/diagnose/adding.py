@@ -14,7 +14,8 @@ from arctrue.workbench.inference.solution import Solution
 
 @dataclass(frozen=True, eq=False)
 class Adding:
-    """Adds one effect to the model of ``base``, a fit of its terms; each is added only once."""
+    """Adds one effect at a time to the model of ``base``, which is a fit of its terms; keeps each
+    result."""
 
     base: Solution
     effects: Mapping[str, type[Effect]]
@@ -26,8 +27,8 @@ class Adding:
         return left_by(settled(self.base))
 
     def after(self, name: str) -> Left | None:
-        """Return the residual of the model with the effect of this name; None where that cannot be
-        added."""
+        """Return the residual of the model with the effect of this name; None where that effect
+        cannot be added."""
         if name not in self.found:
             kind = self.effects.get(name)
             solution = None if kind is None else added(kind(), self.base)

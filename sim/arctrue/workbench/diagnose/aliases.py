@@ -23,14 +23,15 @@ HIGHEST_ORDER = DISC_BINS / 8.0
 
 
 def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:
-    """Tell whether a searched disc order has fewer than two samples of the capture a period."""
+    """Tell whether a searched disc order has fewer than two samples of the capture per period."""
     if item.effect.search_kind != "disc_order" or residuals.observations.capture is None:
         return False
     return item.nonlinear["order"] > samples_a_turn(residuals) / 2.0
 
 
 def aliases(item: Candidate, observations: Observations) -> list[float]:
-    """Return orders that the rows cannot distinguish from that of an effect, the lowest first."""
+    """Return orders that the rows cannot distinguish from the order of an effect, the lowest
+    first."""
     if not in_capture(item, observations):
         return _of_stations(item, observations)
     return _of_samples(item)
@@ -50,8 +51,8 @@ def _of_samples(item: Candidate) -> list[float]:
     ν.
 
     Each order is scored on the rows themselves: runs that start at different angles or have other
-    numbers of samples per turn exclude an alias, and so does a reference. An effect that was not
-    weighed has no alias.
+    numbers of samples per turn exclude an alias, and so does a reference. The list is empty for an
+    effect that was not weighed.
     """
     order = item.nonlinear.get("order", 0.0)
     if order <= 0.0 or item.evidence is None:

@@ -1,13 +1,14 @@
-"""Probability that an answer of a given kind and grounds is right: a logistic of few features.
+"""Probability that an answer of a given kind and grounds is right: a logistic function of features.
 
 Each kind of answer has a constant of its own, and ``unknown`` one for each of its grounds; the
-features have one coefficient for all kinds. The coefficients are uncertain, so that an answer far
-from those that they were fitted to has an uncertain value; the mean over this uncertainty, which is
-nearer to one half, is stated (MacKay, Neural Comput. 4 (1992) 720). The number of counted answers
-of a kind limits the stated probability of such an answer (rule of succession). ``python -m
-scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the benchmark, whose
-sets come from two generators, and prints the score of one generator's coefficients on the sets of
-the other.
+features have one coefficient for all kinds. The coefficients are uncertain, so that the value for
+an answer unlike the fitted answers is uncertain too. The stated probability is the mean over this
+uncertainty, which is nearer to one half (MacKay, Neural Comput. 4 (1992) 720). The number of
+counted answers of a kind limits the stated probability of such an answer (rule of succession).
+
+``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the
+benchmark, whose sets come from two generators, and prints the score of one generator's coefficients
+on the sets of the other.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ DISTANCES = ("untested", "left", "not_white", "few_repeats")
 """Features that measure the distance of a set from the benchmark's usual set; larger values never
 increase a stated probability."""
 FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
-"""Features of the logistic, chosen by leave-one-world-out and across-generator scores of
-``stated.csv``. The scores of the chosen features are a little optimistic; only answers made
-afterwards measure them without bias."""
+"""Features of the logistic function, chosen by leave-one-world-out and across-generator scores of
+``stated.csv``. The scores of the chosen features are a little optimistic; only answers that were
+made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
-"""Least distance of the evidence from 0 and 1: likelihoods do not determine more exactly whether a
-form is right."""
+"""Least distance of the evidence from 0 and 1: likelihoods do not determine the probability of a
+form more exactly."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
@@ -60,7 +61,7 @@ class Calibration:
     answers: Mapping[str, int]
 
     def confidence(self, verdict: str, row: Float) -> float:
-        """Return the mean of the logistic of a row (n,) of features over the uncertain
+        """Return the mean of the logistic function of a row (n,) of features over the uncertain
         coefficients.
 
         After n answers of a kind that were all right, the next one is right with probability (n +
@@ -95,7 +96,8 @@ def features(verdict: str, grounds: Grounds) -> Float:
 
 
 def confidence(verdict: str, grounds: Grounds) -> float | None:
-    """Return the probability that such an answer is right; None for an uncounted verdict."""
+    """Return the probability that an answer with these grounds is right; None for an uncounted
+    verdict."""
     if verdict not in KINDS:
         return None
     return calibration().confidence(verdict, features(verdict, grounds))

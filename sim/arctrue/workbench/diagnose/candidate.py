@@ -19,9 +19,10 @@ from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 
 ACTING_SHARE = 0.05
-"""Share of its largest change of the prediction from which on an effect acts on a row."""
+"""An effect acts on a row if it changes the prediction there by at least this share of its largest
+change."""
 MOVED_SHARE = 0.02
-"""Share of its noise above which the change of a channel counts."""
+"""A change of a channel's prediction counts if it exceeds this share of the channel's noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,13 +41,15 @@ class Candidate:
     """RMS by which the effect changes the prediction where it acts, by channel."""
     p_corrected: float
     rows: int
-    """Number of rows of the channels that the effect changes: its size is known from these."""
+    """Number of rows of the channels that the effect changes; only these rows determine its
+    size."""
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
-    """Number of places by which p is corrected, if the places have unequal shares of the level."""
+    """Number of places by which p is corrected, if the places have unequal shares of the
+    false-alarm probability."""
     asked: Effect | None = None
-    """The effect before it was narrowed to the form that the residuals show; None for a product of
-    parts."""
+    """The effect as it was before its settings were restricted to the form that the residuals show;
+    None for a product of parts."""
     evidence: Evidence | None = None
     """Evidence with the noise estimated anew; None where the first test is enough."""
     regular: RegularCause | None = None
@@ -54,7 +57,8 @@ class Candidate:
     held_out: HeldOut | None = None
     improvement: dict[str, Improvement] = field(default_factory=dict)
     share: BlockShare | None = None
-    """Share of its own error that other blocks of the rows predict; None where it is not known."""
+    """Share of the effect's own error that other blocks of the rows predict; None where it is not
+    known."""
 
     @property
     def name(self) -> str:
@@ -63,12 +67,12 @@ class Candidate:
 
     @property
     def freedom(self) -> float:
-        """Degrees of freedom with which the noise of its size is known."""
+        """Degrees of freedom of the noise variance in the test of the effect."""
         return float("inf") if self.evidence is None else self.evidence.freedom
 
     @property
     def charged_trials(self) -> float:
-        """Number of places by which its p is corrected."""
+        """Number of places by which the effect's p is corrected."""
         return self.trials if self.level_trials is None else self.level_trials
 
     @cached_property
@@ -84,7 +88,7 @@ class Candidate:
 
     @cached_property
     def at_maximum(self) -> Solution:
-        """Its solution with the search parameters refined between the places that were tried.
+        """Solution with the search parameters refined between the places that were tried.
 
         Later stages use it for a candidate that was judged; ``solution`` is not changed. If a line
         is not exactly at its place, other effects would explain its remainder.
@@ -102,8 +106,8 @@ class Candidate:
 
 
 def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.float64]]:
-    """Return the change of the prediction of every row, by channel; for the reference without its
-    mean."""
+    """Return the change of the prediction of every row, by channel; for the reference, the mean is
+    subtracted."""
     found: dict[str, NDArray[np.float64]] = {}
     if before.observations.capture is not None:
         found["capture"] = after.capture_prediction_arcsec(
@@ -134,8 +138,8 @@ def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
     """Return the number of rows in channels that the effect changes: other rows do not determine
     its size.
 
-    A polygon's faces are known from the 480 reference rows, however long the capture is. If the
-    effect changes no channel, all rows count.
+    The errors of a polygon's faces are known from the 480 reference rows, however long the capture
+    is. If the effect changes no channel, all rows count.
     """
     channels = (
         ("capture", base.observations.capture, base.capture_sigma_arcsec),
@@ -152,6 +156,6 @@ def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
 
 
 def delta_bic(gain: float, rank: int, trials: float, rows: int) -> float:
-    """Return twice the gain in log likelihood, minus log(rows) a coefficient and 2·log(places) a
-    search."""
+    """Return the ΔBIC: twice the gain in log likelihood, minus log(rows) for each coefficient and
+    2·log(places) for the search."""
     return float(gain - rank * np.log(rows) - 2.0 * np.log(max(trials, 1.0)))

@@ -26,7 +26,8 @@ from arctrue.workbench.observations import Observations
 def tried_effects(
     residuals: Residuals, effects: Mapping[str, type[Effect]], tests: int, report_step: ReportStep
 ) -> tuple[list[Candidate], dict[str, list[str]]]:
-    """Return a candidate of every effect that the set can test, and what it lacks for the others.
+    """Return a candidate for every effect that the set can test, and the data that the set lacks
+    for each other effect.
 
     ``tests``: number of candidates by which each p is corrected.
     """
@@ -52,7 +53,8 @@ def tried_effects(
 def regular_candidates(
     residuals: Residuals, causes: Sequence[RegularCause], tests: int
 ) -> list[Candidate]:
-    """Return a candidate of the largest cause of each name that a forward search found."""
+    """Return one candidate for each effect that a forward search named: that of its largest
+    cause."""
     found: dict[str, Candidate] = {}
     for cause in causes:
         form, place = cause.effect.at_place(residuals, cause.nonlinear)
@@ -70,9 +72,9 @@ def with_regular(
 ) -> list[Candidate]:
     """Return the candidates, with those of a forward search in place of others of the same name.
 
-    A line is left out if the forward search covered its place and found no line: it is noise that
-    drives a resonance, or a line of half a record. A line above the searched rates stays if it is
-    the larger one.
+    A line is left out if the forward search covered its place and found no line there: noise drives
+    a resonance at that place, or the line is in half of the record only. A line above the searched
+    rates stays if it is the larger one.
     """
     larger = {
         item.name
@@ -99,7 +101,7 @@ def _is_line(item: Candidate) -> bool:
 
 
 def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
-    """Return products of parts, best first; ``looks``: number of surveys by which each p is
+    """Return the products of parts, best first. ``looks``: number of surveys by which each p is
     corrected."""
     found = []
     for item in best_parts(residuals):
@@ -113,7 +115,7 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
 def looked_for(
     effect: Effect, residuals: Residuals
 ) -> tuple[Effect, dict[str, float], float] | None:
-    """Return the form and the place in which an effect fits best, and the number of places that
+    """Return the form and the place with which an effect fits best, and the number of places that
     were tried."""
     form, trials = effect.narrowed(residuals)
     if not form.search:

@@ -37,16 +37,17 @@ NEAR_TIE = 6.0
 """ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Relative difference up to which two gains belong to the same columns; a search determines its
-last digits only approximately."""
+"""Relative difference up to which two gains count as those of the same columns; a search determines
+the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
 """p below which a lack of fit is sure."""
 REFUSED_P = LACK_OF_FIT
-"""p below which a refused effect shows a lack of fit, because it is as significant as a sure lack
-of fit."""
+"""p below which an effect that fits, but is refused as a name, counts as a lack of fit; it equals
+the p of a sure lack of fit."""
 LEAST_COLOUR = 0.02
-"""Least sum of the squares of 20 autocorrelations that counts. Many rows also show a difference
-from the noise model of a fiftieth of the variance, but this changes no σ by more than 1 %."""
+"""Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows a
+smaller sum, from a difference to the noise model of a fiftieth of the variance, is significant too,
+but it changes no σ by more than 1 %."""
 AGAIN = 3
 """Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3
@@ -63,10 +64,11 @@ class Case:
     with_first: Callable[[Survey, Candidate], Survey]
     """Function that makes the survey with one more effect in the model."""
     decided: Callable[[Case], Decision]
-    """Function that applies the rules to a case."""
+    """Function that applies the rules of the verdict to a case."""
     depth: int = 1
     adding: Adding | None = None
-    """The model with effects added as a command adds them; None: the model of the survey."""
+    """Object that adds effects to the model as a command adds them; None: they are added to the
+    model of the survey."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -84,8 +86,8 @@ class Case:
         """Candidates in ``seen`` that show at every speed at which they should, and are not an
         alias of a better candidate.
 
-        If another cause gains more than an order of the disc above half the samples per turn, that
-        order may be the alias of that cause in some of the runs.
+        An order of the disc above half the samples per turn is left out if another cause gains
+        more, because the order may be the alias of that cause in some of the runs.
         """
         return [item for item in self.seen if at_other_speeds(item) and not self._behind(item)]
 
@@ -108,7 +110,7 @@ class Case:
         """The first effect that fits and matters, but that held-out rows, passes or speeds
         contradict.
 
-        The real error resembles it, but is not this effect.
+        The real error resembles this effect, but is not this effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -124,8 +126,8 @@ class Case:
     def best(self) -> Candidate | None:
         """The first of ``real``, or a larger effect that contains it and adds more than chance.
 
-        A regular cause that explains more error comes before it. A regular cause also comes before
-        drifts and events: blocks cannot judge what happens once.
+        A regular cause that explains more error replaces it. A regular cause also replaces drifts
+        and events, because the prediction of blocks cannot judge what happens once.
         """
         found, regular = _large_enough(self.real), self.regular
         if found is None or regular is None or found is regular:
@@ -135,7 +137,7 @@ class Case:
 
     @cached_property
     def regular(self) -> Candidate | None:
-        """The regular cause that explains most error."""
+        """The regular cause that explains most of the error."""
         found = [item for item in self.real if item.regular is not None]
         return max(found, key=_taken_arcsec, default=None)
 
@@ -156,7 +158,7 @@ class Case:
 
     @property
     def ahead(self) -> float:
-        """ΔBIC by which the product is ahead of the best effect."""
+        """ΔBIC of the product minus ΔBIC of the best effect."""
         if self.product is None or self.best is None:
             return float("inf")
         return self.product.delta_bic - self.best.delta_bic
@@ -170,8 +172,8 @@ class Case:
     def oscillation(self) -> Oscillation | None:
         """A damped oscillation in the noise, larger than what is negligible.
 
-        In a capture it is searched for if the whitened residuals are not white, or if an effect was
-        found or refused.
+        In a capture, the oscillation is searched for if the whitened residuals are not white, or if
+        an effect was found or refused.
         """
         residuals = self.survey.residuals
         found, tests = self.survey.findings.oscillation, residuals.capture_whiteness
@@ -185,10 +187,8 @@ class Case:
 
     @property
     def not_white(self) -> list[str]:
-        """Channels whose whitened residuals are not white, with the noise that was fitted.
-
-        In a dense log, the test of its forward search replaces this test.
-        """
+        """Channels whose residuals are not white after whitening with the fitted noise. In a dense
+        log, the whiteness test of the forward search decides instead."""
         residuals, findings = self.survey.residuals, self.survey.findings
         found = []
         for channel, tests, least in (
@@ -225,8 +225,8 @@ class Case:
 
     @cached_property
     def look_alikes(self) -> dict[str, list[str]]:
-        """Effects that this set cannot test and that would look like the best, each with what the
-        set lacks."""
+        """Effects that this set cannot test and whose columns look like those of the best effect,
+        each with what the set lacks."""
         best, survey = self.best, self.survey
         if best is None or best.effect.unspecific:
             return {}
@@ -234,8 +234,8 @@ class Case:
 
     @cached_property
     def confounded(self) -> Candidate | None:
-        """The best effect growing with another condition, where these rows cannot distinguish the
-        two."""
+        """The error of the best effect with another condition as its factor, where these rows
+        cannot distinguish the two conditions."""
         return None if self.best is None else confounded_with(self.best, NEAR_TIE)
 
     @cached_property
@@ -249,7 +249,7 @@ class Case:
         return None if any(_same(item, product) for item in members) else product
 
     def with_it(self, item: Candidate | None) -> Case | None:
-        """Return the case with one more effect in the model; None if the rules do not need it."""
+        """Return the case whose model also has this effect; None if the rules do not need it."""
         if item is None or self.depth >= DEEPEST:
             return None
         if self.best is item:
@@ -291,9 +291,9 @@ class Case:
         """Return an event of the same kind and about the same size at another instant, if there is
         one.
 
-        Slow noise may predict a held-out row after a step from the row's neighbours, so that
+        In slow noise, the neighbours of a held-out row predict it even after a step, so that
         held-out rows do not show the step. The step counts nevertheless if it is as significant as
-        a lack of fit must be.
+        a sure lack of fit.
         """
         return next(
             (
@@ -335,16 +335,16 @@ class Case:
 
     @cached_property
     def ranked(self) -> list[Candidate]:
-        """The candidates; the candidate that the decision states comes first, even if negligible
-        ones fit as well."""
+        """All candidates: first the candidate that the decision states, even if negligible ones fit
+        as well."""
         first = self.decision.spoken_of
         others = [item for item in self.survey.candidates if item is not first]
         return others if first is None else [first, *others]
 
 
 LOOK_ALIKE = 0.5
-"""Canonical correlation above which two effects compete for the same error: ΔBIC and the
-classes then decide between them, not the size."""
+"""Canonical correlation above which two effects compete for the same error. ΔBIC and the classes,
+not the size, then decide between the two."""
 ONCE = frozenset({"time", "settling"})
 """Parts of effects that change in one direction with time."""
 
@@ -364,7 +364,8 @@ def _taken_arcsec(item: Candidate) -> float:
 
 
 def _is_smaller(item: Candidate, regular: Candidate) -> bool:
-    """Tell whether the candidate is listed apart or explains less than a regular cause."""
+    """Tell whether the candidate explains less than a regular cause, or is a drift or event, which
+    is listed apart."""
     return _apart(item) or _taken_arcsec(item) < _taken_arcsec(regular)
 
 
@@ -374,8 +375,8 @@ def _look_alike(survey: Survey, one: Candidate, other: Candidate) -> bool:
 
 
 def _is_sure(item: Candidate) -> bool:
-    """Tell whether the candidate is as sure as a lack of fit must be, with the noise free on both
-    sides."""
+    """Tell whether the candidate is as significant as a sure lack of fit, with the noise free on
+    both sides."""
     return item.evidence is not None and item.p_corrected < REFUSED_P
 
 
@@ -395,7 +396,8 @@ def _contains(best: Candidate, product: Candidate) -> bool:
 
 
 def _large_enough(real: list[Candidate]) -> Candidate | None:
-    """Return the first of ``real``, or a larger effect around it that adds more than chance."""
+    """Return the first of ``real``, or a larger effect that contains it and adds more than
+    chance."""
     if not real:
         return None
     best, rest = real[0], list(real[1:])

@@ -17,21 +17,21 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 LEAST_SHARE = 0.5
 """Least share of the best candidate's gain that a candidate needs to be in its class."""
 NOTHING_LEFT_P = 0.001
-"""Least p, corrected for all places that were searched, of an effect that adds nothing with the
-other in the model."""
+"""Smallest p, corrected for all searched places, at which an effect adds nothing to a model that
+has the other effect."""
 OF_THE_SAME_KIND = 0.1
-"""Share of the first effect's gain and of its mean square. A remainder above this share, a third of
-the effect's size, may be a part of the effect's own shape that the catalogue lacks; a smaller
-remainder is a separate error."""
+"""Share of the first effect's gain, and of its mean square, that separates two cases. A larger
+remainder, a third of the effect's size, may be a part of the effect's own shape that the catalogue
+lacks; a smaller remainder is a separate error."""
 FAR = 30.0
-"""Half width of the searched range of a log variance, around that at which noise and effect are
-equal."""
+"""Half width of the searched range of a log variance, around the value at which noise and effect
+are equal."""
 
 
 @dataclass
 class Similar:
-    """Names of candidates like the best: those without more coefficients, and larger ones that
-    contain it."""
+    """Names of the candidates that this data cannot distinguish from the best: those without more
+    coefficients, and larger ones that contain the best."""
 
     equals: list[str] = field(default_factory=list)
     larger: list[str] = field(default_factory=list)
@@ -43,10 +43,10 @@ class Similar:
 
 
 def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = False) -> Similar:
-    """Find the candidates whose columns explain the same error as the best one.
+    """Find the candidates whose columns explain the same error as the best candidate.
 
-    ``unspecific``: also include those that only describe the observation, where the best one
-    names a cause.
+    ``unspecific``: if the best candidate names a cause, also include candidates that only describe
+    the observation.
     """
     similar = Similar()
     for other in others:
@@ -64,9 +64,11 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
 
 
 def adds(item: Candidate, other: Candidate) -> bool:
-    """Tell whether the first effect still gains more than chance, with the other in the model. Both
-    use the same noise: the noise estimated with the first in the model or, if there is none, with
-    the other."""
+    """Tell whether the first effect still gains more than chance when the other is in the model.
+
+    Both gains use the same noise: the noise estimated with the first in the model or, if there is
+    none, with the other.
+    """
     known = item.evidence or other.evidence
     solution, share = other.solution, 1.0
     if known is not None:
@@ -82,12 +84,11 @@ def adds(item: Candidate, other: Candidate) -> bool:
 
 
 def lead(item: Candidate, other: Candidate) -> float:
-    """Return by how much the first is ahead of the other, as twice the log of their evidences'
-    ratio.
+    """Return twice the log of the ratio of the evidence of the first to that of the other.
 
     Both have the same noise, and each is a family of coefficients of one size
-    (:func:`family_gain`): a BIC would charge the 23 faces of a polygon as if each had a size of its
-    own.
+    (:func:`family_gain`): a BIC would penalise the 23 faces of a polygon as if each had a size of
+    its own.
     """
     known = item.evidence or other.evidence
     if known is None:
@@ -102,8 +103,9 @@ def lead(item: Candidate, other: Candidate) -> float:
 def family_gain(score: Score) -> float:
     """Return twice the log of the largest evidence with coefficients b ~ N(0, s²·1), s free.
 
-    Along the eigenvectors of the information, with eigenvalues λ and gains z², it is Σ s²λ·z²/(1 +
-    s²λ) − log(1 + s²λ) (random effects; Harville, J. Am. Stat. Assoc. 72 (1977) 320).
+    Let λ be the eigenvalues of the information and z² the gains along its eigenvectors. Then the
+    result is the largest Σ s²λ·z²/(1 + s²λ) − log(1 + s²λ) (random effects; Harville, J. Am. Stat.
+    Assoc. 72 (1977) 320).
     """
     values, vectors = np.linalg.eigh(score.information)
     determined = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
@@ -147,7 +149,7 @@ def of_its_order(line: Candidate, other: Candidate) -> bool:
 
     A line has a size and a phase for each head, so that it also fits small changes of an order of
     the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The line must gain as
-    much at the whole order as at its own order; otherwise the orders differ.
+    much at that whole order as at its own order; otherwise the orders differ.
     """
     if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):
         return False

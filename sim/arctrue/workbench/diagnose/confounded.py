@@ -21,17 +21,19 @@ from arctrue.workbench.inference.canonical_correlation import canonical_correlat
 from arctrue.workbench.inference.design_matrix import Term
 
 ALIKE = 0.98
-"""Least canonical correlation of the columns, the model projected out. With one effect in the
-model, 4 % of the other's gain would remain, so that only a gain above 150 could decide at a near
-tie of 6."""
+"""Smallest canonical correlation, with the model projected out, at which columns count as equal.
+With one effect in the model, 4 % of the other's gain remains at this correlation; this exceeds a
+near tie of 6 only for a gain above 150."""
 FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "reference")
 
 
 def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
     """Return the same error as a function of another condition of the set, if the rows cannot
-    distinguish the two. If there are several, return the most probable. It is None where ``best``
-    does not state its parts, or where the rows decide: twice the log likelihood of ``best`` is
-    ``near_tie`` or more ahead."""
+    distinguish the two conditions. If several conditions qualify, return the most probable.
+
+    The result is None where ``best`` does not state its parts, or where the rows decide: twice the
+    log likelihood of ``best`` is ``near_tie`` or more ahead.
+    """
     evidence, parts = best.evidence, best.effect.in_parts
     frame = next((name for name in FRAMES if name in parts), None)
     if evidence is None or frame is None:

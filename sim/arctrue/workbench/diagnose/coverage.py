@@ -38,10 +38,12 @@ COLOURED_SHARE = 0.99
 noise is then ten times the scatter of a single reading, and any effect that changes as slowly would
 count as noise."""
 UNSEEN_SHARE = 0.5
-"""Largest share of the generic effects that may need more than the whole residual to be found;
-above it, most of what may be missing could not be found. Chosen, not calibrated."""
+"""Largest share of the generic effects that may need an RMS above that of the whole residual to be
+found; above this share, the set could not show most of what may be missing. Chosen, not calibrated.
+"""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
-"""Orders of the angle that represent all others: slow and fast, whole and half; None: no wave."""
+"""Orders of the angle that represent all others: slow and fast, whole and half. None is an effect
+without a wave."""
 HIGHEST_BLIND_ORDER = 1000
 """Highest order up to which blind orders are listed; at 33° there are 8 of them. The list is only
 shown and decides nothing."""
@@ -56,7 +58,8 @@ class Coverage:
     untestable: dict[str, list[str]] = field(default_factory=dict)
     """Conditions that the set lacks, for each effect that was not tested."""
     blind_orders: list[int] = field(default_factory=list)
-    """Disc orders that two heads at this separation see alike and that nothing else shows."""
+    """Disc orders to which two heads at this separation are blind and that the reference does not
+    show."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,8 @@ def coverage(
 def blind_orders(residuals: Residuals) -> list[int]:
     """Return the orders with |e^{jnα} − 1| near 0, up to half the samples per turn.
 
-    Orders up to half the stations of a reference, which reads single angles, are left out.
+    Orders up to half the stations of a reference are left out, because the reference reads single
+    angles and shows them.
     """
     rows = residuals.observations.capture
     if rows is None:
@@ -115,7 +119,7 @@ def blind_orders(residuals: Residuals) -> list[int]:
 def blindness(
     residuals: Residuals, found: Coverage, residual_rms_arcsec: Mapping[str, float], matters: float
 ) -> Blindness | None:
-    """Return why "adequate" would say too much; None where it does not."""
+    """Return why the set does not support the verdict "adequate"; None where it does."""
     return (
         _little_testable(found)
         or _slow_noise(residuals, matters)
@@ -129,8 +133,8 @@ def effect_or_noise(
     """Return the effects that matter and explain the rows as well as slow noise does; None without
     any.
 
-    Such an effect is significant with the noise that is left with it in the model, but not with the
-    larger slow noise of the model without it, and the likelihoods cannot distinguish the two.
+    Such an effect is significant with the noise that remains when it is in the model, but not with
+    the larger slow noise of the model without it, and the likelihoods cannot distinguish the two.
     ``tests``: number of candidates by which its p is corrected.
     """
     alike = [
@@ -153,7 +157,8 @@ def effect_or_noise(
 
 
 def _p_with(item: Candidate, score: Score, tests: int) -> float:
-    """Return p of an effect with the noise that it leaves, at that noise's degrees of freedom."""
+    """Return p of an effect with the noise that remains when it is in the model, at that noise's
+    degrees of freedom."""
     return corrected_p_value(score.gain, score.rank, item.trials, tests, item.freedom)
 
 
@@ -194,7 +199,8 @@ def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
 def _residual_unseen(
     residuals: Residuals, residual_rms_arcsec: Mapping[str, float]
 ) -> Blindness | None:
-    """Return a reason where most generic effects as large as the residual would be missed."""
+    """Return a reason if most generic effects as large as the residual would be missed; None
+    otherwise."""
     tried = unseen = 0
     generic = [
         ProductOfParts.of(condition, () if order is None else (order,), frame)

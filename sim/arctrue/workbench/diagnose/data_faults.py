@@ -1,8 +1,8 @@
 """Faults of the data themselves, which are searched before any effect.
 
-A real deviation of the table stays (a slip, a settling), recurs at the same angle (a scratch) or
-continues everywhere (a vibration). A deviation of one row or a few rows, after which the record
-continues as before, is a fault of the recording.
+A deviation that stays (a slip, a settling), recurs at the same angle (a scratch) or continues
+everywhere (a vibration) is a real deviation of the table. A deviation of one row or a few rows,
+after which the record continues as before, is a fault of the recording.
 """
 
 from __future__ import annotations
@@ -27,29 +27,29 @@ Boolean = NDArray[np.bool_]
 STEP_TOLERANCE = 0.1
 """Relative deviation from the steps around it up to which a step is plausible."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""Largest distance of a number of turns from a whole number at which a run was meant to be whole
-turns."""
+"""A run counts as meant to be whole turns if its number of turns is within this distance of a whole
+number."""
 LEAST_GAP_STEPS = 3.0
 """Number of usual steps above which a step means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
-"""Least deviation of an implausible step, in standard deviations of the noise of a step; in dense
-rows of few counts this is more than the 10 %."""
+"""Smallest deviation of an implausible step, in standard deviations of the noise of a step. In
+dense rows with steps of few counts it exceeds STEP_TOLERANCE."""
 MOST_SLIPS = 8
-"""Largest number of slips of a head in a run: with more slips, the head itself is faulty."""
+"""Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
 TEMPERATURES_C = (-60.0, 200.0)
 """Plausible temperatures. Chosen: no table is in a colder or warmer place, and a broken sensor
 reads one of its limits."""
 TEMPERATURE_JUMP_K = 3.0
-"""Smallest spike that is a fault: no temperature on a table changes by this much and back within
-three rows."""
+"""Smallest spike that is a fault: no table's temperature changes by this much and back within three
+rows."""
 SEPARATION_DEG = 0.5
 """Smallest error of the stated head separation that is a fault: half a millimetre at the disc. A
 smaller error of the mounting is an effect."""
 MOST_FOR_MEDIANS = 100_000
 """Number of evenly spread rows from which a median over a long capture is calculated."""
 AROUND_ROWS = 31
-"""Number of rows from which the usual step is calculated: a speed may change, but not from row to
-row."""
+"""Number of rows from which the usual step is calculated: the speed may change slowly, but not from
+row to row."""
 
 
 def data_faults(observations: Observations) -> list[str]:
@@ -135,8 +135,8 @@ def _step_faults(
             f"{expected[first] * in_counts:.0f} (within 10 %) from the rows around it and the time "
             f"stamps; {int(lost.sum())} such steps in this run"
         )
-    # A step that stays is an effect, because a head may slip once. A head with many such steps is
-    # faulty.
+    # A step that stays is an effect, because a head may slip once. A head with more than MOST_SLIPS
+    # such steps is faulty.
     for head, bad in zip((1, rows.head), wrong, strict=True):
         alone = np.flatnonzero(bad & ~lost)
         if alone.size > MOST_SLIPS:
@@ -151,8 +151,8 @@ def _step_faults(
 
 
 def _expected_step(step: Float, passed_s: Float | None) -> Float:
-    """Return the expected step of each row: the median of the steps around it; with ``passed_s``,
-    the median speed around it times the time."""
+    """Return the expected step of each row: the median of the steps around it. With ``passed_s``,
+    it is the median speed around the row times the time that passed."""
     if passed_s is None:
         return np.asarray(median_filter(step, size=AROUND_ROWS, mode="nearest"))
     usual_s = float(np.median(passed_s[passed_s > 0.0]))
@@ -169,8 +169,8 @@ def _row(line: int) -> str:
 
 
 def _implausible(step: Float, passed_s: Float) -> Boolean:
-    """Return True where a step differs from the steps around it, and also from their speed times
-    the time between the rows.
+    """Return True where a step differs from the steps around it, and also from the speed around it
+    times the time between the rows.
 
     Time stamps may be coarser than the rows, and rows may be missing, so that agreement with one of
     the two is enough.
@@ -219,7 +219,7 @@ def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -
     short = turns < 1.0 - WHOLE_TURN_TOLERANCE
     if not (short.any() or (turns.size > 2 and whole.sum() == turns.size - 1)):
         return []
-    # A record with missing rows may lack them at the ends of its runs as well.
+    # A record that lacks rows inside its runs may lack rows at their ends as well.
     dropped = max(_longest_gap_turns(rows, start, end) for start, end in spans)
     ends_in_gap = np.ceil(turns) - turns <= dropped
     found = [
@@ -235,7 +235,7 @@ def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -
 
 
 def _turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
-    """Return the turns of a run, its last step included."""
+    """Return the turns of a run, with its last step."""
     angle_rad = abs(float(rows.angle_rad[end - 1] - rows.angle_rad[start]))
     return angle_rad / (2.0 * np.pi) * (end - start) / max(end - start - 1, 1)
 

@@ -26,38 +26,37 @@ class Decision:
     described: Candidate | None = None
     """The product of parts that explains an error which no known effect explains."""
     confounded: bool = False
-    """True where ``described`` is the first effect growing with another condition, and the rows
-    cannot distinguish the two."""
+    """True where ``described`` is the error of the first effect with another condition as its
+    factor, and the rows cannot distinguish the two conditions."""
     unconfirmed: str | None = None
-    """Why an effect that fits, and has no rival, is not named."""
+    """Reason why an effect that fits, and has no rival, is not named."""
     look_alikes: Mapping[str, list[str]] = field(default_factory=dict)
     resembles: Candidate | None = None
     """The effect of the catalogue that an unknown one looks like."""
     unlike: str | None = None
-    """Why the unknown effect is not the one that it resembles."""
+    """Reason why the unknown effect is not the one in ``resembles``."""
     undescribed_arcsec: Mapping[str, float] = field(default_factory=dict)
-    """RMS beyond the noise, by channel, where neither an effect nor a product of parts explains it.
-    """
+    """RMS beyond the noise, by channel, if neither an effect nor a product of parts explains it."""
     seen: str | None = None
-    """Finding that explains more than any effect but is not an effect, in words: a jump, a damped
+    """Finding in words that explains more than any effect but is not an effect: a jump, a damped
     oscillation."""
     oscillation: Oscillation | None = None
-    """The damped oscillation that ``seen`` states."""
+    """The damped oscillation that ``seen`` describes."""
     faults: tuple[str, ...] = ()
     """Faults of the data themselves, a sentence each."""
     cannot_tell: str | None = None
-    """Why the set cannot tell whether something is missing."""
+    """Reason why the set cannot tell whether something is missing."""
     question: Question | None = None
-    """Effects that the next measurement has to distinguish, where plans are tried by calculation.
-    """
+    """Effects that the next measurement has to distinguish, if planned measurements are to be
+    calculated for them."""
     next: NextMeasurement | None = None
     """The next measurement, if the rule itself determines it."""
     further: Decision | None = None
-    """The decision with the first effect in the model; None if it was not made."""
+    """The decision with the first effect in the model; None if that decision was not needed."""
 
     @property
     def rests_on(self) -> str:
-        """Ground of an ``unknown``: one of RESTS_ON; empty for another verdict."""
+        """Ground of the verdict ``unknown``, one of RESTS_ON; empty for other verdicts."""
         if self.verdict != "unknown":
             return ""
         found = (self.resembles, self.described, self.seen, True)
@@ -65,6 +64,6 @@ class Decision:
 
     @property
     def spoken_of(self) -> Candidate | None:
-        """The effect that is named or first in the class, or else the one that the unknown
+        """The effect that is named or first in the class; without one, the effect that the unknown
         resembles."""
         return self.first or self.resembles

@@ -59,17 +59,17 @@ class Diagnosis:
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     """Data that the set lacks, for each effect that it cannot test."""
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
-    """Fit of each channel with its lack of fit, as the rules use it."""
+    """Fit of each channel with its lack of fit, as the rules used it."""
     before: Left | None = None
     """Residual of the model."""
     left: Mapping[str, Left] = field(default_factory=dict)
-    """Residual of the model with the stated effect, or with one that looks like it, added."""
+    """Residual of the model with the stated effect, and with each effect that looks like it."""
     unlike: tuple[str, ...] = ()
-    """Ways in which the set is unlike those that the probabilities were calibrated on."""
+    """Ways in which the set is unlike the sets that the probabilities were calibrated on."""
     grounds: Grounds | None = None
     """Numbers on which the stated probability rests; None where nothing was tested."""
     second: SecondFinding | None = None
-    """The error that remains with the named effect in the model, where it is sure."""
+    """The error that remains with the named effect in the model, if that error is significant."""
     covers: Coverage = field(default_factory=Coverage)
     findings: Findings = field(default_factory=Findings)
     """Findings in a dense reference, independent of the verdict."""
@@ -108,7 +108,7 @@ class Diagnosis:
 
     @property
     def next_measurement_kind(self) -> str | None:
-        """The short name of the next measurement, for programs: one of ``arctrue simulate
+        """The short name of the next measurement, for programs: a choice of ``arctrue simulate
         --further``."""
         return None if self.measurement is None else self.measurement.kind
 
@@ -132,10 +132,10 @@ def diagnose(
     report_step: ReportStep = lambda text: None,
     given: Adding | None = None,
 ) -> Diagnosis:
-    """Judge every effect that ``terms`` lacks; nothing is random, so equal inputs give equal
+    """Judge every effect that ``terms`` lacks. Nothing is random, so equal inputs give equal
     results.
 
-    ``given``: the model on the rows that a command uses, where ``observations`` has fewer.
+    ``given``: the model on the rows that a command uses, where ``observations`` has fewer rows.
     """
     faults = data_faults(observations)
     if faults:
@@ -214,7 +214,7 @@ def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
     words = None if product is None else product.effect.describe(product.parameters())
     unknown = further is not None and further.verdict == "unknown"
     if unknown and further is not None and product is None and further.seen is None:
-        # A remainder without a form or a size belongs to the noise, whose tests the JSON has.
+        # A remainder without a form or a size belongs to the noise; the JSON has the noise tests.
         unknown = any(
             rms**2 > (1.0 + LEAST_EXCESS**2) * after.noise_arcsec[channel] ** 2
             for channel, rms in after.rms_arcsec.items()
@@ -257,7 +257,7 @@ def _case_of(
 
 
 def _deepest(found: Decision, base: Solution) -> Solution:
-    """Return the solution with most of the stated effects, whose residual no effect explains.
+    """Return the solution of the decision that has the most stated effects in its model.
 
     An effect at one place of the disc is not included: a defect of a few rows may be a wrong row.
     Only a defect that every turn shows is certainly an effect.

@@ -16,24 +16,25 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Least number of runs of a capture, or of visits of a station: fewer do not show which one is
-wrong."""
+"""Least number of runs of a capture, or of visits of a station: two that differ do not show which
+one is wrong."""
 NOT_WHITE_P = 1e-4
-"""p of whiteness, as sure as a lack of fit: below it, the noise is of a kind that the noise model
-does not have."""
+"""p of whiteness below which the noise is of a kind that the noise model does not have; it is the p
+of a sure lack of fit."""
 MUCH_LEFT = 1.5
 """Ratio of the remaining RMS to the noise of the repeats; above it, the unexplained error is larger
 than the noise."""
 LEAST_P = 1e-300
-"""Smaller p values underflow in float64."""
+"""Smallest p value that is used: smaller ones underflow in float64."""
 MOST_UNTESTED = 1.0 / 3.0
-"""Largest share of effects that the set cannot test: the usual set of the benchmark tests all."""
+"""Largest share of effects that the set may be unable to test; the usual set of the benchmark can
+test all."""
 
 
 def ways_unlike(
     observations: Observations, left: Left, untestable: Mapping[str, object], tested: int
 ) -> tuple[str, ...]:
-    """Return the ways in words.
+    """Return, in words, each way in which a set is unlike the benchmark's.
 
     ``left``: residual of the model with the stated effect; ``tested``: number of effects that were
     tested.
@@ -82,7 +83,7 @@ class Distance:
 def distance(
     observations: Observations, left: Left, untestable: Mapping[str, object], tested: int
 ) -> Distance:
-    """Return the numbers behind :func:`ways_unlike`."""
+    """Return the quantities that :func:`ways_unlike` compares with its limits."""
     reference = observations.reference
     residuals = Residuals(left.solution)
     ratios, least = [0.0], 1.0

@@ -13,13 +13,13 @@ from arctrue.workbench.diagnose.candidate import ACTING_SHARE, Candidate
 from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
-"""Least share of the gain that the other turns, runs or speeds would give if the effect were as
-large there."""
+"""Smallest ratio of gain to expected gain in the other turns, runs or speeds. The expected gain is
+that of an effect as large as in the strongest turn, run or speed."""
 SAME_SPEED = 1.2
-"""Largest ratio of speeds that count as one."""
+"""Largest ratio of two speeds that count as the same speed."""
 WOULD_SHOW = 16.0
-"""Least χ² of the strongest turn or run, and of what the others would show: below it, the strongest
-may be noise, or noise may hide the effect in the others."""
+"""Smallest χ² of the strongest turn or run, and smallest χ² expected in the others. Below it, the
+strongest may be noise, or noise may hide the effect in the others."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:
@@ -27,8 +27,8 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
 
     An effect that acts on few rows of a turn is tested over the turns, any other effect over the
     runs: an order of the disc that exists at one speed only is a line in time, or its alias. Both
-    solutions have the noise with which the effect was weighed: other noise would change the model's
-    own orders too.
+    solutions have the noise that was estimated with the effect: other noise would change the
+    model's own orders too.
     """
     if item.evidence is not None:
         base = item.evidence.base.solution
@@ -65,8 +65,8 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
 def _acts_on_capture(item: Candidate) -> bool:
     """Tell whether the effect has columns in the capture.
 
-    An effect that only the reference shows changes the capture's prediction through the orders of
-    the graduation alone, which change in every run, as far as noise allows.
+    An effect that has columns in the reference alone also changes the capture's prediction, through
+    the orders of the graduation. These orders change in every run, as far as noise allows.
     """
     columns = item.solution.observations.capture
     assert columns is not None
@@ -77,9 +77,9 @@ def _acts_on_capture(item: Candidate) -> bool:
 def at_other_speeds(item: Candidate) -> bool:
     """Return False for an effect that is free in each run and shows at one of several speeds only.
 
-    An effect with a size and phase of its own in every run can fit any order in a single run, for
-    instance one that warmth causes in the warm run. A frequency would be seen at the other speeds
-    too.
+    An effect with a size and phase of its own in every run can fit any order that one single run
+    contains, for instance an order that warmth causes in the warm run. A line at a fixed frequency
+    would be seen at the other speeds too.
     """
     rows = item.solution.observations.capture
     if rows is None:

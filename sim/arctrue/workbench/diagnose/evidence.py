@@ -1,8 +1,9 @@
-"""Evidence of effects that may be named: likelihoods with free noise on both sides, and held-out
-rows.
+"""Evidence of effects that may be named: likelihood ratios, and held-out rows.
 
-This is the second stage of a diagnosis: :func:`survey` tries everything (:mod:`candidates`), weighs
-what may be named, and gives one frozen record to the rules.
+For the likelihood ratios the noise is estimated anew both without and with the effect ("free on
+both sides"). This is the second stage of a diagnosis: :func:`survey` tests everything
+(:mod:`candidates`), estimates the noise anew for what may be named, and gives one frozen record to
+the rules.
 """
 
 from __future__ import annotations
@@ -51,20 +52,24 @@ NEAR_P = 0.3
 """Limit of p in the first test; an effect below it may be named, and the noise is estimated anew
 with it in the model."""
 MOST_LEFT = 0.5
-"""Share of the variance of a channel's residual: an effect that leaves less is weighed, even
-where the noise of the model without it has absorbed most of the effect."""
+"""Share of the variance of a channel's residual. An effect that leaves less than this share gets
+its own noise estimate, even where the noise of the model without the effect has absorbed most of
+the effect."""
 OF_ITS_SIZE = 0.2
 """Largest first p of an effect that slow noise may have absorbed. Such noise is about as large as
-the effect, so that the effect is one standard uncertainty or more; chance reaches that with this
-probability or less."""
+the effect, so that the effect is at least one standard uncertainty; by chance, it is as large with
+this probability or less."""
 MOST_WEIGHED = 6
-"""Largest number of candidates that are weighed with the noise free on both sides."""
+"""Largest number of candidates for which the noise is estimated anew, free on both sides."""
 FAR_BEHIND = 60.0
-"""ΔBIC by which a candidate must be behind a real one to need no weighing."""
+"""A candidate whose ΔBIC is this far behind that of a real one needs no noise estimate of its
+own."""
 SAME_BLOCK = 1e-6
-"""Relative tolerance of a gain and of a canonical correlation, for rounding of the same columns."""
+"""Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
+columns."""
 AS_GOOD = 6.0
-"""ΔBIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
+"""ΔBIC by which another form or place of an effect must be ahead to replace the first: odds of 20
+to 1."""
 
 
 def survey(
@@ -79,11 +84,11 @@ def survey(
 ) -> Survey:
     """Test every effect and every product of parts with the model of ``residuals``.
 
-    Without ``negligible``, effects that are far too small to matter are not weighed, because no
-    verdict depends on them. An effect with a search is tested again even if the model has it,
-    because it may also exist at another place. ``looks``: number of such surveys that the diagnosis
-    makes. ``findings``: results of a forward search with this model; they replace the search for an
-    effect of the same name.
+    Without ``negligible``, effects that are far too small to matter get no noise estimate of their
+    own, because no verdict depends on them. An effect with a search is tested again even if the
+    model has it, because it may also exist at another place. ``looks``: number of such surveys that
+    the diagnosis makes. ``findings``: results of a forward search with this model; they replace the
+    search for an effect of the same name.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present, residuals.observations)
@@ -116,8 +121,9 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     """Return the survey with evidence, the noise free on both sides, for every candidate that may
     be named.
 
-    These are the candidates of the catalogue, best first, until those that follow cannot come
-    before a real one, and the first product of parts if it can.
+    The candidates of the catalogue are taken in the order of their ΔBIC, until none of the others
+    can be ahead of the best one that is significant and confirmed (the real one). The first product
+    of parts is added if it can be ahead of the real one.
     """
     null = restricted_likelihood(tried.residuals)
     waiting = _near_to_a_name(tried)
@@ -155,7 +161,8 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
 
 
 def _near_to_a_name(tried: Survey) -> list[Candidate]:
-    """Return the effects that may be named once the noise is estimated with each, best first."""
+    """Return the effects that may be named when the noise is estimated with each in the model, best
+    first."""
     ranked = sorted(tried.candidates, key=lambda item: -item.delta_bic)
     near = {
         item.name
@@ -165,7 +172,8 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
     others = [item for item in ranked if item.name not in near]
     near |= {item.name for item in taken_by_noise(others, tried)}
     near |= {item.name for item in ranked if item.regular is not None}
-    # Noise estimated without a line may have absorbed it: every line of a search is weighed.
+    # Noise estimated without a line may have absorbed it: every line of a forward search stays in
+    # the list, before all others.
     return sorted(
         (item for item in ranked if item.name in near), key=lambda item: item.regular is None
     )
@@ -174,7 +182,7 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
 def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
     """Return those of ``items`` that would be significant without slow noise.
 
-    Offsets of the runs beyond the index repeatability are disregarded as well, if the effect
+    This test also disregards offsets of the runs beyond the index repeatability, if the effect
     explains them: a drifting head causes them in one warm run. Every estimate contains at least the
     noise of this test. An effect that is not significant in this test is therefore not significant
     with any estimate. An effect with a search is left out, because its place was found in the slow
@@ -199,7 +207,7 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
 
 
 def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
-    """Return those of ``items`` that are significant with this noise."""
+    """Return those of ``items`` that are significant with the noise of ``white``."""
     scores = white.scores([(item.effect, item.nonlinear) for item in items])
     tests = tried.absent * tried.looks
     return [
@@ -212,8 +220,8 @@ def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> l
 def takes_most(grown: Solution, base: Solution) -> bool:
     """Tell whether the effect leaves less than half of a channel's residual variance.
 
-    While the effect is not in the model, slow noise completely absorbs a slow effect far above the
-    scatter of the rows, so that its gain with that noise is no evidence.
+    While the effect is not in the model, slow noise completely absorbs a slow effect that is far
+    above the scatter of the rows, so that the effect's gain with that noise is no evidence.
     """
     return any(
         float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2))
@@ -226,31 +234,32 @@ def takes_most(grown: Solution, base: Solution) -> bool:
 
 
 def _score_with(items: Sequence[Candidate], real: Candidate) -> None:
-    """Score all of them at once, for :func:`_gain_beside`."""
+    """Score all candidates at once, so that :func:`_gain_with` finds their scores stored."""
     assert real.evidence is not None
     real.evidence.base.scores([(item.effect, item.nonlinear) for item in items])
 
 
 def _gain_with(item: Candidate, real: Candidate) -> float:
-    """Return the gain with the noise of a real effect, on the scale of its likelihoods."""
+    """Return the candidate's gain with the noise of a real effect, on the scale of the real
+    effect's likelihoods."""
     assert real.evidence is not None
     scale = real.gain / max(real.evidence.score.gain, 1e-300)
     return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
 
 
 def _bic_with(item: Candidate, real: Candidate) -> float:
-    """Return the BIC by which an effect is ahead of a real one, both with the noise of the real
-    one."""
+    """Return ΔBIC of a candidate minus that of a real effect, both with the noise of the real
+    effect."""
     assert real.evidence is not None
     rows = rows_moved(item.size_arcsec, real.evidence.base.solution)
     return delta_bic(_gain_with(item, real), item.rank, item.trials, rows) - real.delta_bic
 
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Return those that are not far behind or gain more: they may be larger effects that contain
-    the other.
+    """Return the candidates that are not far behind the real effect or gain more: they may be
+    larger effects that contain the real one.
 
-    The disc order at which a line was found is weighed however far it is behind the line.
+    The disc order at which a line was found is always included, however far it is behind the line.
     """
     _score_with(items, real)
     return [
@@ -268,7 +277,8 @@ def _best_with(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
 
 
 def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Give candidates without evidence of their own the gain with the noise of the real effect."""
+    """Give each candidate without evidence of its own the gain with the noise of the real
+    effect."""
     assert real.evidence is not None
     base = real.evidence.base
     _score_with([item for item in items if item.evidence is None], real)
@@ -302,8 +312,8 @@ def _judged(
     item = _settled(item, found, tried, candidates)
     of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
     if item.regular is not None:
-        # The candidate has passed the prediction from whole blocks, which is a stricter test than
-        # neighbouring rows.
+        # The candidate has passed the prediction of whole blocks, a stricter test than the
+        # prediction of rows from their neighbours.
         return item
     if item.p_corrected < SIGNIFICANCE and tried.matters(item) and of_rows:
         report_step(f"held-out rows for {item.name}")
@@ -311,7 +321,7 @@ def _judged(
         before, after = held_out_with(
             base.terms, item.term, base.observations, base.context, base.noise
         )
-        # A product of parts describes the observation and is no name.
+        # A product of parts describes the observation; it does not name a cause.
         named = item.asked is not None
         share = block_share(found.base, item.effect, item.nonlinear) if named else None
         improvement = falls(before, after, base.noise)
@@ -322,10 +332,10 @@ def _judged(
 def _largest_sure(
     item: Candidate, tried: Survey, null: float, report_step: ReportStep
 ) -> Candidate:
-    """Return the judged candidate; of regular causes of one name, the largest that is significant.
+    """Return the candidate with its evidence.
 
-    Slow noise may explain a slow line but does not hide a fast one. If none is significant, the
-    largest is returned.
+    If several regular causes have its name, return the largest that is significant: slow noise may
+    explain a slow line but does not hide a fast one. If none is significant, return the largest.
     """
     judged = _judged(item, tried, null, tried.absent, report_step)
     if item.regular is None or judged.p_corrected < SIGNIFICANCE:
@@ -370,7 +380,8 @@ def _in_less_noise(
 def _judged_product(
     item: Candidate, real: Candidate | None, tried: Survey, null: float, report_step: ReportStep
 ) -> Candidate:
-    """Return a product of parts with its evidence, where it may become a description."""
+    """Return a product of parts, with its evidence if the product may be stated as a
+    description."""
     ahead = real is None or _bic_with(item, real) > -FAR_BEHIND
     if item.p_corrected >= NEAR_P or not ahead:
         return item
@@ -397,7 +408,7 @@ def _same_columns(item: Candidate, real: Candidate) -> bool:
 
 
 def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -> Candidate:
-    """Return the candidate with the figures that its evidence gives."""
+    """Return the candidate with the gain, size and p that follow from its evidence."""
     solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
     size_arcsec = sizes_arcsec(found.base.solution, solution)
     rank, rows = found.score.rank, rows_moved(size_arcsec, tried.base)

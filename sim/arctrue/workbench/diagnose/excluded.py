@@ -14,7 +14,8 @@ from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.residuals import Residuals
 
 LIKE = 0.95
-"""Least canonical correlation of every direction of the best effect with the other's columns."""
+"""Smallest canonical correlation that every direction of the best effect must have with the other
+effect's columns."""
 
 
 def look_alikes(
@@ -23,8 +24,8 @@ def look_alikes(
     untestable: Mapping[str, list[str]],
     effects: Mapping[str, type[Effect]],
 ) -> dict[str, list[str]]:
-    """Return effects without a search that would look like ``best``, with what the set lacks for
-    each.
+    """Return effects without a search that would look like ``best``, with what the set lacks for a
+    test of each.
 
     On the rows of the set, with the model projected out, the columns of such an effect contain
     those of ``best`` and give at least half of its gain.
@@ -47,7 +48,7 @@ def look_alikes(
 def _has_columns(effect: Effect, residuals: Residuals) -> bool:
     """Tell whether the columns of the effect can be calculated on these rows.
 
-    An effect, possibly a user's own, may raise anything where a column that it needs is missing.
+    An effect, possibly a user's own, may raise any exception if a column that it needs is missing.
     """
     try:
         columns = residuals.whitened_columns(effect, {})

@@ -44,7 +44,7 @@ class Facts:
         """Reason why a result without a finding is no evidence; None if there is a finding, or if
         the set could have shown one.
 
-        If the rows do not determine the model, a finding is no evidence either.
+        If the rows do not determine the model, this is a reason even where there is a finding.
         """
         if self.case is None:
             return None
@@ -107,8 +107,8 @@ class Facts:
         )
 
     def grounds(self, decision: Decision) -> Grounds | None:
-        """Return the numbers on which the probability of a decision rests; None where nothing was
-        tested."""
+        """Return the quantities that determine the probability of a decision; None where nothing
+        was tested."""
         case, left = self.case, self._left
         if case is None or left is None:
             return None
@@ -136,8 +136,8 @@ class Facts:
 
     @property
     def offered(self) -> Mapping[str, float]:
-        """Probabilities that select the decision: the evidence under the rules, without its
-        calibration."""
+        """Probabilities from the evidence and the rules alone, before calibration; they select the
+        decision."""
         return self._posterior
 
     def probability(self, decision: Decision) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""The numbers of a diagnosis on which its stated probability rests, for calibration."""
+"""The quantities of a diagnosis that determine its stated probability, for calibration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ of fit."""
 
 @dataclass(frozen=True, slots=True)
 class Grounds:
-    """Numbers on which an answer rests, and the distance of its set from the calibrated sets."""
+    """Quantities that determine an answer's probability, and the distance of its set from the
+    calibrated sets."""
 
     evidence: float
     """Probability of the answer from likelihoods, priors and rules alone."""
@@ -22,9 +23,10 @@ class Grounds:
     delta_bic: float
     """ΔBIC of the best candidate; 0 without one."""
     lead: float
-    """ΔBIC of the best candidate minus that of the best one outside the class."""
+    """ΔBIC of the best candidate minus ΔBIC of the best candidate outside the class."""
     block_share: float | None
-    """Share of the effect's own error that other blocks predict; None where it is not known."""
+    """Share of the effect's own error that other blocks of the rows predict; None where it is not
+    known."""
     lack_of_fit_log_p: float
     """log₁₀ of the smallest p value of the lack of fit over the channels."""
     class_size: int

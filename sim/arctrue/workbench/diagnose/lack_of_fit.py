@@ -23,13 +23,13 @@ interpolation causes."""
 LEAST_ROWS_A_GROUP = 3
 """Least number of rows in a group: a scatter needs two, and the third shows which one is wrong."""
 LEAST_ROWS_A_PERIODOGRAM = 64
-"""Least number of rows, 32 frequencies: with fewer, Fisher's test sees only lines that the means by
-angle show."""
+"""Least number of rows, which gives 32 frequencies. With fewer, Fisher's test finds only lines that
+the means by angle also show."""
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:
-    """Return p of the F test: the probability that the means of groups differ this much by the
-    scatter within the groups."""
+    """Return p of the F test: the probability that the scatter within the groups causes such
+    differences of their means."""
     _, group = np.unique(group, return_inverse=True)
     counts = np.bincount(group)
     kept = counts >= LEAST_ROWS_A_GROUP
@@ -72,8 +72,9 @@ def fisher_p(values: Float) -> float:
 def line_in_angle(rows: ReferenceRows, residual: Float) -> float:
     """Return p of Fisher's test along dense stations, for each run and direction separately.
 
-    Stations that never repeat have no scatter of repeats; a line in their order spectrum still
-    shows a lack of fit. A polygon has too few stations; the analysis of variance judges them.
+    Stations that never repeat have no scatter of repeats, but a line in their order spectrum still
+    shows a lack of fit. A polygon has too few stations for this test; the analysis of variance
+    judges them.
     """
     side = np.zeros(rows.run.size) if rows.direction is None else rows.direction
     passes = np.cumsum(np.diff(rows.run, prepend=rows.run[0]) != 0) * 2 + (side > 0)
@@ -111,7 +112,8 @@ def _reference_groupings(rows: ReferenceRows) -> Iterator[Integer]:
 
 
 def capture_lack_of_fit(residuals: Residuals) -> float | None:
-    """Return the smallest p of all groupings, times their number; None without a capture."""
+    """Return the smallest p of all groupings of the capture's rows, times their number; None
+    without a capture."""
     rows, residual = residuals.observations.capture, residuals.capture_whitened
     if rows is None or residual is None:
         return None
@@ -121,7 +123,8 @@ def capture_lack_of_fit(residuals: Residuals) -> float | None:
 
 
 def reference_lack_of_fit(residuals: Residuals) -> float | None:
-    """Return the smallest p of all groupings, times their number; None without a reference."""
+    """Return the smallest p of all groupings of the reference's rows, times their number; None
+    without a reference."""
     rows, residual = residuals.observations.reference, residuals.reference_whitened
     if rows is None or residual is None:
         return None

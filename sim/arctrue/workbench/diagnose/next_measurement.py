@@ -28,7 +28,8 @@ SPLITS_CHI_SQUARE = 50.0
 """χ² that the wrong effect must leave: 7 standard deviations, so that a diagnosis with all its
 corrections finds it."""
 MOST_ROWS = 300_000
-"""Largest number of rows with which plans are tried; above it, the effect's own words are used."""
+"""If a set has more rows than this, no plan is tried, and the measurement that the effect itself
+declares is stated."""
 OF_PARTS = {
     "temperature": (
         "warm",
@@ -51,8 +52,8 @@ OF_PARTS = {
 }
 """Kind and words of the measurement that tests a condition."""
 ANOTHER_SPEED = 1.5
-"""Ratio above which two speeds differ: the set then shows already which errors grow with the speed.
-"""
+"""Ratio above which two speeds differ: such a set already shows which errors grow with the
+speed."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
@@ -72,8 +73,8 @@ class NextMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Effects that the next measurement has to distinguish, or an effect that lacks something to be
-    named."""
+    """Effects that the next measurement has to distinguish, or one effect whose name needs data
+    that the set lacks."""
 
     best: Candidate
     rivals: Sequence[Candidate]
@@ -114,8 +115,8 @@ def measurement_for(
 
 
 def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:
-    """Return the first plan that distinguishes the best effect from all rivals, or else from one of
-    them."""
+    """Return the first plan that distinguishes the best effect from all rivals; without one, the
+    first that distinguishes it from one of them."""
     own = NextMeasurement(best.effect.next_measurement, None)
     observations = best.solution.observations
     if not rivals or observations.rows > MOST_ROWS:
@@ -152,7 +153,8 @@ def _called(item: Candidate) -> str:
 
 
 def measurement_for_variety(best: Candidate) -> NextMeasurement:
-    """Return the first plan with which the set lacks nothing that this effect's name needs."""
+    """Return the first plan whose rows supply everything that the set lacks for this effect's
+    name."""
     observations = best.solution.observations
     lacking = "; ".join(best.effect.variety(observations))
     for plan in PLANS:
@@ -163,7 +165,8 @@ def measurement_for_variety(best: Candidate) -> NextMeasurement:
 
 
 def has_already(part: str, observations: Observations) -> bool:
-    """Tell whether the set contains the measurement that :data:`OF_PARTS` has for a part."""
+    """Tell whether the set already contains the measurement that :data:`OF_PARTS` lists for a
+    part."""
     channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
     if part == "direction":
         return any(
@@ -226,7 +229,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
 
 
 def _split(first: Candidate, second: Candidate, there: Observations) -> float:
-    """Return the χ² that the wrong effect leaves, the smaller of both cases."""
+    """Return the smaller of two values of χ²: what one effect leaves if the other is the truth, and
+    the reverse."""
     return min(_left_over(first, second, there), _left_over(second, first, there))
 
 
@@ -248,7 +252,8 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
 
     places: list[Nonlinear] = [other.nonlinear]
     if other.effect.search:
-        # The place that was found may be slightly wrong, so it is searched again.
+        # The wrong effect may fit best at a place other than the one that was found, so it is
+        # searched again.
         places += [
             place.nonlinear for place in places_of(other.effect, Residuals(solved(base_terms)))[:1]
         ]
@@ -263,7 +268,7 @@ def _showing(truth: Candidate, there: Observations) -> Observations:
     for index, term in enumerate(solution.terms):
         fitted = solution.coefficients[solution.part(index)]
         known = dict(zip(term.effect.column_names(solution.observations), fitted, strict=True))
-        # A coefficient that is free in each run keeps its value of the first run.
+        # A coefficient that is free in each run keeps, in the new run, its value of the first run.
         runs = term.effect.column_runs(solution.observations)
         of_first = [value for value, run in zip(fitted, runs, strict=True) if run == 0]
         again = of_first or list(known.values())

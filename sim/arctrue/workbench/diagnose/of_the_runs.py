@@ -1,5 +1,7 @@
-"""Tests effects that only the differences between runs show, with the index repeatability that was
-known before."""
+"""Tests effects that appear only in the differences between runs.
+
+The tests compare the offsets of the runs with the index repeatability that was known before.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +14,18 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 
 LEAST_OFFSETS = 2
-"""Least number of offsets of runs, beyond the columns of the effect, that must agree with the known
-index. A single offset agrees whenever two runs have the same shift, for example by a head that was
-knocked in both."""
+"""Least number of offsets of runs, in addition to the columns of the effect, that must agree with
+the known index repeatability. A single offset agrees whenever two runs have the same shift, for
+example by a head that was knocked in both."""
 
 
 def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> bool:
     """Tell whether the offsets of the runs, with the effect in the model, scatter like the known
-    index. If they scatter more, the index repeats worse than known, and an effect can then fit one
-    of a few offsets by chance."""
+    index.
+
+    If they scatter more, the index repeats worse than known, and an effect can then fit one of a
+    few offsets by chance.
+    """
     score = known.score(effect, nonlinear)
     offsets = known.solution_with(effect, nonlinear, score).run_offsets_arcsec
     free = offsets.size - score.rank
@@ -29,12 +34,12 @@ def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> 
 
 
 def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> float:
-    """Return p of an effect whose sample is the runs, if the index repeats worse than it is known
-    to.
+    """Return p of an effect whose sample is the runs, if the index repeats worse than its known
+    repeatability.
 
-    The result is 0 if the index is as good as known, or if too few offsets remain to decide. The F
-    test compares the offsets of the runs with and without the effect. The prior knowledge of the
-    index does not count, since the offsets that remain with the effect contradict it.
+    The result is 0 if the index repeats as well as known, or if too few offsets remain to decide.
+    The F test compares the offsets of the runs with and without the effect. The prior knowledge of
+    the index does not count, since the offsets that remain with the effect contradict it.
     """
     known = with_index_as_known(residuals)
     score = known.score(effect, nonlinear)
@@ -51,7 +56,8 @@ def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear)
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:
-    """Return the condition that the offsets of the runs of a model follow; None where none is sure.
+    """Return the condition that the offsets of the runs of a model follow; None where no condition
+    is significant.
 
     p must be below SIGNIFICANCE over all conditions; the index variance has the degrees of freedom
     of its prior knowledge.

@@ -1,4 +1,4 @@
-"""Tests of a named effect by the meaning of its name: one order, a constant, an error of the
+"""Tests of a named effect against the meaning of its name: one order, a constant, an error of the
 angle."""
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import ReferenceRows
 
 SEVERAL = 3
-"""Number of orders that make a pattern: the number of effects that a diagnosis tests one after
-another."""
+"""Smallest number of orders that may form a pattern. It equals the number of effects that a
+diagnosis tests one after another."""
 LEAST_COMMON, LEAST_OF_TWO = 3, 5
 """Least common divisor of the orders of a pattern, and of two orders with a local defect. Three
 random orders have a common divisor of 3 or more with the probability Σ_{d≥3} d⁻³ = 0.08, two random
-orders one of 5 or more with 0.22; the test is made only where all orders, or both and the defect,
-have passed every other test."""
+orders a common divisor of 5 or more with 0.22. The test is made only where all three orders, or
+both orders and the defect, have passed every other test."""
 
 
 SURE_P = 1e-4
@@ -53,9 +53,9 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
     """Return in words why the lines of a log are one shape that repeats; None where they may be
     separate lines.
 
-    The harmonics of a jump fall as 1/n, those of a bend as 1/n². If its base order is one of the
-    model's, the lines are whole orders above the model that follow each other in even steps, and
-    none of them is the base order itself. Stator slots or a gear show their base order.
+    The harmonics of a jump fall as 1/n, those of a bend as 1/n². If the shape repeats at an order
+    of the model, the lines are whole orders above the model's orders, in even steps of that order,
+    and that order itself is no line. Stator slots or a gear also show the line at their base order.
     """
     lines = [line for cause in causes if not cause.in_time for line in cause.lines]
     orders = np.array([round(line.rate) for line in lines], dtype=np.int64)
@@ -82,26 +82,27 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
 
 
 LEAST_HARMONICS = 4
-"""Least number of lines of a shape, one more than SEVERAL: their step is free."""
+"""Least number of lines of a shape. It is one more than SEVERAL, because the step between the lines
+is free."""
 CHANCE = 0.01
-"""Largest probability step^(1 − n) that n whole orders are alike modulo a step by chance."""
+"""Largest probability step^(1 − n) that n whole orders are equal modulo a step by chance."""
 LEAST_FILLED = 2.0 / 3.0
-"""Least share of the orders between the lowest and the highest line at which a line is, where they
-are few. Four random whole orders within a step of 2 and a span of twenty fill it with a probability
-of 0.02."""
+"""Smallest share of the possible orders, from the lowest line to the highest, that must be lines if
+the probability of chance exceeds CHANCE. Four random whole orders within a step of 2 and a span of
+twenty reach it with a probability of 0.02."""
 OF_A_WHOLE_ORDER = 0.25
 """Largest distance of a line from a whole order, in 1/span."""
 STEEPEST, FLATTEST = -3.0, -0.25
-"""Exponents between which the amplitudes fall: −1 for a jump, −2 for a bend, each with a margin for
-the noise of small lines. Of lines near the limit of the search those are found which the noise
-makes larger, so that they fall less."""
+"""Limits of the exponent with which the amplitudes fall: −1 for a jump, −2 for a bend, each with a
+margin for the noise of small lines. Near its limit, the search finds only lines that the noise
+enlarges, so that the amplitudes fall less."""
 MOST_SCATTER = 0.35
 """Largest standard deviation of the logarithms of the amplitudes around the power of n. A line at
 the limit of the search has a signal of five standard uncertainties, 0.2 in the logarithm."""
 
 
 class BentScale(Effect):
-    """Square and cube of the reading of the reference, which a nonlinear scale contains."""
+    """Square and cube of the error that the reference reads; a nonlinear scale causes them."""
 
     name = "bent_scale"
     depends_on_model = True

@@ -1,5 +1,5 @@
-"""The products of parts that the rows can show: the waves that they resolve and the sizes that they
-contain."""
+"""The products of parts that the rows can show: waves that the rows resolve, and sizes that the
+error contains."""
 
 from __future__ import annotations
 
@@ -14,19 +14,24 @@ from arctrue.workbench.observations import ReferenceRows
 Float = NDArray[np.float64]
 
 LEAST_WAVE = 0.75
-"""Least number of periods of an order that a run must cover: fewer are a slow curve or a bump."""
+"""Least number of periods of an order that a run must cover: an order with fewer periods is a slow
+curve or a bump."""
 HALF_REPEATS_TURNS = 2.0
 """Turns after which a half order repeats. Whole orders are complete on one turn (Fourier), so that
-a half order on one turn is only a step at its seam; its repeat after two turns distinguishes it."""
+a half order on one turn is only a step at its seam; only its repetition after two turns shows a
+half order."""
 MOSTLY_ITS_OWN = 0.5
-"""Share of a part that the model cannot reproduce; the model can cancel only parts with a smaller
-share."""
+"""Share of a part that the model cannot reproduce. The model can cancel a part only if this share
+is smaller."""
 
 
 def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArray[np.bool_]:
     """Tell whether a reference run covers enough periods of each of ``orders``, shape (n,), with a
-    condition. ``factor``: the condition at each row, shape (rows,). The travel is weighted with the
-    remaining share of the condition: exp(−t/τ) covers a travel of τ times the speed."""
+    condition.
+
+    ``factor``: the condition at each row, shape (rows,). The travel is weighted with the share of
+    the condition that is left: a condition exp(−t/τ) covers a travel of τ times the speed.
+    """
     way_rad = np.abs(np.diff(rows.target_rad, prepend=rows.target_rad[:1]))
     way_rad[np.diff(rows.run, prepend=rows.run[:1]) != 0] = 0.0
     share = np.abs(factor) / max(float(np.abs(factor).max(initial=0.0)), 1e-300)
@@ -50,11 +55,14 @@ def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:
 
 def only_cancels(residuals: Residuals, effect: ProductOfParts, score: Score) -> bool:
     """Tell whether the fitted part exceeds the measured error, so that the model must cancel most
-    of the part. Var(y) = Var(part) + Var(others) + 2 cov(part, others): without cancellation
-    Var(part) is at most Var(y). The share of the part that the model cannot reproduce is 1/VIF,
-    with VIF its variance inflation factor (Marquardt, Technometrics 12 (1970) 591); a part with VIF
+    of the part.
+
+    Var(y) = Var(part) + Var(others) + 2 cov(part, others): without cancellation Var(part) is at
+    most Var(y). The share of the part that the model cannot reproduce is 1/VIF, where VIF is the
+    variance inflation factor of the part (Marquardt, Technometrics 12 (1970) 591); a part with VIF
     < 2 is accepted. Where the model has the same wave, only the variation of the condition counts:
-    the zero of the condition is a convention."""
+    the zero of the condition is a convention.
+    """
     if score.own_share > MOSTLY_ITS_OWN or score.rank == 0:
         return False
     context, observations = residuals.solution.context, residuals.observations

@@ -28,25 +28,26 @@ from arctrue.workbench.observations.polygon_faces import keep_to_faces
 Float = NDArray[np.float64]
 
 HIGHEST_ORDER = 30
-"""Highest order of the angle that the parts are tried with; the orders are halves and wholes."""
+"""Highest order of the angle of a product; the orders are all half and whole ones up to it."""
 ELECTRICAL_MULTIPLES = (1.0, 2.0)
-"""First and second harmonic of the signal period: offset, and gain or phase, of sine and cosine."""
+"""Multiples of the signal period. The first is an offset of sine and cosine, the second a
+difference of gain or phase."""
 SHORTLIST = 8
-"""Number of products that are fitted with the noise free, to limit cost; the first of them decides.
-"""
+"""Number of products that are fitted with the noise free, to limit cost; the best of them
+decides."""
 LEAST_ARC_RAD = 1.5 * np.pi
-"""Least arc of a reference run that goes round the table."""
+"""Smallest arc of a reference run that counts as a whole turn."""
 SETTLING_STEP = 1.6
-"""Ratio by which the refinement of a time constant may go up and down."""
+"""Largest ratio by which the refinement of a time constant may move it up or down."""
 SETTLING_ROUNDS = 12
 """Largest number of steps in the search of a time constant, to limit cost."""
 FRAME_MARGIN = 6.0
-"""ΔBIC by which a frame must beat a more natural one: odds of 20 to 1."""
+"""ΔBIC by which a frame must be ahead to replace a more natural one: odds of 20 to 1."""
 
 
 @dataclass(frozen=True)
 class PartsCandidate:
-    """A product of parts with its gain, and the number of products that were tried."""
+    """A product of parts with its gain, and the number of products that were scored."""
 
     effect: ProductOfParts
     gain: float
@@ -62,9 +63,12 @@ def _half_orders() -> Float:
 
 def level_share(order: float | None) -> float:
     """Return the share of one condition's false-alarm probability for an order; None: for the
-    product without an order. Each octave of orders gets the same share, and the product without an
-    order gets as much as order one half, because discs, bearings and belts deform in a few waves.
-    The shares do not depend on the set, and add up to 1."""
+    product without an order.
+
+    Each octave of orders gets the same share, and the product without an order gets as much as
+    order one half, because discs, bearings and belts deform in a few waves. The shares do not
+    depend on the set, and add up to 1.
+    """
     orders = _half_orders()
     total = 1.0 + float(np.sum(orders[0] / orders))
     return (1.0 if order is None else float(orders[0] / order)) / total
@@ -72,7 +76,9 @@ def level_share(order: float | None) -> float:
 
 def condition_shares(found: Sequence[Condition]) -> list[float]:
     """Return the share of the false-alarm probability for each condition; the shares add up to 1.
-    Each kind of condition gets the same share; all time constants of a settling divide one share.
+
+    Each kind of condition gets the same share; the time constants of a settling divide one share
+    among them.
     """
     kinds = [
         ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")
@@ -134,8 +140,8 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     orders = _half_orders()
     power, constants = _waves(residuals, factors, capture=False)
     if rows.faces is not None and keep_to_faces(rows.faces, rows.run, np.degrees(rows.target_rad)):
-        # An order n and its alias faces − n look the same at the faces, so that the lower one
-        # represents both.
+        # An order n and its alias faces − n look the same at the faces, so that only the lower one
+        # is scored.
         power[:, orders > rows.faces / 2.0] = 0.0
     arc = float(np.ptp(rows.target_rad))
     if arc < LEAST_ARC_RAD:
@@ -145,7 +151,8 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
-    """Return the frames to test, the most natural first: it is chosen if the data cannot decide."""
+    """Return the frames to test, the most natural first, since the first one counts if the data
+    cannot decide."""
     frames: list[Frame] = []
     if observations.capture is not None and not in_reference:
         further = [FRAME_OF_HEAD[head] for head in range(3, observations.heads + 1)]
@@ -167,16 +174,18 @@ def _frames(order: float | None, observations: Observations, in_reference: bool)
 def _scored(
     residuals: Residuals, effect: ProductOfParts, tried: float, share: float
 ) -> PartsCandidate:
-    """Score a product; ``share`` is its condition's part of the false-alarm probability in its
-    channel."""
+    """Score a product. ``share`` is the share of its condition in the false-alarm probability of
+    its channel."""
     score = residuals.score(effect, {})
     share *= level_share(effect.orders[0] if effect.orders else None)
     return PartsCandidate(effect, score.gain, score.rank, tried, 1.0 / share)
 
 
 def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
-    """Return the first frame that is about as good as the best; another frame needs support by the
-    data."""
+    """Return the most natural frame that is about as good as the best frame.
+
+    A less natural frame is returned only if the data support it.
+    """
     worth = [item.gain - item.rank * np.log(rows) for item in frames]
     return next(
         item for item, value in zip(frames, worth, strict=True) if value > max(worth) - FRAME_MARGIN
@@ -186,7 +195,7 @@ def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
 def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[PartsCandidate]:
     """Return the products of parts with the largest gains, best first.
 
-    ``look_alikes`` keeps those that a simpler condition describes about as well.
+    ``look_alikes``: also return products that a simpler condition describes about as well.
     """
     observations = residuals.observations
     found = conditions(observations)
@@ -221,8 +230,8 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
                 for k in best
                 if orders[index, k] > 0.0
             ]
-            # A constant of the runs is not in the residuals, whose offsets were subtracted: it is
-            # always scored exactly.
+            # The residuals do not show a constant of each run, because the offsets of the runs were
+            # subtracted: such a product is always scored exactly.
             certain.append((float(constants[index]), condition, None, in_reference))
     places.sort(key=lambda place: -place[0])
     scored: list[PartsCandidate] = []
@@ -265,7 +274,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
 
 
 def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
-    """Return the best frame and time constant of every condition and wave, best first."""
+    """Return the best frame and time constant for every condition and wave, best first."""
     best: dict[tuple[str, ...], PartsCandidate] = {}
     for item in sorted(scored, key=lambda item: -(item.gain - 2.0 * item.rank)):
         best.setdefault(tuple(item.effect.parts[:-1]), item)
@@ -273,9 +282,9 @@ def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
 
 
 def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
-    """Return a settling with its time constant moved to the largest gain (in log τ).
+    """Return a settling with the time constant that gives the largest gain (in log τ).
 
-    The time constant stays where it is if the rows cannot show the settling at the new one.
+    The time constant is not changed if the rows cannot show a settling with the new one.
     """
     constant = item.effect.condition.time_constant_s
     if constant is None:

@@ -1,7 +1,8 @@
 """Plans possible next measurements as the rows that they would give.
 
-The rows carry conditions only (angle, time, temperature, direction, ...) and no measured values;
-from them, an effect's own columns give what it would show there.
+The rows have conditions only (angle, time, temperature, direction, ...) and no measured values. The
+columns of an effect, calculated from these conditions, are what the effect would show in the
+measurement.
 """
 
 from __future__ import annotations
@@ -28,31 +29,32 @@ Integer = NDArray[np.int64]
 Rows = TypeVar("Rows", CaptureRows, ReferenceRows)
 
 PAUSE_S = 600.0
-"""Pause between the measured and the planned rows; drifts of an hour are seen across it."""
+"""Pause between the measured and the planned rows, long enough to show drifts of an hour."""
 MOST_NEW_ROWS = 100_000
 """Largest number of planned rows, to limit cost: more rows do not change which measurement
 distinguishes two effects."""
 CYCLES = 5
-"""Cycles of a planned polygon: half of the paper's ten."""
+"""Number of cycles of a planned polygon measurement: half of the paper's ten."""
 STATION_S = 4.0
-"""Time that a planned station needs: settling and reading of an autocollimator."""
+"""Time for one planned station: settling and reading of an autocollimator."""
 MOVING_STATIONS = 360
-"""Stations of a planned reference on the move: one a degree, which counts as moving."""
+"""Number of stations of a planned reference on the move: one per degree, which counts as moving."""
 
 
 @dataclass(frozen=True)
 class PlannedMeasurement:
-    """A measurement: its name for programs, its words for people, and the rows with it."""
+    """A measurement: its name for programs, its words for people, and a function that adds its
+    rows."""
 
     kind: str
     words: str
     with_it: Callable[[Observations], Observations | None]
-    """Function that returns the set with the measurement; None where the table or the set does not
-    allow it."""
+    """Function that returns the set with the rows of this measurement; None where the table or the
+    set does not allow it."""
 
 
 def _joined(before: Rows, after: Rows) -> Rows:
-    """Append rows to others; values that are no arrays are those of ``before``."""
+    """Append rows to others; fields that are not arrays keep the values of ``before``."""
     values: dict[str, Any] = {}
     for item in fields(before):
         old, new = getattr(before, item.name), getattr(after, item.name)
@@ -66,7 +68,7 @@ def _joined(before: Rows, after: Rows) -> Rows:
 
 
 def _usual(rows: CaptureRows | ReferenceRows, count: int) -> dict[str, Any]:
-    """Return uncertainty and further columns of planned rows, each its median in the set."""
+    """Return uncertainty and further columns for planned rows, each with its median in the set."""
     return {
         "u_arcsec": None
         if rows.u_arcsec is None
@@ -87,7 +89,7 @@ def _further_run(
     turns: float | None = None,
     finer: float = 1.0,
 ) -> Observations | None:
-    """Return the set with one further run, like its first one except for the requested changes."""
+    """Return the set with one further run, like its first run except for the requested changes."""
     rows = observations.capture
     if rows is None:
         return None
@@ -99,7 +101,8 @@ def _further_run(
     longer = 1.0 if turns is None else turns * 2.0 * np.pi / abs(travel)
     if longer < 1.0 or (warmer_k and rows.temperature_c is None):
         return None
-    # One more sample per run: the new samples are between the old ones.
+    # The run has one more sample than the first run, so that the new samples are between the old
+    # ones.
     count = int(min(first.size * longer * finer, MOST_NEW_ROWS)) + 1
     share = np.arange(count) / (count - 1)
     way = -1.0 if back else 1.0
@@ -229,7 +232,7 @@ def _reference_back(observations: Observations) -> Observations | None:
 
 
 def _later(rows: ReferenceRows) -> ReferenceRows:
-    """Return the same rows once more, after a pause."""
+    """Return the same rows again, after a pause."""
     cycle = None if rows.cycle is None else rows.cycle + int(rows.cycle.max()) + 1
     run = rows.run + int(rows.run.max()) + 1
     if rows.time_s is None or rows.run_start_s is None:
@@ -264,7 +267,7 @@ def _polygon_turned(observations: Observations) -> Observations | None:
 
 
 def _moving_reference(observations: Observations) -> Observations | None:
-    """Return the set with a reference read in motion, in both directions and three times as
+    """Return the set with the reference also read in motion, in both directions and three times as
     fast."""
     rows, capture = observations.reference, observations.capture
     if rows is None or rows.time_s is None or (rows.speed_rad_s is not None):

@@ -1,4 +1,5 @@
-"""Calculates the probabilities of a diagnosis, consistent with the rules that gave its verdict."""
+"""Calculates the probabilities of a diagnosis so that they agree with the rules that gave its
+verdict."""
 
 from __future__ import annotations
 
@@ -24,26 +25,26 @@ from arctrue.workbench.diagnose.probabilities import (
 )
 
 PARTS_ADVANTAGE = 10.0
-"""ΔBIC by which a product of parts must beat the whole catalogue: odds of about 150 to 1, "very
-strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
+"""ΔBIC by which a product of parts must be ahead of the whole catalogue: odds of about 150 to 1,
+"very strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SILENT = frozenset({"bad_data", "cannot_tell"})
 SAID = {"unknown": [UNKNOWN], "adequate": [NONE], "cannot_tell": [NONE]}
-"""Hypotheses to which a verdict without an effect gives its probability."""
+"""Hypotheses whose probability is stated with a verdict without an effect."""
 CLASS_SHARE = 0.95
-"""Share of the probability that a class holds with the fewest hypotheses (a credible set of 95 %).
-Where ``unknown`` alone holds it, no effect belongs to the class."""
+"""Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %).
+Where ``unknown`` alone has it, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""Share of the probability for a class of one effect: the answer must be more probable than
-``unknown``."""
+"""Largest share of the probability that ``unknown`` may have against a class of one effect: the
+effect must be more probable than ``unknown``."""
 A_LITTLE = 1e-3
-"""Margin, of a probability or of its logarithm, by which the answer stays ahead in spite of
+"""Margin of a probability, or of its logarithm, that keeps the answer ahead in spite of
 rounding."""
 LEVEL = 0.01
-"""Share by which a rival may be behind the first of a class if the set cannot distinguish the two:
-the rules made the two equal except for A_LITTLE."""
+"""Largest relative lead of the first of a class over a rival that counts as equally probable: the
+rules made the two equal except for A_LITTLE."""
 LEAST_OF_A_NAME = 0.8
-"""Least probability with which a single name is stated: the loss of a false name is assumed to be
-four times that of a class in place of a right name."""
+"""Smallest probability with which a single name is stated. The loss of a false name is assumed to
+be four times the loss of a class where a single name would be right."""
 
 
 def posterior(
@@ -63,13 +64,13 @@ def posterior(
     """Return the probability of every tested effect, ``none`` and ``unknown``, within the bounds of
     the rules.
 
-    The sum is 1. ``look_alikes`` of the first of the class, which the set cannot test, are as
-    probable as the first. ``product`` is the best product of parts, unless it equals one of the
+    The sum is 1. ``look_alikes``, which the set cannot test, look like the first of the class and
+    are as probable. ``product`` is the best product of parts, unless it equals one of the
     candidates. ``excluded`` are effects that fit but that held-out rows, passes or speeds
     contradict; the first of the class may be one of them, and ``unknown`` is then as likely as the
-    first. ``confounded``: the product is the first effect growing with another condition, and as
-    likely as the first. ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names
-    to products, and products to names.
+    first. ``confounded``: the product is the first effect with another condition as its factor, and
+    as likely as the first. ``near_tie`` is the ΔBIC by which the rules prefer a name to a product,
+    ``advantage`` the ΔBIC by which they prefer a product to a name.
     """
     effects = len(candidates) + untestable
     share = float(np.log(prior(effects)))
@@ -121,8 +122,9 @@ def posterior(
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # An effect outside the class adds nothing with the first in the model, or the first
-                # adds to the effect: its weight is at most this share of the first.
+                # An effect outside the class adds nothing to a model with the first, or the first
+                # adds something to a model with that effect: its weight is at most this share of
+                # the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)
@@ -140,13 +142,15 @@ def stated(
 
     ``found``: the probabilities from the evidence; ``members``: the class of the answer;
     ``confidence``: the probability that such answers are right (:mod:`calibrated`), None where it
-    is not known. The first of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also
-    gets it if the verdict is that the set cannot tell, since it is then most likely that every
-    effect that the set could show is in the model. Probability that effects and ``none`` lose is
-    added to ``unknown``, and probability that ``unknown`` loses is added to the effects.
-    Probability that an answer gains is taken from all others in proportion, so that a class has at
-    least the probability of its first. The first of a class gains no probability while a rival is
-    as probable. An answer stays more probable than the hypotheses that it contradicts.
+    is not known.
+
+    The first of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also gets it if
+    the verdict is that the set cannot tell, since it is then most likely that every effect that the
+    set could show is in the model. Probability that effects and ``none`` lose is added to
+    ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
+    answer gains is taken from all others in proportion, so that a class has at least the
+    probability of its first. The first of a class gains no probability if a rival is equally
+    probable. An answer stays more probable than the hypotheses that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)
@@ -169,8 +173,8 @@ def stated(
     if not heirs:
         return dict(found)
     part = sum(found[name] for name in falling) / len(heirs)
-    # ``heirs`` get what the answer loses. With a kept share k the answer stays ahead of an heir of
-    # probability v if k·held ≥ v + (1 − k)·part, and of others if k·held ≥ v.
+    # ``heirs`` get the probability that the answer loses. If the answer keeps the share k, it stays
+    # ahead of an heir of probability v if k·held ≥ v + (1 − k)·part, and of others if k·held ≥ v.
     least = (max(found[name] for name in heirs) + part) / (held + part)
     others = set(found) - {*falling, *heirs} if verdict != "ambiguous" else set()
     least = max([least, *(found[name] / held for name in others)])
@@ -187,8 +191,8 @@ def _as_uncertain_as_the_first(
 ) -> dict[str, float]:
     """Return the log evidence of candidates whose own noise was not estimated.
 
-    Their gain uses the noise estimated with the first in the model, which is known with the degrees
-    of freedom of the first and not exactly.
+    Their gain uses the noise that was estimated with the first in the model. This noise is not
+    exactly known: it has the degrees of freedom of the first.
     """
     first = next((item for item in candidates if item.name in effect_class[:1]), None)
     if first is None:

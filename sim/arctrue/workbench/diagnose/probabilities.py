@@ -19,7 +19,7 @@ from arctrue.workbench.inference.significance import single_p_value
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5
-"""Prior probability that no effect is missing, equal to the probability that one is missing."""
+"""Prior probability that no effect is missing. It equals the probability that one is missing."""
 PRIOR_CATALOGUE = 0.4
 """Prior probability that an effect of the catalogue is missing; its effects share it evenly."""
 PRIOR_PRODUCT = 0.09
@@ -36,19 +36,19 @@ class Weighed:
     """Twice the rise of the log likelihood."""
     rank: int
     trials: float
-    """Number of places that share its prior."""
+    """Number of places that share the effect's prior."""
     rows: int
-    """Number of rows from which its size is known: those of the channels that it changes."""
+    """Number of rows that determine the effect's size: those of the channels that it changes."""
     freedom: float = float("inf")
-    """Degrees of freedom with which the noise of its size is known: the number of independent rows
-    (ten of 24,000 rows, if four runs are the sample)."""
+    """Degrees of freedom of the noise variance: the number of independent rows (ten of 24,000 rows,
+    if four runs are the sample)."""
 
 
 def log_evidence(item: Weighed) -> float:
     """Return the log of the Bayes factor against the model without the effect.
 
-    With coefficients b ~ N(0, n·(XᵀC⁻¹X)⁻¹) and n rows it is −(q/2)·log(1 + n) + (gain/2)·n/(1 +
-    n), minus the log of the number of places, which share the prior.
+    With coefficients b ~ N(0, n·(XᵀC⁻¹X)⁻¹) and n rows the result is −(q/2)·log(1 + n) +
+    (gain/2)·n/(1 + n), minus the log of the number of places, which share the prior.
     """
     if item.rank == 0:
         return 0.0
@@ -68,9 +68,10 @@ def _with_known_noise(item: Weighed) -> float:
 
 
 def log_evidence_of_p(p_value: float) -> float:
-    """Return the largest log Bayes factor that a p value can stand for: −log(−e·p·log p).
+    """Return the largest log Bayes factor that a p value can give: −log(−e·p·log p), or 0 for p
+    above 1/e.
 
-    Sellke, Bayarri and Berger, Am. Stat. 55 (2001) 62; 0 for p above 1/e.
+    Sellke, Bayarri and Berger, Am. Stat. 55 (2001) 62.
     """
     if p_value >= np.exp(-1.0):
         return 0.0
@@ -79,7 +80,7 @@ def log_evidence_of_p(p_value: float) -> float:
 
 
 def prior(effects: int) -> float:
-    """Return the prior probability of each effect of a catalogue with this number of effects."""
+    """Return the prior probability of each effect of a catalogue with ``effects`` effects."""
     return PRIOR_CATALOGUE / max(effects, 1)
 
 
@@ -91,7 +92,8 @@ def normalised(log_weights: Mapping[str, float]) -> dict[str, float]:
 
 
 def untold(tested: int, untested: int) -> dict[str, float]:
-    """Return the logarithms of the prior weights, which a set that cannot tell does not change.
+    """Return the logarithms of the prior weights of ``none`` and ``unknown``, for a verdict without
+    evidence.
 
     Effects that the set cannot test count as unknown.
     """

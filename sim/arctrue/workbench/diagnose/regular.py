@@ -33,13 +33,13 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
-"""Width in units of 1/span: at a nearly constant speed, a line over the angle has this width over
-time."""
+"""Width of a line in units of 1/span: at a nearly constant speed, a line over the angle has this
+width over time."""
 
 
 @dataclass(frozen=True)
 class Jump:
-    """A step of the reference's error."""
+    """A step in the error of the reference."""
 
     size_arcsec: float
     sigma_arcsec: float
@@ -50,7 +50,7 @@ class Jump:
     row: int | None
     """First row after the jump, where there is no time and the rows are stations."""
     gain: float
-    """Gain in log likelihood."""
+    """Gain in log likelihood from the step."""
 
     def data(self) -> dict[str, float | int | None]:
         """Return the jump as JSON."""
@@ -63,7 +63,7 @@ class Jump:
         }
 
     def words(self) -> str:
-        """Return time and size of the jump in words."""
+        """Return time (or place) and size of the jump in words."""
         if self.time_s is not None:
             where = f"{self.time_s:.5g} s"
         else:
@@ -85,7 +85,7 @@ MANY_ARCSEC = 600.0
 
 @dataclass(frozen=True)
 class Band:
-    """Range of the rates of a record in which lines were searched for."""
+    """Range of rates of a record in which the search looked for lines."""
 
     in_time: bool
     highest: float
@@ -110,11 +110,11 @@ class RegularCause:
 
     @property
     def trials(self) -> float:
-        """Number of places by which its p is corrected."""
+        """Number of places by which the cause's p is corrected."""
         return float(len(self.lines)) if self.lines[0].multiple else self.lines[0].independent
 
     def period_s(self, line: Line) -> float | None:
-        """Return the period of one of its lines; None where it is not known."""
+        """Return the period of one of the cause's lines; None where it is not known."""
         if self.in_time:
             return 1.0 / line.rate
         return None if self.turns_s is None else 1.0 / (line.rate * self.turns_s)
@@ -140,14 +140,14 @@ class RegularCause:
         }
 
     def words(self) -> str:
-        """Return its name, the error that it explains and its lines, the largest first."""
+        """Return the cause's name, the error that it explains and its lines, the largest first."""
         lines = ", ".join(
             f"{line.amplitude_arcsec:.3g}″ at {self.place_of(line)}" for line in self.lines
         )
         return f"{self.effect.name} {self.taken_arcsec:.3g}″ RMS ({lines})"
 
     def place_of(self, line: Line) -> str:
-        """Return period and order of one of its lines, in words."""
+        """Return period and order of one of the cause's lines, in words."""
         period_s = self.period_s(line)
         seconds = None if period_s is None else f"{period_s:.4g} s"
         if self.in_time and seconds is not None:
@@ -158,7 +158,7 @@ class RegularCause:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Findings in a dense reference with one model, whatever the verdict."""
+    """Findings in a dense reference with one model. They do not depend on the verdict."""
 
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, by the error that they explain, the largest first."""
@@ -176,9 +176,10 @@ class Findings:
     """Reversal error of the direction of approach, fitted with steps in time, in a log of both
     directions."""
     cause: str | None = None
-    """The named effect that was in the model for the search of these findings."""
+    """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
-    """Lines and oscillations that vanish with this effect in the model: its aliases, in words."""
+    """Lines and oscillations that vanish with this effect in the model, because they are its
+    aliases; in words."""
 
     @property
     def empty(self) -> bool:
@@ -187,7 +188,7 @@ class Findings:
         return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
     def further(self, name: str, left: Findings) -> Findings:
-        """Return the findings that are ``left`` with an effect in the model, and which ones it
+        """Return the findings that are ``left`` with an effect in the model, and name those that it
         explained."""
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
         same = [
@@ -207,8 +208,8 @@ class Findings:
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether a line at this place was searched for. If so, a place without a cause is not
-        a line."""
+        """Tell whether the search looked for a line at this place. If so, and no cause is there,
+        the place has no line."""
         in_time = bool(nonlinear["in_time"])
         rate = nonlinear["frequency" if in_time else "order"]
         if nonlinear["in_capture"]:
@@ -221,8 +222,8 @@ class Findings:
 
     @property
     def not_noise(self) -> bool:
-        """True if the finding is not a line: a step, or a residual that no kind of noise makes
-        white.
+        """True if there is a finding other than a line: a step, or a residual that no kind of noise
+        makes white.
 
         Lines, steps and whiteness have a third of the family-wise level each.
         """
@@ -333,7 +334,8 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     times = [step.time_s for step in steps if step.time_s is not None]
     reversal = reversal_with_steps(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
-    # The records over time and over the angle have the same rows: if one is white, the rows are.
+    # The records over time and over the angle have the same rows: if the residuals of one are
+    # white, the rows are white.
     return Findings(
         tuple(causes),
         tuple(steps),
@@ -387,7 +389,8 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
 
 
 def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:
-    """Return an effect that the model lacks and whose order the set declares; None without one."""
+    """Return an effect that the model lacks and for which the set declares an order; None without
+    one."""
     present = {term.effect.name for term in solution.terms}
     for name, kind in effects.items():
         if name not in present and kind.multiples_setting is not None:
@@ -416,7 +419,7 @@ def _causes(
 
 
 def _is_same(item: RegularCause, other: RegularCause, record: Record) -> bool:
-    """Tell whether a line over time is one that was found over the angle."""
+    """Tell whether a line over time is the same line as one found over the angle."""
     if not item.in_time or other.in_time or other.turns_s is None:
         return False
     rates = [line.rate * other.turns_s for line in other.lines]

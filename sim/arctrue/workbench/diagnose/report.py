@@ -22,7 +22,7 @@ from arctrue.workbench.noise.whiteness import noise_data
 
 
 def parameter_data(parameters: dict[str, Parameter]) -> dict[str, Any]:
-    """Return parameters as JSON."""
+    """Return fitted parameters as JSON."""
     return {
         name: {"value": item.value, "sigma": item.sigma, "unit": item.unit}
         for name, item in parameters.items()
@@ -30,7 +30,8 @@ def parameter_data(parameters: dict[str, Parameter]) -> dict[str, Any]:
 
 
 def candidate_data(item: Candidate, before: Left | None, after: Left | None) -> dict[str, Any]:
-    """Return one candidate as JSON; ``after`` is None where it was not added."""
+    """Return one candidate as JSON; ``after`` is None for a candidate that was not added to the
+    model."""
     fall = {} if before is None or after is None else after.fall_from(before)
     return {
         "effect": item.name,
@@ -199,8 +200,8 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
     found = result.findings.sentences()
-    # A jump together with a reversal error resembles no single effect, so that these two come
-    # first.
+    # A jump together with a reversal error resembles no single effect, so that the sentences on
+    # these two come first.
     findings = result.findings
     first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
@@ -213,14 +214,15 @@ def sentences(result: Diagnosis) -> list[str]:
 
 
 MOST_OF_EXCESS = 0.5
-"""Share of the mean square above the noise: an effect that leaves a larger share is the smaller
-part of the error."""
+"""Share of the error's mean square above the noise. An effect that leaves more than this share is
+the smaller part of the error."""
 
 
 def _smaller_part(result: Diagnosis) -> list[str]:
-    """Return one sentence where most of the error stays with the named effect in the model.
+    """Return one sentence if most of the error remains with the named effect in the model.
 
-    The RMS of the rows does not contain an effect that only the offsets of the runs show.
+    There is none for an effect that only the offsets of the runs show, because the RMS of the rows
+    does not contain it.
     """
     item, before = result.named, result.before
     after = None if item is None else result.left.get(item.name)
@@ -243,8 +245,8 @@ def _smaller_part(result: Diagnosis) -> list[str]:
 
 
 def _explains_more(result: Diagnosis) -> str | None:
-    """Return the effect that would be named next, otherwise the largest regular cause that is then
-    left."""
+    """Return the effect that would be named next; without one, the largest regular cause that is
+    then left."""
     if result.further:
         return result.further[0].name
     named = None if result.named is None else result.named.regular
@@ -259,7 +261,7 @@ def _measurement(result: Diagnosis) -> list[str]:
 
 
 SHOWN_PROBABILITIES = 3
-"""Number of probabilities in a sentence; the JSON has all."""
+"""Largest number of probabilities in a sentence; the JSON has all."""
 LEAST_SHOWN = 0.01
 """Smallest probability in a sentence; the JSON has all."""
 
@@ -284,7 +286,7 @@ def _probable(result: Diagnosis) -> list[str]:
 
 
 def _covered(covers: Coverage) -> list[str]:
-    """Return the meaning of "adequate" for this set, one sentence each."""
+    """Return what "adequate" means for this set, as a list of sentences."""
     said = []
     if covers.smallest:
         sizes = ", ".join(
@@ -336,7 +338,7 @@ def _with_aliases(result: Diagnosis) -> tuple[Candidate | None, list[float]]:
 
 
 MOST_ORDERS = 5
-"""Number of blind orders in a sentence; the JSON has all."""
+"""Largest number of blind orders in a sentence; the JSON has all."""
 
 
 def _smallest(item: Detectable) -> str:

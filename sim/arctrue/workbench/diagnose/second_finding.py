@@ -22,13 +22,13 @@ Integer = NDArray[np.int64]
 ANGLE_BINS = 36
 """Number of places of a capture, 10° each."""
 LEAST_OF_LEFT = 0.5
-"""Least share of the mean square left above the noise that the variation must explain: it is then
-most of the remaining error."""
+"""Smallest share of the remaining mean square above the noise that the variation must explain, so
+that it is most of the remaining error."""
 WITHIN_PLACES = 0.5
-"""Least share of the effect's mean square that must change within the places: with less, its size
-at a place cannot be distinguished from any other error there."""
+"""Smallest share of the effect's mean square that must be variation within the places. With less,
+the effect's size at a place cannot be distinguished from any other error there."""
 STANDARD_ERRORS = 5.0
-"""Least number of standard errors of χ² over the places, a probability of 2·10⁻⁷ for the only
+"""Smallest excess of χ² over the places, in standard errors: a probability of 2·10⁻⁷ for the only
 grouping that is tested."""
 
 
@@ -39,11 +39,11 @@ class SecondFinding:
     left_arcsec: Mapping[str, float]
     noise_arcsec: Mapping[str, float]
     channel: str | None = None
-    """Channel in which the effect differs from place to place; None where it does not."""
+    """Channel in which the effect's size differs from place to place; None where it does not."""
     variation: float = 0.0
-    """Standard deviation of the factor by which it differs; 0.2 is ±20 %."""
+    """Standard deviation over the places of the factor on the effect's size; 0.2 is ±20 %."""
     description: str | None = None
-    """Best product of parts, in words."""
+    """Best product of parts for the remaining error, in words."""
 
     @property
     def bare(self) -> bool:
@@ -68,8 +68,8 @@ class SecondFinding:
 def second_finding(
     left: Left, *, unknown: bool, description: str | None = None
 ) -> SecondFinding | None:
-    """Return the error that a model leaves whose last term is the named effect; None if it is not
-    sure.
+    """Return the error that remains with the named effect as the last term of the model; None if it
+    is not significant.
 
     ``unknown``: the verdict with the named effect in the model says that an error remains.
     """
@@ -83,7 +83,8 @@ def second_finding(
 
 
 def _variation(left: Left, channel: str, noise_arcsec: float) -> float | None:
-    """Return the standard deviation of the place's factor in one channel; None where not sure."""
+    """Return the standard deviation of the effect's factor over the places of one channel; None
+    where not significant."""
     solution = left.solution
     capture = channel == CHANNELS[0]
     observations = solution.observations
@@ -113,8 +114,8 @@ def _turn(angle_rad: Float) -> Float:
 def varies(predicted: Float, residual: Float, place: Integer, noise: float) -> float | None:
     """Return the scatter over the places of the ratio of residual to prediction.
 
-    Shapes (rows,); None where the scatter is no more than noise, or explains less than half of the
-    residual.
+    Arrays have the shape (rows,). The result is None where the scatter is no more than noise, or
+    explains less than half of the residual.
     """
     predicted, residual = predicted - predicted.mean(), residual - residual.mean()
     inside, rest = _within(predicted, place), _within(residual, place)

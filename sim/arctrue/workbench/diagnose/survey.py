@@ -18,25 +18,27 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Share of the least size that matters below which an effect is not weighed: a new estimate of the
-noise changes a size by less than a factor of two."""
+"""Share of the smallest size that matters. An effect below it is not tested further: a new estimate
+of the noise changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
-"""Largest ratio of standard deviation to mean of a constant, over the rows."""
+"""Largest ratio of standard deviation to mean, over the rows, of a change that counts as
+constant."""
 RUNS_ARE_THE_SAMPLE = 0.5
-"""Share of the index in the variance of an effect's size, from which on the runs are the sample."""
+"""Smallest share of the index in the variance of an effect's size at which the runs count as the
+sample."""
 
 LEAST_HELD_OUT = 0.5
-"""Least share of an effect's own error that other blocks must predict: with less, a model without
-the effect predicts better than a model with it."""
+"""Smallest share of an effect's own error that other blocks must predict. With less, a model
+without the effect predicts better than a model with it."""
 
 
 @dataclass(frozen=True)
 class FitOfChannel:
-    """The fit of a model to one channel by itself."""
+    """The fit of a model to one channel, without the other."""
 
     residual_rms_arcsec: float
     noise_arcsec: float
-    """Noise of the repeats."""
+    """RMS noise of the repeats."""
     lack_of_fit_p: float | None
 
     @property
@@ -69,17 +71,17 @@ class Survey:
     absent: int
     """Number of effects of the catalogue that the model lacks, by which their p is corrected."""
     looks: int = 1
-    """Number of such surveys in a diagnosis, by which every p is corrected."""
+    """Number of surveys in a diagnosis, by which every p is corrected."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
     findings: Findings = field(default_factory=Findings)
-    """Findings of a forward search that the model lacks."""
+    """Findings of a forward search with this model."""
 
     @property
     def base(self) -> Solution:
-        """The model with which everything was tried."""
+        """The model to which every candidate was added."""
         return self.residuals.solution
 
     @property
@@ -100,14 +102,16 @@ class Survey:
         return max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec
 
     def may_matter(self, item: Candidate) -> bool:
-        """Tell whether the candidate's size, which changes with the noise, is not far below the
-        least that matters."""
+        """Tell whether the candidate's size is not far below the smallest that matters.
+
+        A size changes with the estimate of the noise.
+        """
         size = max(item.size_arcsec.values(), default=0.0)
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 
     def confirmed(self, item: Candidate) -> bool:
-        """Tell whether the candidate matters and is shown by held-out rows, by blocks and by every
-        pass over its place."""
+        """Tell whether the candidate matters, and whether held-out rows, blocks and every pass over
+        its place show it."""
         return (
             self.matters(item)
             and _holds_out(item)
@@ -117,8 +121,8 @@ class Survey:
         )
 
     def may_be_a_constant_of_the_model(self, item: Candidate) -> bool:
-        """Tell whether the candidate is a constant of R₂ − R₁ that the effects of the model may
-        have themselves."""
+        """Tell whether the candidate is a constant of R₂ − R₁ that effects of the model may
+        themselves contain."""
         base = self.base
         most = sum(
             term.effect.constant_between_heads_arcsec(base.coefficients[base.part(index)])
@@ -137,10 +141,10 @@ class Survey:
 def _holds_out(item: Candidate) -> bool:
     """Tell whether the error on held-out rows falls by more than two standard errors.
 
-    The free offset of each run absorbs an effect that is known from run to run only, so that rows
-    of the same run cannot show it. The runs are then the sample, and the scatter of the index among
-    them decides. A regular cause has passed the prediction from other blocks of the record in its
-    search.
+    The free offset of each run absorbs an effect that only the differences between runs show, so
+    that rows of the same run cannot show it. The runs are then the sample, and the scatter of the
+    index among them decides. A regular cause has passed the prediction from other blocks of the
+    record in its search.
     """
     if item.regular is not None:
         return True

@@ -9,17 +9,17 @@ from arctrue.workbench.inference.design_matrix import measured_arcsec
 from arctrue.workbench.inference.solution import Solution
 
 MOST_LEFT = 2.0
-"""Largest ratio of the variance that is left to the measured variance. Var(y) = Var(model) +
+"""Largest ratio of the residual variance to the measured variance. Var(y) = Var(model) +
 Var(residual) + 2·cov. A residual variance above the measured variance shows that the model has
 added error; at twice the measured variance, it has added as much as was measured."""
 WHOLE_TURN_DEG = 355.0
-"""Least arc that the words count as a whole turn."""
+"""Smallest arc that counts as a whole turn, so that the sentence does not state it."""
 WHOLE_TURNS = "a reference over whole turns, or a model of fewer orders"
-"""Next measurement for such a model."""
+"""Next measurement if the rows do not determine the model."""
 
 
 def undetermined(solution: Solution) -> str | None:
-    """Return the reason why this model gives no statements; None if the rows determine it.
+    """Return the reason why this model supports no statement; None if the rows determine it.
 
     Orders that a part of a turn does not separate become as large as the noise allows and cancel
     each other. A further line, or slow noise, then only cancels what these orders have added.

@@ -1,4 +1,4 @@
-"""Columns of a motion of the axis in the stator frame; shared by two effects."""
+"""Columns for a motion of the axis in the stator frame; two effects use them."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 SEPARATING_HEADS = 3
-"""Number of heads that separate x and y of a motion that is no order of the disc; for an order of
-the disc, this number of heads shows whether the axis moves."""
+"""Number of heads that separate x and y of the axis motion at an order that the disc cannot have.
+At an order of the disc, this number of heads shows only whether the axis moves."""
 
 
 def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
-    """Return x columns, then y columns.
+    """Return the columns of x, then those of y.
 
-    Head 1 sees y and a head at α after it x·sin α + y·cos α (docs/architecture.md, "Head
-    geometry"); the difference is x·sin α + y·(cos α − 1), all as displacement over the radius, in
-    arcseconds. Three heads have two such differences, from which x and y follow if the disc is
-    known. Four heads separate x and y from the disc, except the forward circle of order 1, which an
-    eccentric disc causes as well.
+    Head 1 reads y, and a head at the angle α after it reads x·sin α + y·cos α
+    (docs/architecture.md, "Head geometry"). The difference is x·sin α + y·(cos α − 1), all as
+    displacement over the radius, in arcseconds. Three heads have two such differences, from which x
+    and y follow if the disc is known. Four heads separate x and y from the disc, except the forward
+    circle of order 1, which an eccentric disc causes as well.
     """
     waves = harmonic_columns(rows.angle_rad, orders)
     alpha = rows.head_separation_rad
@@ -30,6 +30,6 @@ def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
 
 
 def reference_motion(rows: ReferenceRows, orders: Sequence[float]) -> Columns:
-    """Return x columns (head 1 does not see them), then y columns."""
+    """Return the columns of x, which are 0 because head 1 does not see x, then those of y."""
     waves = harmonic_columns(rows.angle_rad, orders)
     return np.hstack([np.zeros_like(waves), waves])

@@ -23,23 +23,24 @@ if TYPE_CHECKING:
     from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Columns = NDArray[np.float64]
-"""Shape (rows, coefficients)."""
+"""Columns of a design matrix, shape (rows, coefficients)."""
 
 Nonlinear = Mapping[str, float]
 """Values of the search parameters, by name."""
 
 Compensation = Literal["lanes", "offset", "modulators", "local_table", "none", "reference"]
-"""The part of an effect that the gateware can correct: harmonics of the angle, a constant, a shape
-at one place of the turn, or nothing; an error of the reference does not belong to the table, and
-every judgement of the table excludes it."""
+"""The part of an effect that the gateware can correct: harmonics of the angle, a constant,
+harmonics that follow a condition, a shape at one place of the turn, or nothing. ``reference``: an
+error of the reference, which every judgement of the table excludes."""
 
 
 SearchKind = Literal[
     "grid", "disc_order", "unwrapped_order", "frequency", "line", "step", "disc_place"
 ]
-"""Kinds of search for the parameters of an effect: at every point of the declared ranges; for a
-whole order of the disc, an order over the unwrapped angle, a frequency in time, any of these in
-either channel; for the instant of a step in a run; for place and width of a bump on the disc."""
+"""Kinds of search for the parameters of an effect, in this order: every point of the declared
+ranges; a whole order of the disc; an order over the unwrapped angle; a frequency in time; a line,
+which is an order or a frequency in either channel; the instant of a step in a run; place and width
+of a bump on the disc."""
 
 SEARCHED: Mapping[SearchKind, frozenset[str]] = {
     "disc_order": frozenset({"order"}),
@@ -49,24 +50,25 @@ SEARCHED: Mapping[SearchKind, frozenset[str]] = {
     "step": frozenset({"run", "instant"}),
     "disc_place": frozenset({"place", "width"}),
 }
-"""Names of the search parameters that each kind finds; a grid finds any."""
+"""Names of the search parameters that each kind of search finds; a grid search finds all that an
+effect declares."""
 
 
 class Gain(Protocol):
-    """The reduction of the residuals by a block of columns."""
+    """The result of adding a block of columns to the model."""
 
     @property
     def gain(self) -> float:
-        """Return 2·Δ(log likelihood) for a fixed noise model."""
+        """Return twice the rise of the log likelihood for a fixed noise model."""
 
 
 class Leftover(Protocol):
-    """The model's residuals, which an effect can query for the gain of some columns."""
+    """The model's residuals; an effect can query the gain of columns from them."""
 
     observations: Observations
 
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Gain:
-        """Return the gain of an effect's whole block, orthogonal to the model."""
+        """Return the gain of all columns of an effect, after projection orthogonal to the model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +92,8 @@ class Lane:
 Condition = Literal["direction", "speed", "speed_squared", "column"]
 """The conditions that the amplitude of a lane may follow (the gateware's generic MODULATORS).
 
-``column``: a further column of the set, which the host measures and writes to a word.
+``column``: a further column of the set, which the host measures and writes to a word of the
+gateware.
 """
 
 
@@ -112,7 +115,8 @@ class ConditionedLane:
 
 @dataclass(frozen=True, slots=True)
 class RealLane:
-    """A line of head 1's error whose order is not whole, over all turns (generic REAL_ORDERS)."""
+    """A line of head 1's error at an order that is not whole, over all turns (generic
+    REAL_ORDERS)."""
 
     order: float
     cosine_arcsec: float
@@ -124,11 +128,11 @@ class LocalError:
     """An error of head 1 at one place of the turn (the gateware's generic LOCAL_TABLE)."""
 
     place_rad: float
-    """Reading of the head at its middle."""
+    """Reading of the head at the middle of the place."""
     half_width_rad: float
     """Distance from the middle beyond which the error is negligible."""
     error_arcsec: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-    """Error at readings in radians, shape (n,)."""
+    """Function of the head's readings in radians, shape (n,), that returns the error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,48 +147,49 @@ class SearchParameter:
     steps: int = 64
     """Number of points of the grid that the default scan tries."""
     integer: bool = False
-    """Whether only whole numbers are meaningful; such a parameter is not refined."""
+    """Whether only whole numbers have a meaning; such a parameter is not refined."""
 
 
 CONTRADICTED_P = 0.005
-"""Share of true effects that a check of their own physics may refuse: half of the 1 % of false
-names."""
+"""Largest share of true effects that a check of their own physics may refuse: half of the 1 % of
+false names."""
 
 
 @dataclass(frozen=True)
 class FitContext:
     """State of the present model, for effects whose columns depend on it.
 
-    The error function is that of the graduation, equation (9): arcseconds as a function of the disc
-    angle in radians.
+    The error function ε is that of the graduation, equation (9): arcseconds as a function of the
+    disc angle in radians.
     """
 
     cosine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     sine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     orders: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     at_angle: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    """Whether the columns of each order are taken at the true angle, which does not contain the lag
-    of the reading. Columns at the reading contain it already."""
+    """Whether the columns of each order are evaluated at the true angle, which does not contain the
+    lag of the reading. Columns that are evaluated at the reading contain the lag already."""
     coefficients: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     """Fitted coefficients of the effects that depend on the model, by name."""
 
     def shifted_arcsec(
         self, disc_rad: NDArray[np.float64], shift_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return ε(ψ + shift) − ε(ψ) in arcseconds, orders at the true angle; shapes (rows,)."""
+        """Return ε(ψ + shift) − ε(ψ) in arcseconds, of the orders at the true angle; shapes
+        (rows,)."""
         total = np.zeros_like(disc_rad, dtype=np.float64)
         for order, cosine, sine, there in zip(
             self.orders, self.cosine_arcsec, self.sine_arcsec, self.at_angle, strict=True
         ):
             if there:
-                # cos(a + s) − cos a = −2 sin(a + s/2) sin(s/2): no difference of nearly equal
-                # numbers.
+                # cos(a + s) − cos a = −2 sin(a + s/2) sin(s/2) avoids the difference of nearly
+                # equal numbers.
                 middle, half = order * (disc_rad + 0.5 * shift_rad), 0.5 * order * shift_rad
                 total += 2.0 * np.sin(half) * (sine * np.cos(middle) - cosine * np.sin(middle))
         return total
 
     def error_arcsec(self, disc_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return ε(ψ) in arcseconds, shape of ``disc_rad``."""
+        """Return ε(ψ) in arcseconds, in the shape of ``disc_rad``."""
         total = np.zeros_like(disc_rad, dtype=np.float64)
         for order, cosine, sine in zip(
             self.orders, self.cosine_arcsec, self.sine_arcsec, strict=True
@@ -194,7 +199,7 @@ class FitContext:
         return total
 
     def error_slope(self, disc_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return dε/dψ, arcsecond an arcsecond, shape of ``disc_rad``."""
+        """Return dε/dψ in arcseconds per arcsecond, in the shape of ``disc_rad``."""
         total = np.zeros_like(disc_rad, dtype=np.float64)
         for order, cosine, sine in zip(
             self.orders, self.cosine_arcsec, self.sine_arcsec, strict=True
@@ -210,23 +215,24 @@ FORMER_NAMES = {
 
 
 class Effect(ABC):
-    """One physical effect. A subclass is one file; the built-in ones use only this interface."""
+    """One physical effect. A subclass is one file; the built-in effects, too, use only this
+    interface."""
 
     name: ClassVar[str]
-    """Public name: command line, model files, JSON."""
+    """Public name, as used on the command line, in model files and in JSON."""
     physics: ClassVar[str]
     """Description of the physical cause, in two sentences."""
     equation: ClassVar[str]
     source: ClassVar[str]
     capture_sees: ClassVar[str]
-    """Appearance of the effect in the difference of the two heads."""
+    """Description of the effect's appearance in the difference of the two heads."""
     reference_sees: ClassVar[str]
-    """Appearance of the effect in a reference run."""
+    """Description of the effect's appearance in a reference run."""
     separated_by: ClassVar[str]
     next_measurement: ClassVar[str]
-    """The measurement that would show this effect best, or distinguish it from similar ones."""
+    """The measurement that would show this effect best, or distinguish it from similar effects."""
     plausible: ClassVar[str]
-    """Sizes that have been observed."""
+    """Range of sizes that have been observed."""
     compensation: ClassVar[Compensation] = "none"
     compensation_note: ClassVar[str] = ""
     search: ClassVar[tuple[SearchParameter, ...]] = ()
@@ -234,35 +240,36 @@ class Effect(ABC):
     defaults: ClassVar[Mapping[str, object]] = {}
     """Settings and their default values."""
     parameter_units: ClassVar[Mapping[str, str]] = {}
-    """The main parameters that :meth:`parameters` gives, with their units."""
+    """The main parameters that :meth:`parameters` returns, with their units."""
     depends_on_model: ClassVar[bool] = False
-    """Whether the columns depend on the fitted error function, so that the fit iterates."""
+    """Whether the columns depend on the fitted error function, so that the fit has to iterate."""
     at_reading: ClassVar[bool] = False
-    """Whether its disc orders are taken at the reading of a head, not at the true angle."""
+    """Whether the effect's disc orders are evaluated at the reading of a head, not at the true
+    angle."""
     step_at: ClassVar[tuple[str, str] | None] = None
     """Search parameters (run, instant) at which the only column steps from 0 to 1."""
     longest_call_s: ClassVar[float] = 60.0
-    """Longest time in seconds of one call of a method of a user's file; a longer call ends as an
+    """Longest time in seconds of one call of a method of a user's file; a longer call raises an
     error."""
     needs_settings: ClassVar[bool] = False
     """Whether the effect needs settings; without them the diagnosis does not test it."""
     unspecific: ClassVar[bool] = False
-    """Whether it describes the observation, not its cause: a more specific effect that fits as well
-    is named in its place."""
+    """Whether the effect describes the observation, not its cause: a more specific effect that fits
+    as well is named in its place."""
     in_parts: ClassVar[tuple[str, ...]] = ()
     """The product of parts that equals the effect by definition, on every set; empty: none."""
     local_on_disc: ClassVar[bool] = False
-    """Whether it acts on a short arc of the disc, so that every turn must show it."""
+    """Whether the effect acts on a short arc of the disc, so that every turn must show it."""
     multiples_setting: ClassVar[str | None] = None
-    """Setting that lists multiples of :meth:`declared_order`."""
+    """Name of the setting that lists multiples of :meth:`declared_order`."""
     moves_axis: ClassVar[bool] = False
-    """Whether it shifts the axis relative to the heads: their weighted mean does not contain it."""
+    """Whether the effect shifts the axis relative to the heads: their weighted mean does not
+    contain it."""
     fixed_to_polygon: ClassVar[bool] = False
-    """Whether it moves with the polygon when the polygon is mounted on the table some faces
-    further."""
+    """Whether the effect moves with the polygon when the polygon is mounted some faces further."""
 
     def __init_subclass__(cls, **of_class: Any) -> None:
-        """Read declarations under their former names, for one release."""
+        """Accept declarations under their former names, for one release."""
         super().__init_subclass__(**of_class)
         for former, name in FORMER_NAMES.items():
             if former in cls.__dict__ and name not in cls.__dict__:
@@ -309,12 +316,13 @@ class Effect(ABC):
         return None
 
     def disc_orders(self, nonlinear: Nonlinear) -> Sequence[int]:
-        """Return the orders of ε(ψ) whose cos, sin coefficients are this effect's first columns."""
+        """Return the orders of ε(ψ) whose cosine and sine coefficients belong to the effect's first
+        columns."""
         return ()
 
     def electrical_orders(self, observations: Observations) -> Sequence[float]:
-        """Return the periods a turn of each column if the columns are waves of the electrical phase
-        of a head; else none."""
+        """Return the periods per turn of each column if the columns are waves of the electrical
+        phase of a head; otherwise an empty list."""
         return ()
 
     def lanes(
@@ -324,7 +332,8 @@ class Effect(ABC):
         observations: Observations,
         temperature_c: float | None,
     ) -> list[Lane]:
-        """Return the harmonics that the gateware can correct, at a temperature if one matters.
+        """Return the harmonics that the gateware can correct, at a temperature if they depend on
+        it.
 
         Default: the disc-fixed orders of :meth:`disc_orders`.
         """
@@ -356,12 +365,14 @@ class Effect(ABC):
 
     @property
     def parts(self) -> list[str]:
-        """Return the public names of its parts; empty: an effect of its own."""
+        """Return the public names of the effect's parts; an empty list means an effect without
+        parts."""
         return []
 
     @property
     def unconditional_orders(self) -> bool:
-        """Tell whether it is a product of parts with orders of the angle and no condition."""
+        """Tell whether the effect is a product of parts with orders of the angle and no
+        condition."""
         return False
 
     def describe(self, parameters: Mapping[str, Parameter]) -> str:
@@ -381,7 +392,8 @@ class Effect(ABC):
         return []
 
     def variety(self, observations: Observations) -> list[str]:
-        """List in words the missing variety of conditions that separates it from similar effects.
+        """List in words the missing variety of conditions that would separate it from similar
+        effects.
 
         Such an effect can be fitted, but it is not named; it may share a class with another.
         """
@@ -394,24 +406,26 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Explain in words why the fitted values cannot be those of this effect; None: they can.
+        """Explain in words why the fitted values cannot be those of this effect; None: they can be.
 
-        The check covers what the effect's physics requires of the values beyond the shape of its
-        columns. An effect that contradicts itself is not named. A check should refuse a true effect
-        less often than :data:`CONTRADICTED_P`.
+        The check covers what the effect's physics requires of the values in addition to the shape
+        of its columns. An effect whose values contradict its physics is not named. A check should
+        refuse a true effect less often than :data:`CONTRADICTED_P`.
         """
         return None
 
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
-        """Return the largest part of the constant of R₂ − R₁ that it may add beyond its columns."""
+        """Return the largest part of the constant of R₂ − R₁ that the effect may add beyond its
+        columns."""
         return 0.0
 
     def search_contradiction(
         self, found: Mapping[str, Parameter], observations: Observations
     ) -> str | None:
-        """Explain in words why the found search parameters cannot be those of this effect.
+        """Explain in words why the search parameters that were found cannot be those of this
+        effect.
 
-        ``found``: every fitted parameter, those of the search with their σ at the maximum of the
+        ``found``: every fitted parameter; search parameters have their σ at the maximum of the
         likelihood. None: they can be.
         """
         return None
@@ -421,7 +435,8 @@ class Effect(ABC):
         """Return one name per coefficient, for instance ``cos 3``."""
 
     def column_runs(self, observations: Observations) -> tuple[int | None, ...]:
-        """Return the run of the capture that each coefficient belongs to; None: the whole set.
+        """Return, for each coefficient, the run of the capture that it belongs to; None: the whole
+        set.
 
         Default: no coefficient belongs to one run.
         """
@@ -461,32 +476,36 @@ class Effect(ABC):
         return ""
 
     def describe_values(self, parameters: Mapping[str, Parameter]) -> str:
-        """Describe the fitted values in a sentence; empty if they are in :meth:`describe_data`."""
+        """Describe the fitted values in a sentence; empty if :meth:`describe_data` states them."""
         return ""
 
     def derived(
         self, parameters: Mapping[str, Parameter], nonlinear: Nonlinear, observations: Observations
     ) -> dict[str, Parameter]:
-        """Return parameters that follow from fitted ones and their σ: a period from a frequency."""
+        """Return parameters that follow from fitted parameters and their σ, such as a period from a
+        frequency."""
         return {}
 
     def search_range(self, name: str) -> tuple[float, float]:
-        """Return the smallest and largest value of a search parameter, limited by settings."""
+        """Return the smallest and largest value of a search parameter, within the limits that the
+        settings give."""
         parameter = next(item for item in self.search if item.name == name)
         return parameter.low, parameter.high
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """Return the effect with only the settings that the residuals need, and the trials made.
+        """Return the effect with only the settings that the residuals need, and the number of
+        trials.
 
         The diagnosis judges the result, so that an effect of many orders has a penalty only for
-        orders that exist. The default is the effect as it is.
+        orders that exist. Default: the effect as it is.
         """
         return self, 1.0
 
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """Return form and place that follow from those of a search; default: unchanged."""
+        """Return the form and place that follow from the place that a search found; default:
+        unchanged."""
         return self, dict(nonlinear)
 
     def parameters(
@@ -496,9 +515,10 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> dict[str, Parameter]:
-        """Return the fitted effect's parameters for people. Default: coefficients in arcseconds.
+        """Return the fitted effect's parameters, as they are shown to people. Default: coefficients
+        in arcseconds.
 
-        The fit, which knows the tangents of the columns, inserts σ of a search parameter.
+        The fit, which knows the tangents of the columns, inserts the σ of search parameters.
         """
         names = self.column_names(observations)
         sigma = np.sqrt(np.diag(covariance))
@@ -514,7 +534,8 @@ class Effect(ABC):
 
 
 def paired_real_lanes(orders: Sequence[float], coefficients: NDArray[np.float64]) -> list[RealLane]:
-    """Give a lane for every order; ``coefficients`` are its cosine and sine, (2·orders,)."""
+    """Return one lane per order; ``coefficients`` are the cosine and sine of each order,
+    (2·orders,)."""
     pairs = coefficients.reshape(-1, 2)
     return [
         RealLane(order, float(cosine), float(sine))
@@ -523,7 +544,7 @@ def paired_real_lanes(orders: Sequence[float], coefficients: NDArray[np.float64]
 
 
 def paired_lanes(orders: Sequence[int], coefficients: NDArray[np.float64]) -> list[Lane]:
-    """Return the lanes of cos, sin coefficient pairs, one pair per order."""
+    """Return one lane per order from the pairs of cosine and sine coefficients."""
     return [
         Lane(order, float(coefficients[2 * index]), float(coefficients[2 * index + 1]))
         for index, order in enumerate(orders)
@@ -535,8 +556,8 @@ def amplitude_and_phase(
 ) -> dict[str, Parameter]:
     """Convert c·cos x + s·sin x to amplitude·cos(x + phase), with standard uncertainties.
 
-    ``covariance`` is the 2 × 2 block of (c, s). The phase has a uniform distribution's uncertainty
-    (180°/√3) at most.
+    ``covariance`` is the 2 × 2 block of (c, s). The uncertainty of the phase is at most that of a
+    uniform distribution (180°/√3).
     """
     amplitude = float(np.hypot(cosine, sine))
     direction = np.array([cosine, sine]) / amplitude if amplitude > 0.0 else np.array([1.0, 0.0])

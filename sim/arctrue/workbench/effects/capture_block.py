@@ -1,8 +1,8 @@
 """Columns of an effect on the rows of a capture with any number of heads.
 
 :meth:`Effect.capture_columns` returns the contribution of an effect to Rᵢ − R₁ for one head i. This
-module combines these columns as the readings are combined: with two heads they are used unchanged,
-with more heads each row is a contrast of all heads up to its own.
+module combines these columns as the readings are combined: with two heads they are used unchanged;
+with more heads each row is a contrast of one head and all heads before it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def capture_block(
 
 
 def in_place_of_head(column: Columns, rows: CaptureRows) -> Columns:
-    """Place the columns of head i among those of all further heads; the others are 0.
+    """Place the columns of head i among those of heads 2 … H; the columns of the others are 0.
 
     ``column`` has shape (rows, k); the result has k columns for each of heads 2 … H.
     """

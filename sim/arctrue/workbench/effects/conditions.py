@@ -1,4 +1,4 @@
-"""Checks of the variety of conditions that several effects need for their separation."""
+"""Checks whether the conditions vary enough to separate effects; several effects use them."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import numpy as np
 from arctrue.workbench.observations import Observations
 
 SPEED_RATIO = 1.2
-"""Smallest ratio of two speeds that count as different."""
+"""Smallest ratio of two speeds that count as different speeds."""
 
 
 def one_speed(observations: Observations) -> list[str]:
-    """Return a message if all runs of the capture have one magnitude of speed; else nothing.
+    """Return a message if all runs of the capture have one magnitude of speed; otherwise an empty
+    list.
 
-    An oscillation in time and one in angle are the same thing at a single speed.
+    At a single speed, an oscillation in time and one in angle look the same.
     """
     rows = observations.capture
     if rows is None:
@@ -24,7 +25,8 @@ def one_speed(observations: Observations) -> list[str]:
 
 
 def one_velocity(observations: Observations) -> list[str]:
-    """Return a message if all runs of the capture have one signed speed; else nothing."""
+    """Return a message if all runs of the capture have one signed speed; otherwise an empty
+    list."""
     rows = observations.capture
     if rows is None:
         return []

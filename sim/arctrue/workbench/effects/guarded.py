@@ -26,22 +26,22 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.effects.time_limit import TookTooLongError, call_within
 
 LOAD_S = 60.0
-"""Longest time in seconds for loading the file itself."""
+"""Longest time in seconds for loading a file of effects."""
 NAME = re.compile(r"[a-z][a-z0-9_]*\Z")
 TEXTS = (
     "physics", "equation", "source", "capture_sees", "reference_sees", "separated_by",
     "next_measurement", "plausible", "compensation_note",
 )  # fmt: skip
-"""Text declarations of an effect, which are shown to people."""
+"""Names of the declarations of an effect that are texts for people."""
 SWITCHES = (
     "at_reading", "depends_on_model", "fixed_to_polygon", "local_on_disc", "needs_settings",
     "unspecific",
 )  # fmt: skip
-"""Declarations of an effect that are True or False."""
+"""Names of the declarations of an effect that are True or False."""
 
 
 class EffectFileError(ValueError):
-    """An unusable file of effects; the message names file, method and line."""
+    """A file of effects cannot be used; the message names file, method and line."""
 
 
 def guarded(kind: type[Effect], path: Path) -> type[Effect]:
@@ -49,8 +49,9 @@ def guarded(kind: type[Effect], path: Path) -> type[Effect]:
 
     Columns must be a finite float array of shape (rows, coefficients). An exception from the file,
     including an exit, becomes an EffectFileError with file, method and line; so does a call that
-    takes longer than the effect's ``longest_call_s``. Raises EffectFileError for a declaration that
-    is missing or of a wrong type.
+    takes longer than the effect's ``longest_call_s``.
+
+    Raises EffectFileError for a declaration that is missing or of a wrong type.
     """
     _check_declarations(kind, path)
     checked = {
@@ -60,9 +61,11 @@ def guarded(kind: type[Effect], path: Path) -> type[Effect]:
 
 
 def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileError | None:
-    """Make the error of the file that caused ``error``; None if the cause is outside of the file.
-    Ctrl-C is outside of the file at any time: a KeyboardInterrupt belongs to the file only if a
-    ``raise`` of the file raises it."""
+    """Make the EffectFileError for ``error`` if the user's file caused it; return None otherwise.
+
+    A Ctrl-C never comes from the file: a KeyboardInterrupt counts as the file's only if a ``raise``
+    of the file raised it.
+    """
     last = _last_of(path, error)
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return EffectFileError(f"{path}: line {error.lineno}: {type(error).__name__}: {error.msg}")
@@ -74,7 +77,7 @@ def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileE
 
 
 def too_long(path: Path, error: TookTooLongError, place: str, seconds: float) -> EffectFileError:
-    """Make the error for a call of the file that was ended after ``seconds``."""
+    """Make the EffectFileError for a call of the file that was ended after ``seconds``."""
     line = next((line for name, line in error.frames if name == str(path)), None)
     where = ", ".join([*([place] if place else []), *([f"line {line}"] if line else [])])
     limit = "longest_call_s of the effect sets the limit" if place else "the limit of loading"
@@ -85,7 +88,7 @@ def too_long(path: Path, error: TookTooLongError, place: str, seconds: float) ->
 
 
 def _last_of(path: Path, error: BaseException) -> TracebackType | None:
-    """Return the innermost frame of the file in the error's traceback."""
+    """Return the innermost frame of the user's file in the error's traceback."""
     last = None
     trace = error.__traceback__
     while trace is not None:
@@ -96,17 +99,18 @@ def _last_of(path: Path, error: BaseException) -> TracebackType | None:
 
 
 def _raised_at(trace: TracebackType) -> bool:
-    """Tell whether the frame's present instruction is a ``raise``."""
+    """Tell whether the instruction at which the frame stopped is a ``raise``."""
     code = trace.tb_frame.f_code.co_code
     return dis.opname[code[trace.tb_lasti]] == "RAISE_VARARGS"
 
 
 Check = Callable[[Effect, tuple[Any, ...], Any], str | None]
-"""Function that returns in words what is wrong with the result of a call; None: nothing."""
+"""Function that returns in words what is wrong with the result of a call; None if nothing is."""
 
 
 def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) -> Callable[..., Any]:
-    # Methods of this package need no limit of their own: their calls of the file have limits.
+    # Methods of this package need no limit of their own, since their calls into the file have
+    # limits.
     limited = not method.__module__.startswith("arctrue.")
 
     @functools.wraps(method)

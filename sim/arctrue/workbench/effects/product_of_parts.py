@@ -44,20 +44,20 @@ class Condition:
 
     part: str
     """Name in the JSON: temperature, speed, speed^2, direction, time, settling, or a column of the
-    set; empty for 1."""
+    set; empty for the factor 1."""
     words: str
     unit: str
     values: Callable[[Rows], Float | None]
     time_constant_s: float | None = None
     each_run: bool = False
     column: str | None = None
-    """Column of the set, if the condition is one of its further columns."""
+    """Name of the column, if the condition is a further column of the set."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
 
     @property
     def settings(self) -> dict[str, object]:
-        """Return the settings of a :class:`ProductOfParts` with this condition."""
+        """Return the settings with which a :class:`ProductOfParts` has this condition."""
         if self.column is not None:
             return {"column": self.column, "column_zero": self.column_zero}
         if self.time_constant_s is not None:
@@ -118,7 +118,7 @@ _BY_GATEWARE: Mapping[str, GatewareCondition] = {
     "speed": "speed",
     "speed²": "speed_squared",
 }
-"""Conditions by their words."""
+"""Conditions of the gateware by the words of the workbench's conditions."""
 
 
 CONDITIONS: Mapping[str, Condition] = {
@@ -129,7 +129,8 @@ CONDITIONS: Mapping[str, Condition] = {
 
 
 def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
-    """Make exp(−t/τ), t from the start of each run or of the whole set."""
+    """Make the condition exp(−t/τ), where t counts from the start of each run or of the whole
+    set."""
     since = "each start" if each_run else "the start"
     return Condition(
         "settling",
@@ -142,7 +143,7 @@ def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
 
 
 def column_condition(column: str, zero: float) -> Condition:
-    """Make the condition of a further column of the set, minus its usual value."""
+    """Make the condition of a further column of the set, from which ``zero`` is subtracted."""
 
     def values(rows: Rows) -> Float | None:
         found = rows.conditions.get(column)
@@ -168,7 +169,8 @@ def _columns(observations: Observations) -> list[Condition]:
 def condition_named(
     words: str, time_constant_s: float | None = None, each_run: bool = False
 ) -> Condition:
-    """Return a condition by its name or words, or the settling of a time constant; "": none.
+    """Return the condition with this name or these words; with ``time_constant_s``, a settling. The
+    name "" is the condition 1.
 
     Raises ValueError for unknown words.
     """
@@ -182,12 +184,14 @@ def condition_named(
 
 
 def recorded_conditions(observations: Observations) -> list[Condition]:
-    """Return every condition of the set except settlings; equivalent ones are included."""
+    """Return every condition of the set except settlings, including conditions that are equivalent
+    on its rows."""
     return [*SIMPLE_CONDITIONS, *_columns(observations)]
 
 
 def conditions(observations: Observations) -> list[Condition]:
-    """Return the conditions that vary in this set, the simpler first, without equivalent ones."""
+    """Return the conditions that vary in this set, the simpler first; of equivalent ones only the
+    first."""
     found = [ALWAYS, *recorded_conditions(observations)]
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)
@@ -234,12 +238,12 @@ def _distinct(found: list[Condition], observations: Observations) -> list[Condit
 
 
 def _share(head: int, rows: CaptureRows) -> float:
-    """Return the share of one head's own error in Rᵢ − R₁ of the rows' head i."""
+    """Return the factor with which one head's own error enters Rᵢ − R₁ on rows of head i."""
     return -1.0 if head == 1 else float(rows.head == head)
 
 
 class ProductOfParts(Effect):
-    """condition × wave, fixed to a frame."""
+    """Adds condition × wave, fixed to a frame."""
 
     name = "product_of_parts"
     physics = "A description by parts, which the settings say; its physics is not known yet."
@@ -272,11 +276,13 @@ class ProductOfParts(Effect):
     electrical_head: int | None
 
     def __init__(self, **settings: object) -> None:
-        """Check the settings. Raises ValueError for settings that define no product.
+        """Check and store the settings.
 
-        ``condition``: a name of CONDITIONS; or ``time_constant_s`` > 0 for a settling, from
-        ``each_run`` or the start of the set; or ``column``, minus ``column_zero``. ``orders``: none
-        for a constant. ``electrical_head``: 1 to 4 for multiples of its electrical phase.
+        ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets a
+        settling, from the start of each run with ``each_run`` and of the set without, or ``column``
+        sets a column minus ``column_zero``. ``orders``: an empty list is a constant.
+        ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. Raises ValueError
+        for settings that define no product.
         """
         super().__init__(**settings)
         said = self.settings
@@ -307,7 +313,7 @@ class ProductOfParts(Effect):
 
     @property
     def _head(self) -> int | None:
-        """Return the only head that has the error; None if it does not belong to a single head."""
+        """Return the head of the frame; None if the error does not belong to a single head."""
         return next((head for head, name in FRAME_OF_HEAD.items() if name == self.frame), None)
 
     def _refuse(self, key: str, expected: str) -> None:
@@ -330,7 +336,8 @@ class ProductOfParts(Effect):
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # Two settlings with the same time constant are equal but are different objects.
+        # The condition replaces an equal one, because two settlings with the same time constant are
+        # different objects.
         product.condition = condition
         return product
 
@@ -373,7 +380,7 @@ class ProductOfParts(Effect):
         if factor is None or self.frame == "reference":
             return None
         if self.electrical_head is not None:
-            # For rows of another head the share is 0, so that the phase of any head can be used.
+            # The phase of any head can be used: on rows of another head the factor is 0.
             phase = rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
             if phase is None:
                 return None
@@ -484,7 +491,8 @@ class ProductOfParts(Effect):
         return paired_real_lanes(self.orders, coefficients)
 
     def _waves(self, coefficients: Float, observations: Observations) -> list[Lane]:
-        """Return its harmonics of head 1's error for the condition 1."""
+        """Return the harmonics of head 1's error that the product causes where the condition is
+        1."""
         orders = [round(order) for order in self.orders if order == round(order)]
         if self.electrical_head == 1 and observations.grating_lines is not None:
             orders = [order * observations.grating_lines for order in orders]
@@ -493,7 +501,7 @@ class ProductOfParts(Effect):
         if len(orders) != len(self.orders):
             return []
         if self.frame == "stator" and self.electrical_head is None:
-            # Head 1 sees y; its columns come after those of x.
+            # Head 1 reads y; the columns of y come after those of x.
             coefficients = coefficients[2 * len(orders) :]
         return paired_lanes(orders, coefficients)
 

@@ -53,11 +53,11 @@ ORDER = (
 
 
 class EffectNotFoundError(ValueError):
-    """A name that no known effect has."""
+    """The name belongs to no known effect."""
 
 
 def effects_in(module: object) -> list[type[Effect]]:
-    """Return the effects that a module itself defines."""
+    """Return the effects that a module itself defines, not those that it imports."""
     return [
         item
         for item in vars(module).values()
@@ -150,7 +150,8 @@ def from_entry_points() -> dict[str, type[Effect]]:
 def absent_effects(
     effects: Mapping[str, type[Effect]], present: Iterable[str], observations: Observations
 ) -> dict[str, type[Effect]]:
-    """Return the effects missing in a model with ``present``: the others that concern the set."""
+    """Return the effects that concern the set and that a model with the effects ``present``
+    lacks."""
     there = set(present)
     return {
         name: effect
@@ -160,9 +161,9 @@ def absent_effects(
 
 
 def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
-    """Return every effect by name: the built-in ones, a product of parts, those of users.
+    """Return every effect by name: the built-in ones, the product of parts, those of users.
 
-    A later source may not use an existing name: this raises EffectFileError.
+    Raises EffectFileError if a later source uses an existing name.
     """
     found = built_in()
     found[ProductOfParts.name] = ProductOfParts
@@ -177,7 +178,7 @@ def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
 
 
 def effect_class(name: str, effects: dict[str, type[Effect]]) -> type[Effect]:
-    """Return the effect of this name. Raises EffectNotFoundError with a list of the effects."""
+    """Return the effect of this name. Raises EffectNotFoundError, which lists all effects."""
     if name not in effects:
         raise EffectNotFoundError(
             f"no effect is named {name!r}.{did_you_mean(name, effects)} "

@@ -1,6 +1,6 @@
 """Effects whose parameters are their coefficients, in the effect's own unit.
 
-Most have one coefficient; an effect that each head may have has one per head.
+Most have one coefficient; an effect that exists at each head has one coefficient per head.
 """
 
 from __future__ import annotations
@@ -43,16 +43,18 @@ class ScalarEffect(Effect):
 
 
 class ScalarOfEachHead(ScalarEffect):
-    """An effect of each head, such as a bracket angle or a delay, with one number per head.
+    """An effect that exists at each head, such as a bracket angle or a delay, with one number per
+    head.
 
-    Heads 2, 3, … have one coefficient each; an effect of head 1 changes all of them equally. The
-    setting ``heads`` lists the heads that have coefficients instead, and may contain head 1.
+    Heads 2, 3, … have one coefficient each; an effect at head 1 changes all of them equally. The
+    setting ``heads``, if given, lists the heads that have coefficients and may contain head 1.
     """
 
     defaults: ClassVar[Mapping[str, object]] = {"heads": []}
 
     def __init__(self, **settings: object) -> None:
-        """Make the effect; with one head it is the product of parts of that head."""
+        """Make the effect; with one head in ``heads`` it equals the product of parts of that
+        head."""
         super().__init__(**settings)
         heads = self.integers("heads")
         if len(heads) == 1:
@@ -68,7 +70,8 @@ class ScalarOfEachHead(ScalarEffect):
         ]
 
     def columns(self, values: Float, rows: CaptureRows) -> Columns:
-        """Return the columns of a head's own contribution to its reading, (rows,)."""
+        """Return the columns of all heads. ``values``, (rows,): contribution of one head to its own
+        reading."""
         heads = self.integers("heads")
         if not heads:
             return in_place_of_head(values[:, np.newaxis], rows)
@@ -76,7 +79,8 @@ class ScalarOfEachHead(ScalarEffect):
         return np.asarray(values[:, np.newaxis] * shares)
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """Keep one head if the others gain less than the BIC penalty of their columns."""
+        """Return the effect for one head if further heads gain less than the BIC penalty of their
+        columns."""
         observations = residuals.observations
         if observations.heads == 2 or observations.capture is None or self.integers("heads"):
             return self, 1.0

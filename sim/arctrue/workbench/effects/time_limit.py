@@ -1,8 +1,8 @@
 """Calls a function in a thread of its own and waits for it for a limited time.
 
-Python cannot end a thread from outside. The caller continues when the time is over, whatever the
-function does; the program then raises an error in the remaining thread again and again until it
-ends. A loop that catches every error continues, at the latest until the program ends.
+Python cannot end a thread from outside. When the time is over, the caller continues, whatever the
+function does; this module then raises an error in the function's thread again and again until the
+thread ends. A loop that catches every error continues until the program ends at the latest.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from types import FrameType
 from typing import Any
 
 POLL_S = 0.05
-"""Time between two errors that are raised in a thread that must end."""
+"""Time between two errors that are raised in a thread that is to end."""
 
 
 class TookTooLongError(Exception):
-    """The function had not returned when its time was over.
+    """The function did not return within its time.
 
-    ``frames``: the position of its thread then, innermost first, as (file, line).
+    ``frames``: the position of its thread at the end of that time, innermost first, as (file,
+    line).
     """
 
     def __init__(self, seconds: float, frames: list[tuple[str, int]]) -> None:
@@ -33,7 +34,7 @@ class TookTooLongError(Exception):
 
 
 def call_within(seconds: float, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
-    """Return or raise the result of ``function(*arguments, **named)``.
+    """Return the result of ``function(*arguments, **named)``, or raise its error.
 
     Raises TookTooLongError after ``seconds`` without a result.
     """
@@ -53,8 +54,8 @@ def call_within(seconds: float, function: Callable[..., Any], *arguments: Any, *
 
 
 class _EndOfThreadError(SystemExit):
-    """This class is no Exception, so that few files catch it; a thread that it ends prints
-    nothing."""
+    """Error that ends a thread. It is no subclass of Exception, so that few files catch it, and the
+    thread prints nothing."""
 
 
 class _Call:
@@ -69,7 +70,7 @@ class _Call:
         self.done = threading.Event()
         self.left = False
         self.lock = threading.Lock()
-        # numpy keeps its error settings in the context.
+        # numpy keeps its error settings in the context of the thread.
         run = contextvars.copy_context().run
         self.thread = threading.Thread(target=run, args=(self._run,), daemon=True)
         self.thread.start()
@@ -101,7 +102,8 @@ class _Call:
 
     def _send_ends(self) -> None:
         while self.thread.is_alive() and not self.left:
-            # Under the lock: the number of an ended thread may belong to another one.
+            # The lock is held here, because the number of an ended thread may be given to another
+            # thread.
             with self.lock:
                 if not self.left:
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(

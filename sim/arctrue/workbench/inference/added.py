@@ -1,4 +1,4 @@
-"""Adds an effect to a model: for ``arctrue add``, and for the figures that a diagnosis promises."""
+"""Adds an effect to a model, for ``arctrue add`` and for the figures that a diagnosis states."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from arctrue.workbench.noise.fit import white_noise
 
 
 def settled(solution: Solution) -> Solution:
-    """Return a fit as the ladder shows it: search parameters refined, every row used."""
+    """Return a fit with the figures that the ladder shows: search parameters refined, every row
+    used."""
     return on_every_row(refined(solution))
 
 
@@ -38,7 +39,8 @@ def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
     """Return the likeliest search parameters, with the noise estimated anew for each candidate.
 
     Noise that was estimated without the effect may contain the effect: lost counts look like slow
-    noise. The best place under that noise is therefore compared with the best under its white part.
+    noise. The best place under that noise is therefore compared with the best place under the white
+    part of that noise.
     """
     base = residuals.solution
     noise = base.noise

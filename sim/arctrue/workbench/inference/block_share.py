@@ -1,13 +1,11 @@
 """The share of an effect's own error that the other blocks of the rows predict.
 
-If rows are dense or the noise is slow, the neighbours of a single row that is left out predict
-it: this tests interpolation only. Here the runs, or the cycles of a reference, are cut into a few
-long blocks. The model is projected out of the effect's columns over all rows; then block b alone
-gives coefficients c_b, and the other blocks give c₋b. The share is
-
-    1 − (Σ |A_b(c_b − c₋b)|² − its mean by noise)/(Σ |A_b·c_b|² − its mean by noise)
-
-over whitened rows A_b: 1 for an effect that is the same everywhere, 0 for noise of any spectrum.
+If rows are dense or the noise is slow, the neighbours of a single row that is left out predict it:
+such a test is a test of interpolation only. Here the runs, or the cycles of a reference, are cut
+into a few long blocks. The model is projected out of the effect's columns over all rows; then block
+b alone gives coefficients c_b, and the other blocks give c₋b. The share is 1 − (Σ |A_b(c_b − c₋b)|²
+− its mean by noise)/(Σ |A_b·c_b|² − its mean by noise) over whitened rows A_b: 1 for an effect that
+is the same everywhere, 0 for noise of any spectrum.
 """
 
 from __future__ import annotations
@@ -24,13 +22,12 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 BLOCKS = 6
-"""Number of long blocks: between the 4 that a majority needs and the 8 beyond which a block is
-short."""
+"""Number of long blocks: a majority needs at least 4, and with more than 8 a block is too short."""
 KNOWN_ELSEWHERE = 0.75
-"""Share of the information above which a direction occurs in one block alone: the other blocks
-cannot predict it (their own error would be 3 times that of the block)."""
+"""Share of a direction's information in one block above which the other blocks cannot predict the
+direction: the variance of their prediction would be 3 times that of the block."""
 MOST_ERRORS = 2.0
-"""Least ratio of half the effect's own error to the standard deviation of the disagreement that
+"""Smallest ratio of half the effect's own error to the standard deviation of the disagreement that
 noise alone causes. Below it, the test by blocks is not made, because it would refuse 2.3 % of true
 effects."""
 Float = NDArray[np.float64]
@@ -47,9 +44,9 @@ class BlockShare:
 
 
 def block_share(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> BlockShare | None:
-    """Return the share for an effect; ``residuals`` are those of the model without it.
+    """Return the share for an effect; ``residuals`` are those of the model without the effect.
 
-    The share is None if blocks cannot test the effect.
+    The result is None if blocks cannot test the effect.
     """
     score = residuals.score(effect, nonlinear)
     observations = residuals.observations
@@ -73,7 +70,7 @@ def block_share(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> B
 
 
 def share_of(information: Float, moment: Float) -> BlockShare | None:
-    """Return the share, from the normal matrices (blocks, q, q) and moments (blocks, q) of the
+    """Return the share, given the normal matrices (blocks, q, q) and moments (blocks, q) of the
     blocks."""
     values, vectors = np.linalg.eigh(information.sum(axis=0))
     determined = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
@@ -102,8 +99,8 @@ def share_of(information: Float, moment: Float) -> BlockShare | None:
 
 
 def blocks_of(rows: CaptureRows | ReferenceRows) -> Integer:
-    """Return the number of each row's block, 0 … BLOCKS − 1: pieces of every run, or whole
-    cycles."""
+    """Return the number of each row's block, 0 … BLOCKS − 1; blocks are pieces of every run, or
+    whole cycles."""
     cycle = rows.cycle if isinstance(rows, ReferenceRows) else None
     if cycle is not None:
         names, number = np.unique(cycle, return_inverse=True)

@@ -15,8 +15,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 Float = NDArray[np.float64]
 
 LEAST_EIGENVALUE = 1e-6
-"""Share of the largest eigenvalue below which a direction is left out: the model explains it up to
-rounding."""
+"""Share of the largest eigenvalue below which a direction is left out: the model explains such a
+direction up to rounding."""
 
 
 class _SideBySide(Effect):
@@ -36,7 +36,8 @@ class _SideBySide(Effect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """Return the columns of all effects; None only where none of the effects is seen."""
+        """Return the columns of all effects side by side; None if no effect has columns in the
+        capture."""
         return self._joined(
             [term.effect.capture_columns(rows, term.nonlinear, context) for term in self.terms],
             rows.run.size,
@@ -45,7 +46,8 @@ class _SideBySide(Effect):
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """Return the columns of all effects; None only where none of the effects is seen."""
+        """Return the columns of all effects side by side; None if no effect has columns in the
+        reference."""
         return self._joined(
             [term.effect.reference_columns(rows, term.nonlinear, context) for term in self.terms],
             rows.run.size,
@@ -65,8 +67,8 @@ class _SideBySide(Effect):
 def canonical_correlations(residuals: Residuals, first: Term, second: Term) -> Float:
     """Return the canonical correlations of two whitened blocks, with the model projected out.
 
-    They descend; their number is that of the smaller block's own directions. If the last one is
-    near 1, the smaller block lies wholly within the other; if the first one is, they share a
+    They descend, and their number is the rank of the smaller block. If the last one is near 1, the
+    smaller block lies wholly within the other; if only the first one is, the blocks share a
     direction.
     """
     joint = _SideBySide([first, second], residuals.observations)
@@ -84,7 +86,7 @@ def canonical_correlations(residuals: Residuals, first: Term, second: Term) -> F
 
 
 def _whitening(information: Float) -> Float:
-    """Return W with WᵀIW = 1 on the directions that I determines."""
+    """Return W with WᵀIW = 1 on the directions that the information I determines."""
     diagonal = np.diag(information)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))

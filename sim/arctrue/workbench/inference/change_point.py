@@ -1,4 +1,4 @@
-"""The scatter of the estimated place of a step, in samples."""
+"""The standard deviation of the estimated place of a step, in samples."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 SMALL_STEP = 0.3
 """Ratio of step to noise below which the limit for small steps holds to a few percent."""
 LIMIT_VARIANCE = 26.0
-"""Variance of the place · (step/noise)⁴ for small steps: Yao, Ann. Statist. 15 (1987) 1321."""
+"""Variance of the place times (step/noise)⁴ for small steps: Yao, Ann. Statist. 15 (1987) 1321."""
 WALKS = 4000
-"""Number of simulated walks for each ratio: the scatter of normal places is then known to 1 %,
+"""Number of simulated walks for each ratio: they give the standard deviation of the place to 1 %,
 1/√(2·4000)."""
 LARGE_STEP = 12.0
-"""Ratio of step to noise from which the estimated row is always the true row: the probability of a
-neighbouring row is that of normal noise beyond 6 σ, 10⁻⁹."""
+"""Ratio of step to noise above which the estimated row counts as the true row: a neighbouring row
+is as improbable as normal noise beyond 6 σ, 10⁻⁹."""
 LEAST_STEP = 1e-6
-"""Ratio of step to noise below which there is no step: LIMIT_VARIANCE puts its place beyond 10¹²
-rows."""
+"""Ratio of step to noise below which there is no step: with LIMIT_VARIANCE, the standard deviation
+of its place is 10¹² rows or more."""
 SEED = 1
-"""Fixed seed: the same step has the same uncertainty."""
+"""Seed of the walks, fixed so that equal steps have equal uncertainties."""
 
 
 def position_sigma_samples(step: float, noise: float) -> float:
     """Return the standard deviation, in samples, of the most likely place of a step in white noise.
 
-    The log likelihood of a place m samples off is a random walk with steps of mean −δ²/2 and
-    variance δ² to either side, δ = step/noise; the estimated place is its highest point.
+    With δ = step/noise, the log likelihood m samples away from the true place is a random walk with
+    steps of mean −δ²/2 and variance δ² to either side; the estimated place is its highest point.
     """
     if noise <= 0.0 or step > LARGE_STEP * noise:
         return 0.0

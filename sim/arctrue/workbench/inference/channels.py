@@ -1,4 +1,4 @@
-"""The channels of a capture with three or four heads, where a search treats each one separately."""
+"""The channels of a capture with three or four heads; a search treats each channel separately."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ Float = NDArray[np.float64]
 def channel_rows(
     rows: CaptureRows | ReferenceRows, block: slice = slice(None)
 ) -> list[slice | NDArray[np.int64]]:
-    """Return the rows of each channel within a block: signals of heads may cancel in their sum."""
+    """Return the rows of each channel within a block, because signals of two channels may cancel in
+    a sum."""
     if isinstance(rows, ReferenceRows) or rows.channel is None:
         return [slice(None)]
     inside = rows.channel[block]
@@ -37,7 +38,8 @@ def power_of_channels(spectra: Sequence[NDArray[np.complex128]]) -> Float:
 
 
 def best_factor(rows: CaptureRows, orders: NDArray[np.int64]) -> Float:
-    """Return the largest |e^{jnβ} − 1| for order n over the heads, at angles β after head 1."""
+    """Return, for each order n, the largest |e^{jnβ} − 1| over the heads at the angles β after head
+    1."""
     factor = np.abs(np.exp(1j * orders * rows.head_separation_rad) - 1.0)
     for place_rad in rows.further_places_rad:
         factor = np.maximum(factor, np.abs(np.exp(1j * orders * place_rad) - 1.0))
@@ -47,7 +49,8 @@ def best_factor(rows: CaptureRows, orders: NDArray[np.int64]) -> Float:
 def shifts_of_channels(
     rows: CaptureRows, orders: NDArray[np.int64]
 ) -> list[NDArray[np.complex128]]:
-    """Return the factor by which each channel sees e^{jnψ} on the disc: e^{jnα} − 1 for R₂ − R₁."""
+    """Return, for each channel, the factor on a disc error e^{jnψ}; for R₂ − R₁ it is e^{jnα} −
+    1."""
     places = (rows.head_separation_rad, *rows.further_places_rad)
     of_heads = [np.exp(1j * orders * place_rad) - 1.0 for place_rad in places]
     if len(places) == 1:

@@ -3,8 +3,8 @@
 A parameter as it is reported (an amplitude, a frequency) is a function of coefficients and search
 parameters. At its maximum the log likelihood is a quadratic form in both. The conditions are put on
 this form (sequential quadratic programming: Nocedal and Wright, Numerical Optimization, chapter 18;
-``scipy.optimize``), and the form is computed anew where search parameters moved. Then the noise is
-estimated with the conditioned model, and both steps are repeated.
+``scipy.optimize``), and the form is computed anew if search parameters have changed. Then the noise
+is estimated with the conditioned model, and both steps are repeated.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 ROUNDS = 8
-"""Largest number of quadratic forms, where search parameters move."""
+"""Largest number of quadratic forms, one after each change of search parameters."""
 SMALL_STEP = 0.02
-"""Share of its own uncertainty: a smaller step of a search parameter ends the rounds, as in
-:mod:`arctrue.workbench.inference.search_parameters`."""
+"""The rounds end when no search parameter changes by more than this share of its own uncertainty,
+as in :mod:`arctrue.workbench.inference.search_parameters`."""
 NOISE_ROUNDS = 3
-"""Number of noise estimates; the new noise changes a model with conditions little."""
+"""Number of noise estimates; a new estimate changes a model with conditions little."""
 MET = 1e-6
-"""Share of a standard uncertainty to which a condition is met."""
+"""Accuracy with which a condition is met, as a share of a standard uncertainty."""
 
 
 class ConditionError(ValueError):
@@ -63,7 +63,8 @@ class ConditionError(ValueError):
 class Condition:
     """One condition on named parameters.
 
-    ``difference`` is zero where the condition is met; with ``equation`` False it is zero or more.
+    The condition is met where ``difference`` is zero; with ``equation`` False, where it is zero or
+    more.
     """
 
     names: tuple[str, ...]
@@ -73,7 +74,7 @@ class Condition:
 
 @dataclass(frozen=True, eq=False)
 class ConstrainedFit:
-    """A solution that meets conditions, and the directions that they leave free."""
+    """A solution that meets conditions, and the directions that the conditions leave free."""
 
     solution: Solution
     conditions: tuple[Condition, ...]
@@ -181,7 +182,7 @@ class _Unknowns:
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     def moved_terms(self, values: Float) -> list[Term]:
-        """Return the terms with the search parameters among ``values``, within their declared
+        """Return the terms with the search parameters from ``values``, within their declared
         ranges."""
         place = sum(self.solution.widths)
         found = []
@@ -195,7 +196,7 @@ class _Unknowns:
         return found
 
     def differences(self, values: Float, conditions: Sequence[Condition]) -> Float:
-        """Return the difference of every condition."""
+        """Return ``difference`` of every condition at these values."""
         named = labels(self.solution.terms)
         read = {name.rpartition(".")[0] for item in conditions for name in item.names}
         wanted = {number for number, label in enumerate(named) if label in read}
@@ -213,9 +214,11 @@ class _Unknowns:
 def _nearest(
     unknowns: _Unknowns, conditions: Sequence[Condition]
 ) -> tuple[Float, NDArray[np.int64], Float]:
-    """Return the likeliest values that meet the conditions, the unknowns involved, and slopes.
+    """Return the likeliest values that meet the conditions, the unknowns on which the conditions
+    depend, and the slopes.
 
-    The slopes are those of every equation, and of every bound that is reached, along all unknowns.
+    The slopes are those of every equation, and of every bound that is reached, with respect to all
+    unknowns.
     """
     none = np.zeros(0, dtype=np.int64), np.zeros((0, unknowns.best.size))
     if not conditions:
@@ -234,7 +237,7 @@ def _nearest(
     own = unknowns.covariance[np.ix_(involved, involved)]
     values, vectors = np.linalg.eigh(own / np.outer(spread[involved], spread[involved]))
     root = vectors * np.sqrt(np.maximum(values, 1e-14)) * spread[involved][:, np.newaxis]
-    # Along ``steps`` the likelihood falls by half the square of their length.
+    # Along ``steps`` the log likelihood falls by half the square of their length.
     scale = np.maximum(np.linalg.norm(slopes[:, involved] @ root, axis=1), 1e-300)
 
     def place(steps: Float) -> Float:
@@ -270,7 +273,7 @@ def _nearest(
             f"{', '.join(worst.names)}: no values meet the condition together with the others"
         )
     wanted = place(found.x)
-    # The unknowns that are not involved take their likeliest values.
+    # The conditions do not depend on the other unknowns: these take their likeliest values.
     rest = np.setdiff1d(np.arange(wanted.size), involved)
     shift = np.linalg.pinv(own) @ (wanted[involved] - at[involved])
     wanted[rest] += unknowns.covariance[np.ix_(rest, involved)] @ shift
@@ -298,7 +301,7 @@ def _asked(
 def _start(
     difference: Callable[[Float], Float], slopes: Float, conditions: Sequence[Condition]
 ) -> Float:
-    """Return the shortest step that meets the linearised conditions."""
+    """Return the shortest step that meets the linearised conditions, as the start of the search."""
     here = difference(np.zeros(slopes.shape[1]))
     kinds = [item.equation for item in conditions]
     lacking = np.where(kinds, here, np.minimum(here, 0.0))
@@ -324,7 +327,7 @@ def _slopes(unknowns: _Unknowns, at: Float, conditions: Sequence[Condition]) -> 
 
 
 def _free_directions(slopes: Float) -> Float:
-    """Return orthonormal directions without a change of conditions, shape (coefficients, free)."""
+    """Return orthonormal directions in which no condition changes, shape (coefficients, free)."""
     size = slopes.shape[1]
     involved = np.flatnonzero(slopes.any(axis=0))
     if not involved.size:
@@ -353,17 +356,20 @@ class FreeDesign:
         return int(self.free.shape[1])
 
     def columns(self, *, capture: bool) -> Matrix:
-        """Return the columns of a channel, shape (rows, shared), arcseconds."""
+        """Return the columns of a channel along the free directions, shape (rows, shared),
+        arcseconds."""
         every = channel_columns(self.terms, self.observations, self.context, capture=capture)
         return np.asarray(every @ self.free)
 
     def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
-        """Return the columns of a channel, whitened by ``noise``; None without that channel."""
+        """Return the columns of a channel, whitened by ``noise``; None if the set lacks that
+        channel."""
         found = whitened_rows(self.terms, self.observations, self.context, noise, capture=capture)
         return None if found is None else replace(found, columns=found.columns @ self.free)
 
     def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
-        """Return the sums of least squares over the rows of a channel; None without it."""
+        """Return the sums of least squares over the rows of a channel; None if the set lacks that
+        channel."""
         sums = channel_sums(self.terms, self.observations, self.context, noise, capture=capture)
         if sums is None:
             return None
@@ -376,7 +382,7 @@ class FreeDesign:
 
 
 def noise_with(found: ConstrainedFit, free: Float | None = None) -> Noise:
-    """Estimate the noise from the residuals of a model with conditions; start from its present
+    """Estimate the noise from the residuals of a model with conditions, starting from its present
     noise.
 
     ``free``: directions in which the coefficients absorb noise; by default those of ``found``.
@@ -392,7 +398,8 @@ def noise_with(found: ConstrainedFit, free: Float | None = None) -> Noise:
 
 
 def restricted_likelihood_of(found: ConstrainedFit, free: Float) -> float:
-    """Return the log likelihood with the free coefficients integrated out, and the index's prior.
+    """Return the log likelihood with the free coefficients integrated out and the index's prior
+    included.
 
     It is :func:`arctrue.workbench.inference.likelihood_ratio.restricted_likelihood` for a model
     with conditions.

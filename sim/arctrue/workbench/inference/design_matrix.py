@@ -1,8 +1,8 @@
 """The design matrix of a model: the columns of its terms, raw and whitened by the noise.
 
-Columns depend on the rows alone and are kept while the rows live: all columns of wide linear terms,
-and the last few of terms that come and go. Whitened columns are kept while the noise lives. A long
-capture is processed block by block; a block's columns live no longer than the block.
+Columns depend on the rows alone and are kept in memory while the rows exist: all columns of wide
+linear terms, and the last few of other terms. Whitened columns are kept while the noise exists. A
+long capture is processed block by block; the columns of a block are released with the block.
 """
 
 from __future__ import annotations
@@ -24,9 +24,11 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 
 BLOCK_ROWS = 1 << 15
-"""Number of rows of one product, for memory alone: 32,768 rows of 100 columns are 26 MB."""
+"""Number of rows of one matrix product; it limits memory only: 32,768 rows of 100 columns are 26
+MB."""
 MOST_RECENT = 4
-"""Number of blocks of columns kept for terms that come and go: a scan asks for the same again."""
+"""Number of blocks of columns that are kept for terms that change: a scan uses the same ones
+again."""
 Rows = CaptureRows | ReferenceRows
 
 
@@ -40,12 +42,12 @@ class Term:
 
 @dataclass
 class _Kept:
-    """Columns that are kept for some rows, with the effects that they belong to."""
+    """Columns that are kept for a set of rows, with the effects that they belong to."""
 
     linear: dict[Hashable, Matrix | None] = field(default_factory=dict)
     """Columns of wide, linear terms, which stay the same from fit to fit."""
     recent: dict[Hashable, tuple[Effect, Matrix | None]] = field(default_factory=dict)
-    """Columns of terms that come and go: a scan asks for the same again."""
+    """Columns of terms that change from fit to fit: a scan uses the same ones again."""
 
 
 @dataclass
@@ -73,8 +75,8 @@ def _whitened_of(rows: Rows, noise: RowNoise) -> _KeptWhitened:
 
 
 def keep_part(whole: Rows, part: Rows, kept: NDArray[np.bool_]) -> None:
-    """Keep the columns of ``part``, which is ``whole`` where ``kept`` is True, without computing
-    them."""
+    """Keep the columns of ``part``, which has the rows of ``whole`` where ``kept`` is True, without
+    a new computation."""
     _kept_of(part).linear = {
         key: None if columns is None else columns[kept]
         for key, columns in _kept_of(whole).linear.items()
@@ -107,7 +109,8 @@ def _columns_of(term: Term, rows: Rows, context: FitContext) -> Matrix | None:
 def term_columns(
     term: Term, observations: Observations, context: FitContext, *, capture: bool
 ) -> Matrix | None:
-    """Return what each coefficient of a term adds to the rows of a channel, arcseconds."""
+    """Return the contribution of each coefficient of a term to the rows of a channel,
+    arcseconds."""
     rows = _rows_of(observations, capture=capture)
     if term.effect.depends_on_model:
         return _columns_of(term, rows, context)
@@ -119,7 +122,7 @@ def term_columns(
     if place not in kept.recent:
         while len(kept.recent) >= MOST_RECENT:
             del kept.recent[next(iter(kept.recent))]
-        # The effect is kept too: while it lives, no other one has its id.
+        # The effect is kept too: while it exists, no other effect gets its id.
         kept.recent[place] = (term.effect, _columns_of(term, rows, context))
     return kept.recent[place][1]
 
@@ -137,7 +140,8 @@ def _key(term: Term) -> tuple[str, ...]:
 
 
 def _identity(term: Term) -> Hashable:
-    """Return a key that terms with the same columns share, while their effects live."""
+    """Return a key that terms with the same columns share; it is valid while their effects
+    exist."""
     if _keepable(term):
         return _key(term)
     return (id(term.effect), tuple(sorted(term.nonlinear.items())))
@@ -165,7 +169,8 @@ def channel_prediction(
     *,
     capture: bool,
 ) -> Matrix:
-    """Return the sum of all terms for the rows of a channel: shape (rows,), arcseconds."""
+    """Return the sum of all terms, times their coefficients, for the rows of a channel: shape
+    (rows,), arcseconds."""
     rows = _rows_of(observations, capture=capture)
     total, start = np.zeros(rows.run.size), 0
     for term, width in zip(terms, term_widths(terms, observations), strict=True):
@@ -191,7 +196,7 @@ def _side_by_side(blocks: Sequence[Matrix | None], widths: Sequence[int], rows: 
 def block_columns(
     terms: Sequence[Term], widths: Sequence[int], rows: Rows, context: FitContext
 ) -> Matrix:
-    """Return the columns for some rows of a long channel that is processed in blocks."""
+    """Return the columns for a block of rows of a long channel."""
     blocks = [_columns_of(term, rows, context) for term in terms]
     return _side_by_side(blocks, widths, rows.run.size)
 
@@ -204,7 +209,8 @@ def whitened_rows(
     *,
     capture: bool,
 ) -> WhitenedRows | None:
-    """Return the columns of one channel, whitened by its noise; None without that channel."""
+    """Return the columns of one channel, whitened by its noise; None if the set lacks that
+    channel."""
     rows = observations.capture if capture else observations.reference
     of_rows = noise.capture if capture else noise.reference
     if rows is None or of_rows is None:
@@ -214,7 +220,8 @@ def whitened_rows(
     key = tuple(_identity(term) for term in terms)
     kept = _whitened_of(rows, of_rows).designs
     if key not in kept:
-        # The terms are kept too: while they live, no other effect has the id of one of theirs.
+        # The terms are kept too: while they exist, no other effect gets the id of one of their
+        # effects.
         kept[key] = (
             tuple(terms),
             _whitened(terms, observations, context, of_rows, capture=capture),
@@ -239,7 +246,7 @@ def _whitened(
     kept = _whitened_of(rows, of_rows).linear
     for term, block, width in zip(terms, blocks, widths, strict=True):
         if block is not None and _keepable(term):
-            # A view of the same numbers; no second copy is kept.
+            # This is a view of the same numbers, not a second copy.
             kept[_key(term)] = columns[:, start : start + width]
         start += width
     ones = of_rows.whitened_ones
@@ -272,7 +279,8 @@ def channel_sums(
     *,
     capture: bool,
 ) -> ChannelSums | None:
-    """Return sums over the rows of a channel: the terms' columns, then run offsets (or a₀)."""
+    """Return the sums of least squares over the rows of a channel; the unknowns are the terms'
+    coefficients, then the run offsets (or a₀)."""
     rows = whitened_rows(terms, observations, context, noise, capture=capture)
     of_rows = noise.capture if capture else noise.reference
     if rows is None or of_rows is None or of_rows.rows == 0:
@@ -307,8 +315,8 @@ def every_row_sums(
     """Return the sums over all rows of a channel: block by block for a long channel, otherwise in
     one product.
 
-    The correlation is cut between blocks. This loses about a time constant per block length of the
-    information in slow noise.
+    The correlation between blocks is neglected. This loses information about slow noise, about one
+    time constant per block length.
     """
     law = noise.capture_law if capture else noise.reference_law
     stored = observations.stored if capture else observations.stored_reference
@@ -325,8 +333,8 @@ def every_row_sums(
         columns = block_columns(terms, widths, rows, context)
         ones = of_rows.whiten(np.ones(run.size))
         if len(terms) == 1:
-            # The columns of one effect are its own array, which the effect may keep, so that the
-            # array must not be overwritten.
+            # With a single term, the array of columns belongs to the effect, which may keep it, so
+            # that it must not be overwritten.
             columns = of_rows.whiten(columns)
         else:
             of_rows.whiten_in_place(columns)

@@ -1,9 +1,9 @@
 """The smallest size of an effect that a set would show.
 
 An effect is found if its gain passes the F test of :mod:`significance`, and if held-out rows show
-it or, where they do not, its evidence is too strong to be disregarded. All of this depends on one
-number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the tests is that of
-noncentral F and normal distributions.
+it. It is also found without held-out rows if its evidence is too strong to be disregarded. All of
+this depends on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the
+tests is that of noncentral F and normal distributions.
 """
 
 from __future__ import annotations
@@ -30,25 +30,26 @@ Float = NDArray[np.float64]
 SIGNIFICANCE = 0.01
 """False alarm rate of the whole diagnosis, as in :data:`.significance.SIGNIFICANCE`."""
 POWER = 0.95
-"""Power that a bound promises (chosen); ``arctrue benchmark bound`` measures whether it is
-reached."""
+"""Power of the tests at the stated size (chosen); ``arctrue benchmark bound`` measures whether it
+is reached."""
 MOST_ROWS = 20_000
-"""Largest number of rows for the mean square of a column; it does not need more."""
+"""Largest number of rows from which the mean square of a column is calculated."""
 PROPORTIONAL = 1e-6
-"""Tolerance within which a parameter must double with the coefficients to count as a size."""
+"""A parameter counts as a size if it doubles, to within this tolerance, when the coefficients
+double."""
 NOISE_DRAWS = 32
 """Number of quantiles that represent the unknown variance of the noise; with 64, λ changes by less
 than 1 %."""
 LARGE = 1e6
-"""Noncentrality with a scatter of 0.2 %."""
+"""Noncentrality above which the scatter of χ², 0.2 %, is neglected."""
 FOLDS_SHARE = 4.0 / 3.0
-"""Factor on the variance of a coefficient that comes from three of four folds."""
+"""Factor on the variance of a coefficient that is fitted to three of four folds."""
 
 
 FEW_FREEDOM = 6.0
-"""Degrees of freedom below which a size is at least 2.8 times that with known noise. With one
-column among 19 effects it is 14 standard errors in place of 5.1, and 188 with the fewest degrees of
-freedom, 2 (:func:`needed_gain`)."""
+"""Degrees of freedom below which a detectable size is at least 2.8 times that with known noise.
+With one column among 19 effects, this size is 14 standard errors in place of 5.1; with the fewest
+degrees of freedom, 2, it is 188 (:func:`needed_gain`)."""
 
 
 @dataclass(frozen=True)
@@ -59,23 +60,23 @@ class Refused:
     p: float
     """Largest corrected p of such an effect."""
     delta_bic: float
-    """Least ΔBIC of such an effect."""
+    """Smallest ΔBIC of such an effect."""
     trials: float = 1.0
-    """Number of places of its search, which ΔBIC charges for."""
+    """Number of places of its search, for which ΔBIC has a charge."""
     rows_by_themselves: float = 0.5
-    """Share of the index in the variance of a size from which held-out rows are not used."""
+    """Share of the index in the variance of a size above which held-out rows are not used."""
 
 
 @dataclass(frozen=True)
 class Detectable:
-    """A typical form of an effect, at the size at which it is found."""
+    """A typical form of an effect, with its smallest detectable size."""
 
     rms_arcsec: dict[str, float]
     """RMS by channel, over the rows of the channel."""
     size: Parameter | None
     """Size in the effect's own unit; None where no parameter of the effect is a size."""
     freedom: float = float("inf")
-    """Degrees of freedom with which the noise of this size is known."""
+    """Degrees of freedom of the noise variance on which the size is based."""
 
     @property
     def noise_hardly_known(self) -> bool:
@@ -86,14 +87,15 @@ class Detectable:
 def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
     """Return the noncentrality at which a block of ``rank`` columns is found with 95 % power.
 
-    The level is 1 %, divided among ``tests``: candidates times the places of each. ``freedom`` is
-    the number of degrees of freedom with which the noise of the block's size is known.
+    The level is 1 %, divided by ``tests``: the number of candidates times the places of each.
+    ``freedom`` is the number of degrees of freedom of the noise variance.
     """
     return _powerful(rank, freedom, _threshold(rank, SIGNIFICANCE / max(tests, 1.0), freedom))
 
 
 def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> float:
-    """Return the χ² or F at which p is reached and the log likelihood has risen by ``gain``/2."""
+    """Return the threshold of χ² or F: both p and a rise of the log likelihood by ``gain``/2 are
+    reached."""
     if freedom > MANY:
         return max(float(chdtri(rank, p_value)), gain)
     of_gain = freedom / rank * float(np.expm1(gain / (freedom + rank)))
@@ -104,8 +106,8 @@ def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> 
 def _powerful(rank: int, freedom: float, threshold: float) -> float:
     """Return the noncentrality at which ``threshold`` is passed with 95 % power.
 
-    The variance of the noise in λ is an estimate too, with the same degrees of freedom: the power
-    is its mean over χ²/m times λ.
+    The noise variance in λ is an estimate too, with the same degrees of freedom m: the power is its
+    mean over draws in which λ is multiplied by χ²/m.
     """
     if freedom > MANY:
         return float(
@@ -130,10 +132,11 @@ def _powerful(rank: int, freedom: float, threshold: float) -> float:
 
 
 def _not_passed(rank: int, freedom: float, gain: Float, threshold: float) -> Float:
-    """Return the probability of noncentral F below ``threshold`` at each noncentrality ``gain``.
+    """Return the probability that noncentral F is below ``threshold``, for each noncentrality
+    ``gain``.
 
-    The series of scipy ends in NaN from some 10⁹ on. Beyond LARGE the numerator is its mean to
-    within 2/√LARGE, and the denominator's χ² alone decides.
+    Scipy's series gives NaN above about 10⁹. Above LARGE, the numerator equals its mean to within
+    2/√LARGE, and the χ² of the denominator alone decides.
     """
     series = ncfdtr(rank, freedom, np.minimum(gain, LARGE), threshold)
     by_mean = chdtrc(freedom, freedom * (rank + gain) / (rank * threshold))
@@ -147,9 +150,10 @@ def smallest_detectable(
     tests: float,
     refused: Refused | None = None,
 ) -> Detectable | None:
-    """Return the smallest form of an effect that 95 % of such sets show, added to the model.
+    """Return the smallest form of an effect that 95 % of such sets show when it is added to the
+    model.
 
-    The form is the typical one of the block: the column whose RMS is nearest to the median. The
+    The form is the typical column of the block: the column whose RMS is nearest to the median. The
     result is None where the model can explain the whole block. With ``refused`` the test on
     held-out rows counts too.
     """
@@ -158,7 +162,7 @@ def smallest_detectable(
         return None
     information = np.diag(score.information)
     there = information > 0.0
-    # A column is not seen by itself if the other columns of its block, or the model, explain it
+    # ``there`` excludes columns that the other columns of the block, or the model, explain
     # completely.
     units = np.where(there, 1.0 / np.sqrt(np.maximum(information, 1e-300)), 0.0)
     moved, typical = {}, int(np.flatnonzero(there)[0])
@@ -187,8 +191,8 @@ def _gain_of(
     tests: float,
     refused: Refused | None,
 ) -> tuple[float, float]:
-    """Return the noncentrality that the form of a score, whose own is 1, needs; and its degrees of
-    freedom."""
+    """Return the noncentrality to which a form with noncentrality 1 must be scaled to be found, and
+    the degrees of freedom."""
     weights, offsets = residuals.projected(effect, nonlinear, form)
     freedom, index_share = freedom_of_a_size(residuals, weights, offsets)
     gain = needed_gain(form.rank, tests, freedom)
@@ -199,8 +203,8 @@ def _gain_of(
         weights, (residuals.capture_precise, residuals.reference_precise), strict=True
     ):
         if weight is not None and precise is not None and np.any(weight):
-            # The error of a row, given its neighbours, is C⁻¹r over its precision, whose mean over
-            # the rows is that of (C⁻¹r)².
+            # The error of a row, given its neighbours, is C⁻¹r divided by the row's precision,
+            # whose mean over the rows is that of (C⁻¹r)².
             shown += float(weight @ weight) / max(float(np.mean(precise**2)), 1e-300)
             rows += weight.size
     confirmed = held_out_gain(form.rank, shown)
@@ -214,10 +218,10 @@ def held_out_gain(rank: int, shown: float) -> float:
     """Return the noncentrality at which held-out rows show an effect, with 95 % power.
 
     ``shown``: share of the effect that the neighbours of a row do not predict already. With the
-    estimate ĉ of all rows the log predictive density rises by ĉ²/2, less the cost of four fits to
-    three quarters of the rows. The squared change of the prediction is ĉ² plus a part of that cost,
-    and the rise must be twice the root of this sum (:func:`held_out.holds_out`). The scatter of the
-    folds' cost is neglected.
+    estimate ĉ from all rows, the log predictive density rises by ĉ²/2 minus the cost of four fits
+    to three quarters of the rows. The squared change of the prediction is ĉ² plus a part of that
+    cost, and the rise must be twice the root of this sum (:func:`held_out.holds_out`). The scatter
+    of that cost between folds is neglected.
     """
     variance = FOLDS_SHARE * rank
     # The root solves (ĉ² − rank − variance)/2 = 2·√(ĉ² − rank + variance).
@@ -228,7 +232,7 @@ def held_out_gain(rank: int, shown: float) -> float:
 def _size(
     effect: Effect, nonlinear: Nonlinear, sizes: Float, column: int, residuals: Residuals
 ) -> Parameter | None:
-    """Return the first parameter that doubles when the coefficients do."""
+    """Return the first parameter of the effect that doubles when the coefficients double."""
     coefficients = np.zeros(sizes.size)
     coefficients[column] = sizes[column]
     covariance = np.zeros((sizes.size, sizes.size))
@@ -246,8 +250,8 @@ def _size(
 def _columns(
     effect: Effect, nonlinear: Nonlinear, solution: Solution
 ) -> list[tuple[str, NDArray[np.float64]]]:
-    """Return the columns of an effect on some rows of each channel; the reference's columns without
-    their mean (a₀)."""
+    """Return the columns of an effect for a sample of the capture's rows, and for the reference's
+    rows with the mean subtracted (a₀)."""
     observations, context = solution.observations, solution.context
     found = []
     if observations.capture is not None:

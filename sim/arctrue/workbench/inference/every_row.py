@@ -1,4 +1,4 @@
-"""Fits a model to every row of a set of which searches and statistics see only a part."""
+"""Fits a model to every row of a set if searches and statistics use only a part of the rows."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.workbench.observations import ReferenceRows
 
 @dataclass(frozen=True)
 class ChannelFigures:
-    """The deviation of a model from one channel."""
+    """RMS and peak of the residuals of a model in one channel."""
 
     rows: int
     rms_arcsec: float
@@ -30,7 +30,7 @@ class ChannelFigures:
 def on_every_row(solution: Solution) -> Solution:
     """Fit the same terms to every row, search parameters included, block by block.
 
-    A set whose rows are all in use keeps its fit.
+    A set in which all rows are already used keeps its fit.
     """
     observations = solution.observations
     part_only = observations.stored is not None or observations.stored_reference is not None
@@ -42,7 +42,8 @@ def on_every_row(solution: Solution) -> Solution:
 
 
 def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
-    """Return figures of the residuals of every row of a channel; None without that channel."""
+    """Return RMS and peak of the residuals of every row of a channel; None if the set lacks that
+    channel."""
     observations = solution.observations
     capture = channel == "capture"
     stored = observations.stored if capture else observations.stored_reference

@@ -2,7 +2,7 @@
 
 y = X·b + run offsets + noise. The offsets of the runs are random with the index repeatability as
 their variance, so that an effect that differs only between runs is judged by the scatter between
-runs. The noise of the rows is white, coloured and uneven as the set shows it
+runs. The noise of the rows has white and coloured parts and may be uneven, as the set shows
 (:mod:`arctrue.workbench.noise`).
 """
 
@@ -30,7 +30,7 @@ from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, Whitene
 from arctrue.workbench.observations import Observations
 
 INDEX_ROUNDS = 4
-"""Largest number of rounds of fit and index variance; each only changes the weight of the runs'
+"""Largest number of rounds of fit and index variance; each round changes only the weight of the run
 offsets."""
 
 
@@ -52,17 +52,19 @@ class ModelDesign:
         return channel_columns(self.terms, self.observations, self.context, capture=capture)
 
     def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
-        """Return the columns of a channel, whitened by ``noise``; None without that channel."""
+        """Return the columns of a channel, whitened by ``noise``; None if the set lacks that
+        channel."""
         return whitened_rows(self.terms, self.observations, self.context, noise, capture=capture)
 
     def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
-        """Return the sums of least squares over the rows of a channel; None without it."""
+        """Return the sums of least squares over the rows of a channel; None if the set lacks that
+        channel."""
         return channel_sums(self.terms, self.observations, self.context, noise, capture=capture)
 
     def residuals(
         self, noise: Noise
     ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
-        """Return the residuals of the fit with this noise in (capture, reference), arcseconds."""
+        """Return the residuals of the fit with this noise, (capture, reference), arcseconds."""
         solution = fit(self.terms, self.observations, self.context, noise=noise)
         return solution.capture_residual_arcsec(), solution.reference_residual_arcsec()
 
@@ -75,10 +77,10 @@ def fit(
     noise: Noise | None = None,
     every_row: bool = False,
 ) -> Solution:
-    """Fit terms whose search parameters are settled; iterate columns that depend on the model.
+    """Fit terms with given search parameters; iterate columns that depend on the model.
 
-    Without ``noise`` it is estimated with the coefficients. ``every_row``: all rows of a long set,
-    not only the part that the statistics work on.
+    If ``noise`` is not given, it is estimated with the coefficients. ``every_row``: use all rows of
+    a long set, not only the sample of rows that the statistics use.
     """
     index_rounds, unknown = 0, frozenset[str]()
     if noise is None:
@@ -98,5 +100,5 @@ def fit(
                 terms, observations, present, noise, capture=capture, reference=reference
             )
         present = context_of(solution)
-    # The next effect is judged with the ε of this model.
+    # The next effect is tested with the error function ε of this model.
     return replace(solution, context=present, every_row=every_row, unknown_noise=unknown)

@@ -1,4 +1,5 @@
-"""Applies a model with given coefficients to a set: only the set's own constants are fitted."""
+"""Applies a model with given coefficients to a set: only the run offsets and a₀ are fitted to the
+set."""
 
 from __future__ import annotations
 
@@ -33,8 +34,8 @@ def with_fixed_coefficients(
     context = context_of(draft)
     draft = replace(draft, context=context)
     left = draft.capture_residual_arcsec(), draft.reference_residual_arcsec()
-    # Coefficients of another set take no degree of freedom: only constants are fitted to these
-    # rows.
+    # Coefficients from another set use no degree of freedom of this one: only constants are fitted
+    # to its rows.
     noise, unknown = estimated_noise(ModelDesign((), _leaving(observations, left), FitContext()))
     sums = [
         _constants(None if values is None else of_rows, values, run, offsets, prior)
@@ -62,7 +63,7 @@ def with_fixed_coefficients(
 def _leaving(
     observations: Observations, left: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
 ) -> Observations:
-    """Return the rows with these residuals as their measured values."""
+    """Return the observations with these residuals as the measured values."""
     capture, reference = observations.capture, observations.reference
     return replace(
         observations,
@@ -82,7 +83,7 @@ def _constants(
     offsets: int,
     prior: float,
 ) -> NDArray[np.float64]:
-    """Fit the constants of one channel by least squares."""
+    """Fit the offset of each run, or a₀, of one channel by least squares."""
     if noise is None or values is None or run is None:
         return np.zeros(offsets)
     ones, whitened = noise.whiten(np.ones(values.size)), noise.whiten(values)

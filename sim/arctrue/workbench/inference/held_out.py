@@ -1,7 +1,10 @@
-"""Error on rows that were not fitted, given their neighbours and the noise's correlation. Single
-rows, a quarter of all, are omitted in turn. An omitted row is predicted from the model and from the
-coloured noise of its neighbours: the covariance accounts for the correlation, not the length of a
-fold. The same noise is used for the model with the effect and without it."""
+"""Error on rows that were not fitted, given their neighbours and the noise's correlation.
+
+The rows are omitted in turn, a quarter of them at a time, as single rows. An omitted row is
+predicted from the model and from the coloured noise of its neighbours: the covariance, not the
+length of a fold, accounts for the correlation. The same noise is used for the model with the effect
+and without it.
+"""
 
 from __future__ import annotations
 
@@ -30,13 +33,13 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 FOLDS = 4
-"""Number of folds: each fit has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows
-from it."""
+"""Number of folds. Each fit has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows
+from this number."""
 STANDARD_ERRORS = 2.0
-"""Number of its standard errors by which the error must fall."""
+"""The error must fall by this number of its standard errors."""
 ENOUGH_ERRORS = 3.0
-"""Number of standard errors: if a true effect would lower the error by less, the test requires no
-fall."""
+"""If a true effect would lower the error by less than this number of standard errors, the test does
+not require a fall."""
 SEED = 20_120_215
 """Seed of the order in which rows are left out; fixed, so that a set always has the same folds."""
 
@@ -64,20 +67,20 @@ class Improvement:
     """The fall of the held-out error of one channel, with its standard error."""
 
     fall_arcsec: float
-    """Fall of the RMS."""
+    """Fall of the RMS of the held-out error."""
     standard_error_arcsec: float
     gain: float
     """Rise of the log predictive density of all rows of the channel."""
     information: float
-    """Σ (change of the prediction)²/variance: for a real effect it is the variance of the rise, and
-    twice its mean."""
+    """Σ (change of the prediction)²/variance. For a real effect it is the variance of the rise, and
+    twice the mean of the rise."""
 
 
 def holds_out(channels: Iterable[Improvement]) -> bool:
     """Tell whether the predictive density of held-out rows rises by more than two standard errors.
 
-    Where such rows cannot show the effect (neighbours and slow noise already predict it), the
-    density must not fall.
+    If such rows cannot show the effect (neighbours and slow noise already predict it), it is enough
+    that the density does not fall by more than that.
     """
     found = list(channels)
     gain = sum(item.gain for item in found)
@@ -90,7 +93,7 @@ def holds_out(channels: Iterable[Improvement]) -> bool:
 
 @dataclass(frozen=True)
 class Folds:
-    """Number of the fit that leaves each row out, by channel; shape (rows,)."""
+    """Number of the fit that leaves out each row, by channel; shape (rows,)."""
 
     capture: Integer | None
     reference: Integer | None
@@ -101,7 +104,8 @@ def _rms(errors: Float | None) -> float | None:
 
 
 def improvement(before: Float | None, after: Float | None, scale: Float) -> Improvement | None:
-    """Compare the errors of the same rows; ``scale`` is that of their noise, shape (rows,)."""
+    """Return the fall of the error between two models on the same rows; ``scale`` is the noise
+    scale of each row, shape (rows,)."""
     if before is None or after is None or before.size == 0:
         return None
     old, new = before / scale, after / scale
@@ -109,8 +113,8 @@ def improvement(before: Float | None, after: Float | None, scale: Float) -> Impr
     change = old - new
     information = float(change @ change) / variance
     gain = 0.5 * float(old @ old - new @ new) / variance
-    # Standard error of the mean square: twice the sum of change times error, whose variance is
-    # known.
+    # Standard error of the mean square: it is twice the sum of change times error, whose variance
+    # is known.
     spread = 2.0 * np.sqrt(float(change @ change) * variance) / old.size
     rms_before, rms_after = float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2)))
     unit = float(np.mean(scale**2)) / max(rms_before + rms_after, 1e-30)
@@ -132,9 +136,9 @@ def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvemen
 def folds_of(observations: Observations) -> Folds:
     """Assign each four consecutive rows to the four folds, in a random order.
 
-    Any wave that the rows can show has a half period longer than one row, so that it is seen on
-    both sides of a row that is left out. In a fixed order, the same stations of every cycle could
-    be left out together.
+    Any wave that the rows can show has a half period longer than one row, so that the rows on both
+    sides of an omitted row show it. In a fixed order, the same stations of every cycle could be
+    left out together.
     """
     found: list[Integer | None] = []
     for rows in (observations.capture, observations.reference):
@@ -152,7 +156,7 @@ def without(
     observations: Observations, keep_capture: NDArray[np.bool_] | None,
     keep_reference: NDArray[np.bool_] | None,
 ) -> Observations:  # fmt: skip
-    """Return the observations with some of their rows only."""
+    """Return the observations with only the rows that are kept."""
     capture, reference = observations.capture, observations.reference
     parts: dict[str, CaptureRows | ReferenceRows | None] = {}
     for channel, rows, kept in (
@@ -171,7 +175,8 @@ def held_out(
     context: FitContext,
     noise: Noise | None = None,
 ) -> HeldOut:
-    """Return the errors of the model alone on rows that the fit did not see.
+    """Return the errors of the model on rows that the fit did not see, without a prediction from
+    neighbours.
 
     ``noise`` weights the rows; it is estimated if it is not given.
     """
@@ -190,7 +195,7 @@ def held_out_with(
 ) -> tuple[HeldOut, HeldOut]:  # fmt: skip
     """Return the errors without and with one more term, on the same folds and with the same noise.
 
-    The search parameters of the further term are searched again in each fold.
+    Each fold searches the search parameters of the further term again.
     """
     folds = folds_of(observations)
     before, after = _Errors(observations, noise), _Errors(observations, noise)
@@ -235,7 +240,7 @@ class _Errors:
         )
 
     def judge(self, solution: Solution, keep: Keep) -> None:
-        """Store the errors of a solution, which was fitted to the kept rows, on all other rows."""
+        """Store the errors of a solution, which was fitted to the kept rows, for all other rows."""
         for total, kept, of_rows, is_capture in (
             (self._capture, keep[0], self._noise.capture, True),
             (self._reference, keep[1], self._noise.reference, False),
@@ -250,7 +255,7 @@ class _Errors:
                 )
 
     def found(self) -> HeldOut:
-        """Return the errors of all folds."""
+        """Return the errors collected from all folds."""
         return HeldOut(self._capture, self._reference)
 
 
@@ -262,9 +267,9 @@ def _errors(
     *,
     capture: bool,
 ) -> Float:
-    """Return measured less predicted values of the rows that were left out.
+    """Return measured minus predicted values of the rows that were left out.
 
-    If ``noise``, that of all rows, is given, the neighbours predict the coloured part.
+    If ``noise``, the noise of all rows, is given, the neighbours predict the coloured part.
     """
     apart = _left_out(observations, kept, capture=capture)
     predicted = channel_prediction(

@@ -16,13 +16,13 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
-"""Correlation from which a pair is shown; it decides nothing. At this correlation each σ is 2.3
-times that of the coefficient alone, 1/√(1 − 0.9²)."""
+"""Smallest correlation at which a pair is listed; no decision uses it. At this correlation each σ
+is 2.3 times that of the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
-"""Share of a coefficient in directions that no row shows, above which the coefficient is not
+"""Share of a coefficient in directions that no row shows. Above it, the coefficient counts as not
 determined."""
 MOST_PAIRS = 20
-"""Largest number of pairs that are shown."""
+"""Largest number of pairs that are listed."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +42,14 @@ class Identifiability:
     rank: int
     condition: float
     undetermined: list[str]
-    """Coefficients that no row shows, or that others can replace exactly."""
+    """Coefficients that have no effect on any row, or that others can replace exactly."""
     weakest: dict[str, float]
-    """The three coefficients with the largest σ, arcseconds (or their unit), by name."""
+    """σ of the three coefficients with the largest σ, arcseconds (or their unit), by name."""
     correlated: list[Pair]
     smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
-    """RMS in each channel of the smallest form of each absent effect that would be found in 95 %
-    of such sets, at 1 % divided among the candidates; effects without a search only."""
+    """RMS in each channel of the smallest form of each absent effect that would be found in 95 % of
+    such sets, at a level of 1 % divided by the number of candidates; effects without a search only.
+    """
 
 
 def coefficient_names(solution: Solution) -> list[str]:
@@ -90,7 +91,8 @@ def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
         sums = channel_sums(terms, observations, context, noise, capture=is_capture)
         if sums is None:
             continue
-        # Constants (of the runs, or a₀) can replace this part, which is therefore subtracted.
+        # Constants (of the runs, or a₀) can replace a part of the columns, which is therefore
+        # subtracted.
         own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
         constants = np.diag(sums.gram)[size:]
         shrunk = np.where(constants > 0.0, constants, 1.0)

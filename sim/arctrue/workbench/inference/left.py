@@ -23,27 +23,28 @@ class Left:
     """Figures of a fitted model by channel; a channel that the set lacks has no figures."""
 
     rms_arcsec: Mapping[str, float]
-    """*Left*: RMS of the residual over every row that is used."""
+    """*Left*: RMS of the residual over every row that the commands use."""
     peak_arcsec: Mapping[str, float]
     heldout_rms_arcsec: Mapping[str, float]
     """*Held out*: RMS over all rows, each predicted by a fit without that row
     (:func:`held_out`)."""
     noise_arcsec: Mapping[str, float]
-    """Scatter of the repeats (:func:`row_noise_arcsec`)."""
+    """RMS scatter of the repeats (:func:`row_noise_arcsec`)."""
     held_out: HeldOut
     solution: Solution
     rows: Mapping[str, int]
 
     def fall_from(self, before: Left) -> dict[str, Improvement]:
-        """Return the fall of *held out* by channel; both are weighted with the noise of this
-        model."""
+        """Return the fall of *held out* from the model of ``before``, by channel; both are weighted
+        with the noise of this model."""
         return falls(before.held_out, self.held_out, self.solution.noise)
 
     def mean_log_ratio(self, before: Left) -> float:
-        """Return the mean over all rows of log(RMS after/RMS before) of their channel.
+        """Return the mean over all rows of log(RMS after/RMS before), each row with the RMS of its
+        channel.
 
-        Above 0 the residual has grown. The mean is the fall per row of the log likelihood of white
-        noise with a free variance in each channel.
+        A result above 0 means that the residual has grown. The mean is the fall per row of the log
+        likelihood of white noise with a free variance in each channel.
         """
         rows = {name: self.rows[name] for name in self.rms_arcsec if name in before.rms_arcsec}
         total = sum(

@@ -1,9 +1,9 @@
 """The likelihood ratio of an effect, with the noise estimated anew on both sides.
 
 Noise that is estimated from residuals which still contain an effect contains the effect too: a slip
-becomes slow noise, a reversal of a few rows a correlation. Therefore the noise is estimated once
-more with the effect in the model, for every effect that may be named, and the two likelihoods, each
-at its own best noise, are compared.
+becomes slow noise, a reversal of a few rows becomes a correlation. Therefore, for every effect that
+may be named, the noise is estimated once more with the effect in the model, and the likelihoods of
+the two models, each with its own best noise, are compared.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ MUCH_MORE = 1.2
 
 
 LEAST_MOVE = 1.0
-"""χ² of the change of a channel's residuals below which its noise is not estimated anew: such a
-change has the weight of one reading, and the noise is estimated from all readings."""
+"""χ² of the change of a channel's residuals. Below it, the channel's noise is not estimated anew:
+such a change has the weight of one reading, and the noise is estimated from all readings."""
 Float = NDArray[np.float64]
 
 
@@ -39,16 +39,16 @@ class Evidence:
     """The evidence for one effect against the model without it."""
 
     gain: float
-    """Twice the rise of the log likelihood, the noise free on both sides."""
+    """Twice the rise of the log likelihood, with the noise free on both sides."""
     freedom: float
-    """Degrees of freedom with which the noise of the effect's size is known."""
+    """Degrees of freedom of the noise variance in the test of the effect's size."""
     index_share: float
-    """Share of the index repeatability in the variance of the effect's size: near 1, the runs are
+    """Share of the index repeatability in the variance of the effect's size; near 1, the runs are
     the sample."""
     score: Score
-    """Score test with the noise of the model that has the effect."""
+    """Score test with the noise that is estimated with the effect in the model."""
     base: Residuals
-    """Residuals of the model without the effect, with that noise."""
+    """Residuals of the model without the effect, whitened with that noise."""
 
 
 def evidence(
@@ -75,8 +75,8 @@ def evidence(
 
 
 def under(grown: Solution, base: Solution) -> Noise:
-    """Estimate the noise from the residuals of ``grown``, in the contrasts that ``base`` does not
-    touch."""
+    """Estimate the noise from the residuals of ``grown``, in the contrasts to which the columns of
+    ``base`` contribute nothing."""
     left = grown.capture_residual_arcsec(), grown.reference_residual_arcsec()
     design = ModelDesign(base.terms, base.observations, base.context)
     unmoved = base.unknown_noise | _unmoved(left, base)
@@ -85,8 +85,7 @@ def under(grown: Solution, base: Solution) -> Noise:
 
 
 def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozenset[str]:
-    """Return the channels whose residuals, and so their noise, are the same with and without an
-    effect."""
+    """Return the channels in which an effect leaves the residuals, and so the noise, unchanged."""
     found = set()
     for channel, values, before, of_rows in (
         ("capture", left[0], base.capture_residual_arcsec(), base.noise.capture),
@@ -106,9 +105,9 @@ def without_slow_noise(residuals: Residuals) -> Residuals:
 
 
 def with_index_as_known(residuals: Residuals) -> Residuals:
-    """Return the same model, fitted with the index variance known before the set's own runs.
+    """Return the same model, fitted with the index variance that was known before this set.
 
-    An effect may have caused the offsets of these runs.
+    An effect may have caused the offsets of the set's runs.
     """
     noise = residuals.solution.noise
     known = residuals.observations.index_sigma_arcsec**2
@@ -123,7 +122,8 @@ def _with_noise(residuals: Residuals, noise: Noise) -> Residuals:
 
 
 def restricted_likelihood(residuals: Residuals) -> float:
-    """Return the log likelihood with the coefficients integrated out, with the index's prior."""
+    """Return the log likelihood with the coefficients integrated out and the index's prior
+    included."""
     solution = residuals.solution
     noise = solution.noise
     prior = residuals.observations.index_sigma_arcsec**2
@@ -140,7 +140,8 @@ def restricted_likelihood(residuals: Residuals) -> float:
 def freedom_of_a_size(
     residuals: Residuals, weights: tuple[Float | None, Float | None], offsets: Float
 ) -> tuple[float, float]:
-    """Return the degrees of freedom of the noise of an effect's size, and the index's share in it.
+    """Return the degrees of freedom of the noise in an effect's size, and the index's share in its
+    variance.
 
     ``weights`` and ``offsets`` are those of :meth:`Residuals.projected`.
     """

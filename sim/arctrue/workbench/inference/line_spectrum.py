@@ -1,8 +1,8 @@
 """The share of residual variance that a line explains, at every order per turn and frequency.
 
-A line has one phase for all rows of a channel: it is fixed to the angle, or to time. Rows are put
-into bins as wide as their median step, and C⁻¹·residual is summed and transformed; the spectrum of
-the noise gives the information about a line. This is exact enough to find where to search.
+A line has one phase for all rows of a channel: it is fixed to the angle, or to time. C⁻¹·residual
+is summed in bins as wide as the median step of the rows, and transformed; the spectrum of the noise
+gives the information about a line. The result is exact enough to show where a search should look.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MOST_BINS = 1 << 22
 """Largest number of bins. A longer record is put into wider bins, and its fastest lines are not
 searched."""
 LEAST_PERIODS = 4.0
-"""Fewest periods of a line in a record; with fewer it is a slow curve."""
+"""Fewest periods of a line in a record; with fewer periods it is a slow curve."""
 
 
 @dataclass(frozen=True)
@@ -34,24 +34,26 @@ class LineSpectrum:
     rates: Float
     """Orders, 1/turn, or frequencies, Hz."""
     gain: Float
-    """χ² that cos and sin of each rate would take, approximately."""
+    """χ² that cos and sin of each rate would remove, approximately."""
     amplitude_arcsec: Float
     span: float
-    """Length of the record, turns or seconds: two lines closer than 1/(2·span) count as one."""
+    """Length of the record, turns or seconds: two lines closer than 1/(2·span) count as one
+    line."""
     lowest: float
-    """Lowest rate of a line; below it are slow curves, which the offsets of the runs may cause."""
+    """Lowest rate of a line; lower rates are slow curves, which the offsets of the runs may
+    cause."""
 
     @property
     def trials(self) -> float:
-        """Number of independent places."""
+        """Number of independent places in the spectrum."""
         if self.rates.size == 0:
             return 0.0
         return 2.0 * self.span * float(self.rates[-1] - self.rates[0])
 
 
 def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> LineSpectrum | None:
-    """Return the spectrum of a channel; None without the channel, its time, its noise or a whole
-    period."""
+    """Return the spectrum of a channel; None if the channel, its time, its noise or a whole period
+    is missing."""
     rows = residuals.observations.capture if capture else residuals.observations.reference
     precise = residuals.capture_precise if capture else residuals.reference_precise
     noise = residuals.solution.noise.capture if capture else residuals.solution.noise.reference
@@ -65,7 +67,8 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
     moved = steps[steps > 1e-9 * max(span, 1e-300)]
     if moved.size == 0:
         return None
-    # The last row is at the span itself, in the last bin: the transform has a power of two.
+    # MOST_BINS − 1 puts the last row, at the span itself, into the last of MOST_BINS bins, a power
+    # of two.
     width = max(float(np.median(moved)), span / (MOST_BINS - 1))
     number = np.floor((place - place.min()) / width).astype(np.int64)
     length = int(number.max()) + 1
@@ -74,7 +77,7 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
         np.fft.rfft(np.bincount(number[part], weights=precise[part], minlength=length), padded)
         for part in channel_rows(rows)
     ]
-    # One spectrum is used directly: the square root of its square would differ by rounding.
+    # A single spectrum is used directly: the square root of its square would differ by rounding.
     sums = np.abs(spectra[0]) if len(spectra) == 1 else np.sqrt(power_of_channels(spectra))
     rates = np.arange(sums.size) / (padded * width)
     # Each run of a capture has an offset of its own, so that a line must be visible within one run.
@@ -88,7 +91,7 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
 
 
 def _longest_run(place: Float, run: NDArray[np.int64]) -> float:
-    """Return the way or time from end to end of the longest run."""
+    """Return the distance in angle or time between the ends of the longest run."""
     return max(float(np.ptp(place[start:end])) for start, end in run_spans(run))
 
 
@@ -103,7 +106,7 @@ def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) 
         way = 1.0
         if not in_time:
             way = float(np.median(np.abs(np.diff(place[part])))) / max(step, 1e-300)
-        # Stretches of a run have the same spectrum, step and speed to within rounding.
+        # Stretches of a run have the same spectrum, step and speed, apart from rounding.
         key = (id(spectrum), float(f"{step:.9g}"), float(f"{way:.9g}"))
         rows = (part.stop - part.start) / noise.mean_square_scale(part)
         rows_of_spectrum[key] = rows_of_spectrum.get(key, 0.0) + rows

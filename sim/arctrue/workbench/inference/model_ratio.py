@@ -20,12 +20,12 @@ class ModelRatio:
     Parameters
     ----------
     gain : float
-        Twice the rise of the log likelihood, the noise free on both sides.
+        Twice the rise of the log likelihood, with the noise free on both sides.
     parameters : int
-        Number of parameters that only the larger one has, search parameters included.
+        Number of parameters that only the larger model has, search parameters included.
     p_value : float
-        Probability of such a gain by chance if the smaller one is true. It is too small where the
-        larger one searched for a place: :func:`arctrue.diagnose` counts the places.
+        Probability of such a gain by chance if the smaller model is true. It is too small if the
+        larger model searched for a place: :func:`arctrue.diagnose` counts the places.
     larger : int
         Number of the larger model, 1 or 2.
     """
@@ -37,7 +37,7 @@ class ModelRatio:
 
 
 def model_ratio(one: Solution, other: Solution) -> ModelRatio | None:
-    """Compare two models; return None where neither has all terms of the other."""
+    """Compare two models; return None if neither has all terms of the other."""
     if _contains(other, one):
         return _ratio(one, other, 2)
     if _contains(one, other):
@@ -59,8 +59,8 @@ def _contains(large: Solution, small: Solution) -> bool:
 
 
 def _ratio(small: Solution, large: Solution, larger: int) -> ModelRatio:
-    """Compute the ratio; both noises are estimated in the contrasts that the smaller model does not
-    touch."""
+    """Compute the ratio. Both noises are estimated in the contrasts to which the columns of the
+    smaller model contribute nothing."""
     at_small = restricted_likelihood(Residuals(small))
     noise = under(large, small)
     both = [

@@ -34,7 +34,7 @@ def term_parameters(
     term: Term, coefficients: Float, covariance: Float, sigmas: dict[str, float],
     observations: Observations,
 ) -> dict[str, Parameter]:  # fmt: skip
-    """Return the parameters of one term, as they are reported; ``sigmas``: those of its search
+    """Return the parameters of one term, as they are reported; ``sigmas`` are the σ of its search
     parameters."""
     own = term.effect.parameters(coefficients, covariance, term.nonlinear, observations)
     for name, sigma in sigmas.items():
@@ -50,7 +50,8 @@ def values_of(
     observations: Observations,
     wanted: Collection[int] | None = None,
 ) -> dict[str, float]:
-    """Return the value of every parameter, of the terms with these numbers or of all."""
+    """Return the value of every parameter; ``wanted`` limits the result to the terms with these
+    numbers."""
     found: dict[str, float] = {}
     start = 0
     for number, (label, term, width) in enumerate(zip(labels(terms), terms, widths, strict=True)):
@@ -66,8 +67,8 @@ def values_of(
 def named_parameters(solution: Solution, covariance: Float | None = None) -> dict[str, Parameter]:
     """Return every parameter with its standard uncertainty and unit.
 
-    ``covariance``: that of all coefficients and, after them, of the continuous search parameters of
-    each term; by default that of the solution.
+    ``covariance``: covariance of all coefficients and, after them, of the continuous search
+    parameters of each term; by default that of the solution.
     """
     own, sigmas = joint_uncertainty(solution)
     if covariance is not None:

@@ -5,8 +5,8 @@ At each value of the parameter, all others, including the noise, have their most
 an interval also holds where the standard uncertainty of a linearised fit does not: slow noise that
 is estimated together with a drift has absorbed part of the drift, and a frequency of few periods is
 not a linear parameter. The limit of the likelihood ratio is that of Student's t with the degrees of
-freedom with which the noise of the parameter is known: exact for a linear parameter in white noise
-(Bates and Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
+freedom of the noise variance: exact for a linear parameter in white noise (Bates and Watts,
+Nonlinear Regression Analysis and Its Applications, chapter 6).
 """
 
 from __future__ import annotations
@@ -41,31 +41,34 @@ from arctrue.workbench.numeric.symmetric import solve_symmetric
 Float = NDArray[np.float64]
 
 NOISE_ROUNDS = 2
-"""Number of rounds of model and noise at each value; they start from the noise of the previous
-value."""
+"""Number of rounds of model and noise at each value; the first starts from the noise of the
+previous value."""
 FARTHEST = 40.0
-"""Distance in standard uncertainties beyond which the data do not bound the parameter."""
+"""Distance from the fitted value, in standard uncertainties, beyond which the interval counts as
+unbounded."""
 WIDER = 1.6
-"""Factor of each step outwards, until the likelihood has fallen far enough."""
+"""Factor by which each step outwards is longer than the one before, until the likelihood has fallen
+far enough."""
 PRECISION = 0.01
-"""Accuracy of an end of the interval, in standard uncertainties."""
+"""Accuracy of the ends of the interval, in standard uncertainties."""
 HALF_TURN_DEG = 180.0
-"""Half a turn of a phase, which is known only to within a turn."""
+"""Half a turn, in degrees: a phase is known only up to whole turns."""
 SLOW = 0.02
-"""Share of the longest time constant above which a part of the noise may belong to a random
-walk."""
+"""Smallest time constant of noise that may be a random walk, as a share of the longest time
+constant."""
 WALK_SPANS = 10.0
-"""Factor on the longest time constant, which is the length of the record: within the record the
-noise is then a random walk."""
+"""Factor on the longest time constant, which is the length of the record. With it, the noise is a
+random walk within the record."""
 LITTLE = 1e-2
-"""Share of a variance that keeps its time constant when the variance is moved to the longest
-one."""
+"""Share of a variance that keeps its time constant; the remainder is moved to the longest time
+constant."""
 
 
 def limit_of(level: float, freedom: float) -> float:
     """Return the fall of twice the log likelihood at the ends of an interval of this level.
 
-    In white noise with m degrees of freedom a deviation of t standard uncertainties lowers it by
+    In white noise with m degrees of freedom, a deviation of t standard uncertainties lowers twice
+    the log likelihood by
 
     (m + 1)·log(1 + t²/m).
     """
@@ -107,8 +110,8 @@ class Profile:
         return Condition((self.name,), difference)  # type: ignore[arg-type]
 
     def likelihood(self, value: float) -> float:
-        """Return the restricted log likelihood with the parameter at ``value``, noise and all
-        others free."""
+        """Return the restricted log likelihood with the parameter at ``value`` and the noise and
+        all other parameters free."""
         fitted = self.fit.solution.noise
         starts = [fitted, _as_a_walk(fitted)]
         if self._noise:
@@ -121,11 +124,11 @@ class Profile:
         return likelihood
 
     def _fixed_terms(self, conditions: Sequence[Condition], start: Noise) -> tuple[float, Noise]:
-        """Return the likelihood under these conditions and its noise, whose search begins at
-        ``start``."""
+        """Return the likelihood under these conditions, and its noise; the search for the noise
+        begins at ``start``."""
         found = conditioned(replace(self.fit.solution, noise=start), conditions)
         if self._free is None:
-            # The contrasts are the same at every value, so that the likelihoods can be compared.
+            # All values use the same contrasts, so that the likelihoods can be compared.
             self._free = found.free
         for _ in range(NOISE_ROUNDS):
             noise = noise_with(found, self._free)
@@ -137,8 +140,8 @@ class Profile:
         return 2.0 * (self._highest - self.likelihood(value))
 
     def interval(self, level: float) -> tuple[float, float]:
-        """Return the lower and the upper end; infinite where the data do not bound the parameter on
-        that side."""
+        """Return the lower and the upper end; an end is infinite where the data do not bound the
+        parameter."""
         if not 0.0 < level < 1.0:
             raise ValueError(f"level: expected a number between 0 and 1, found {level:g}")
         limit = limit_of(level, freedom_of(self.fit, self.name))
@@ -182,7 +185,7 @@ class Profile:
             return np.inf
 
     def _range(self) -> tuple[float, float]:
-        """Range of possible values: an amplitude is not negative, a search parameter has its
+        """Range of possible values: an amplitude is not negative, a search parameter stays in its
         declared range."""
         label, _, own = self.name.rpartition(".")
         solution = self.fit.solution
@@ -207,8 +210,8 @@ class Profile:
 def _as_a_walk(noise: Noise) -> Noise:
     """Return noise with the same steps from row to row, in which the slow parts are a random walk.
 
-    These steps hardly distinguish the two, and a slow walk hides a drift. The search for the
-    likeliest noise does not reach one from the other, so that both are tried.
+    The steps hardly distinguish a random walk from slow noise, but a slow walk hides a drift. The
+    search for the likeliest noise does not lead from one to the other, so that both are tried.
     """
     laws = [
         None if law is None else replace(law, spectra=tuple(map(_slowest, law.spectra)))
@@ -230,9 +233,10 @@ def _slowest(spectrum: Spectrum) -> Spectrum:
 
 
 def freedom_of(fit: ConstrainedFit, name: str) -> float:
-    """Return the degrees of freedom with which the noise of a parameter is known (Satterthwaite).
+    """Return the degrees of freedom of the noise variance in a parameter (Satterthwaite).
 
-    The parameter is taken as aᵀ·b, where a is its slope along coefficients and search parameters.
+    The parameter is linearised as aᵀ·b, where a is its slope with respect to coefficients and
+    search parameters.
     """
     solution = fit.solution
     observations, noise = solution.observations, solution.noise
@@ -283,7 +287,8 @@ def slope_of(fit: ConstrainedFit, name: str) -> Float:
 
 
 def slopes_of(fit: ConstrainedFit, names: Sequence[str]) -> Float:
-    """Return the slopes of several parameters, shape (parameters, unknowns)."""
+    """Return the slopes of several parameters with respect to all unknowns, shape (parameters,
+    unknowns)."""
     solution = fit.solution
     spread = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     shared = sum(solution.widths)
@@ -302,7 +307,7 @@ def slopes_of(fit: ConstrainedFit, names: Sequence[str]) -> Float:
 
 
 def _at(solution: Solution, place: int, shared: int, off: float) -> dict[str, float]:
-    """Return every parameter with one unknown moved."""
+    """Return every parameter after one unknown has been changed by ``off``."""
     coefficients, terms = solution.coefficients, list(solution.terms)
     if place < shared:
         coefficients = coefficients.copy()

@@ -1,4 +1,4 @@
-"""Residuals of a fitted model, and the part of their variance that further columns explain."""
+"""Residuals of a fitted model, and the part of their variance that additional columns explain."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, log_determinant,
 from arctrue.workbench.observations import Observations
 
 COLUMNS_TOGETHER = 24
-"""Largest number of columns that are whitened and multiplied with the model's at once."""
+"""Largest number of columns that are whitened and multiplied with the model's columns at once."""
 LEAST_OWN_SHARE = 1e-6
-"""Least share of the weighted squares in a direction of a block that the model must leave.
+"""Smallest share of the weighted squares in a direction of a block that the model must leave.
 
 A direction with a smaller share belongs to the model, not to the block. Columns are calculated at
 measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a
 constant of each face only by that noise times its order. Without this limit, the noise of the rows
-themselves would appear as a wave of 4,900″. A wave of the signal period has the noise of the
-reading times the lines of the disc (:meth:`Effect.electrical_orders`).
+themselves would appear as a wave of 4,900″. In a wave of the signal period, this noise is
+multiplied by the number of lines of the disc (:meth:`Effect.electrical_orders`).
 """
 TIMES_THE_NOISE = 4.0
-"""Factor on squares: the part that the model leaves of such a wave must be twice its phase noise.
-"""
+"""Smallest ratio of squares: the part of a signal-period wave that the model leaves must be twice
+its phase noise."""
 MOST_OWN_SHARE = 0.5
-"""Largest threshold, however large that noise is: a block of which the model leaves more is always
-tested."""
+"""Largest value of the limit on the share, whatever the noise is: a block of which the model leaves
+more is always tested."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Score:
     covariance: Matrix
     moment: Matrix
     information: Matrix
-    """Normal matrix of the block, after the model is projected out."""
+    """Normal matrix of the block, with the model projected out."""
     cross: Matrix
     """Products of the model's columns (terms, run offsets, constant) with those of the block."""
     own_share: float
@@ -63,7 +63,7 @@ def own_directions(
     """Return ``projected`` and ``moment`` in the directions of a block that the model leaves.
 
     ``information`` is the normal matrix of the block's columns, shape (k, k), and ``projected`` the
-    same matrix with the model projected out: a direction in which ``projected`` is less than
+    same matrix with the model projected out. A direction in which ``projected`` is less than
     ``least`` of ``information`` is left out. The test applies to directions, not to columns: a wave
     of both heads may cancel in R₂ − R₁ and be determined in ε.
     """
@@ -72,7 +72,8 @@ def own_directions(
     diagonal = np.diag(information)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    # Columns that differ only by that noise (multiples of three phases) add no direction.
+    # Columns that differ only by the noise of the angle (multiples of three phases) add no
+    # direction.
     same = RANK_TOLERANCE if least <= LEAST_OWN_SHARE else max(least, RANK_TOLERANCE)
     there = values > same * max(float(values[-1]), 1e-300)
     into = vectors[:, there] / np.sqrt(values[there]) / scale[:, np.newaxis]
@@ -89,11 +90,12 @@ def own_directions(
 def above_the_phase_noise(
     projected: Matrix, moment: Matrix, noise: Matrix
 ) -> tuple[Matrix, Matrix]:
-    """Return both in the directions that have more squares of their own than noise of the phase.
+    """Return ``projected`` and ``moment`` in the directions in which the squares exceed those of
+    phase noise.
 
-    ``noise``: squares that the noise of the readings gives each column (columns,). Where few signal
-    phases were met, the model explains most of a wave, and what it leaves may be small: the share
-    alone does not show that it is only the noise of the phase.
+    ``noise``: squares that the noise of the readings gives each column, shape (columns,). If the
+    rows have few different signal phases, the model explains most of a wave, and the part that it
+    leaves may be small: the share alone does not show whether this part is only noise of the phase.
     """
     scale = np.sqrt(np.maximum(noise, 1e-300))
     values, vectors = np.linalg.eigh(projected / np.outer(scale, scale))
@@ -106,7 +108,7 @@ def above_the_phase_noise(
 
 
 class Residuals:
-    """Residuals of a solution with everything that a scan or a score test needs."""
+    """Residuals of a solution, and the arrays that scans and score tests need."""
 
     def __init__(self, solution: Solution) -> None:
         """Keep ``solution``; the arrays are computed when they are first used."""
@@ -148,7 +150,7 @@ class Residuals:
         if values is None:
             return None
         if design is None or self.solution.held:
-            # Coefficients that were not fitted to these rows take none of their noise.
+            # Coefficients that were not fitted to these rows absorb none of their noise.
             return whiteness(values)
         return whiteness(values, design.every_column)
 
@@ -160,13 +162,15 @@ class Residuals:
 
     @cached_property
     def capture_precise(self) -> NDArray[np.float64] | None:
-        """C⁻¹ of the residuals: a column's product with it is the column's moment."""
+        """C⁻¹ times the residuals of the capture; its product with a column is the column's
+        moment."""
         values, noise = self.capture_whitened, self.solution.noise.capture
         return None if values is None or noise is None else noise.precise(values)
 
     @cached_property
     def reference_precise(self) -> NDArray[np.float64] | None:
-        """C⁻¹ of the residuals: a column's product with it is the column's moment."""
+        """C⁻¹ times the residuals of the reference; its product with a column is the column's
+        moment."""
         values, noise = self.reference_whitened, self.solution.noise.reference
         return None if values is None or noise is None else noise.precise(values)
 
@@ -187,7 +191,8 @@ class Residuals:
 
     @cached_property
     def _normal(self) -> Matrix:
-        """Normal matrix of the model: terms, run offsets, constant."""
+        """Normal matrix of the model; the unknowns are coefficients of terms, run offsets, the
+        constant."""
         layout = self._layout
         normal = np.zeros((layout.size, layout.size))
         for design, places in zip(
@@ -228,8 +233,8 @@ class Residuals:
     def _left_moment(self) -> Matrix:
         """Moment of the residuals along the model's own columns; zero after a fit.
 
-        Columns that depend on the model change with its coefficients. A solution that was not
-        fitted again with the new columns is therefore not quite the least-squares solution.
+        Columns that depend on the model change with the model's coefficients. If a solution was not
+        fitted again with the new columns, it is therefore not quite the least-squares solution.
         """
         layout, solution = self._layout, self.solution
         if solution.held:
@@ -242,13 +247,13 @@ class Residuals:
     def with_residuals(
         self, capture: NDArray[np.float64] | None, reference: NDArray[np.float64] | None
     ) -> Residuals:
-        """Return the same model with other residuals (draws of the noise), the model fitted out of
-        them."""
+        """Return the same model with other residuals, such as draws of the noise, after a fit of
+        the model to them."""
         other = Residuals(self.solution)
         for name in ("_designs", "_normal", "_inverse", "_reading_noise_arcsec"):
             # The model's own matrices, and the noise of the set, do not depend on the residuals.
             other.__dict__[name] = getattr(self, name)
-        # The other residuals are those of a fit.
+        # A fit leaves the other residuals without a moment along the model's columns.
         other.__dict__["_left_moment"] = np.zeros(self._layout.size)
         noise, layout = self.solution.noise, self._layout
         white = [self._whitened(capture, noise.capture), self._whitened(reference, noise.reference)]
@@ -271,7 +276,8 @@ class Residuals:
     def whitened_columns(
         self, effect: Effect, nonlinear: Nonlinear
     ) -> tuple[Matrix | None, Matrix | None]:
-        """Return the whitened columns of one effect by channel; None where it adds nothing."""
+        """Return the whitened columns of one effect by channel; None for a channel to which it adds
+        nothing."""
         term, noise = Term(effect, nonlinear), self.solution.noise
         found: list[Matrix | None] = []
         for rows, of_rows, is_it in (
@@ -287,14 +293,15 @@ class Residuals:
         return found[0], found[1]
 
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Score:
-        """Test an effect's whole block of columns, the model projected out, by its score.
+        """Test the whole block of an effect's columns by its score, with the model projected out.
 
-        Searches, rankings and sizes ask for the same score again: it is computed once.
+        Searches, rankings and sizes need the same score again: it is computed once.
         """
         return self.scores([(effect, nonlinear)])[0]
 
     def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> list[Score]:
-        """Test several effects by their scores; together they cost less than one by one."""
+        """Test several effects by their scores; testing them together takes less time than one by
+        one."""
         keys = [(id(effect), tuple(sorted(place.items()))) for effect, place in asked]
         waiting = {
             key: item for key, item in zip(keys, asked, strict=True) if key not in self._scores
@@ -314,7 +321,7 @@ class Residuals:
 
     @cached_property
     def _scores(self) -> dict[Hashable, tuple[Effect, Score]]:
-        """Scores with their effects: while an effect is kept, no other one has its id."""
+        """Scores with their effects: while an effect is kept, no other effect gets its id."""
         return {}
 
     def _work_out(self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]]) -> None:
@@ -349,7 +356,7 @@ class Residuals:
             self._scores[key] = (effect, self._test(own, moment[part], cross[:, part], *least))
 
     def _least_own_share(self, effect: Effect) -> float:
-        """Return the share of a block's weighted squares below which it is only noise of the
+        """Return the share of a block's weighted squares below which the block is only noise of the
         measured angles."""
         order = max(effect.electrical_orders(self.observations), default=0.0)
         if order == 0.0:
@@ -359,12 +366,13 @@ class Residuals:
 
     def _phase_noise_squares(self, effect: Effect, information: Matrix, square: float) -> Matrix:
         """Return the weighted squares that the noise of the readings gives each wave of their
-        phase, shape (columns,); none for another effect.
+        signal phase, shape (columns,); an empty array for other effects.
 
-        The derivative of the wave is its electrical order, in a radian of the reading. Whitened
-        noise has a square of one a row, so that the noise within such a wave has that derivative
-        squared a row, whatever its size and colour are. ``square``: sum of the squares of one wave
-        over the rows. MOST_OWN_SHARE of a wave over all phases is enough.
+        The derivative of the wave with respect to the reading in radians is its electrical order.
+        Whitened noise has a mean square of one per row, so that the noise in such a wave has the
+        square of that derivative per row, whatever its size and colour are. ``square``: sum of the
+        squares of one wave over the rows. The result is at most MOST_OWN_SHARE of a wave over all
+        phases.
         """
         orders = np.asarray(effect.electrical_orders(self.observations), dtype=np.float64)
         noise = TIMES_THE_NOISE * (orders * RAD_PER_ARCSEC) ** 2 * square
@@ -374,8 +382,8 @@ class Residuals:
     def _reading_noise_arcsec(self) -> float:
         """Noise of the noisier channel, from its repeats.
 
-        The noise of a model that lacks an effect contains the effect, which is not noise of the
-        phase.
+        The fitted noise is not used: if the model lacks an effect, that noise contains the effect,
+        which is not noise of the phase.
         """
         found = [0.0]
         for channel, values in (
@@ -390,8 +398,9 @@ class Residuals:
     def _whitened_side_by_side(
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
     ) -> tuple[Matrix | None, list[int], list[float]]:
-        """Return whitened columns of one channel, the numbers of the effects that have some, and
-        for each of these the sum of the squares of a wave (cosine and sine) before whitening."""
+        """Return whitened columns of one channel and the numbers of the effects that have columns
+        in it. For each of these, also return the sum of the squares of a wave (cosine and sine)
+        before whitening."""
         noise = self.solution.noise.capture if capture else self.solution.noise.reference
         assert noise is not None
         blocks: list[Matrix] = []
@@ -421,7 +430,7 @@ class Residuals:
         projected, moment = own_directions(information, projected, moment, least)
         if noise.size:
             projected, moment = above_the_phase_noise(projected, moment, noise)
-        # A column that the model explains to within rounding is left out.
+        # A column that the model explains, apart from rounding, is left out.
         alive = np.diag(projected) > 1e-9 * np.maximum(np.diag(information), 1e-300)
         kept = np.where(alive[:, None] & alive[None, :], projected, 0.0)
         moment = np.where(alive, moment, 0.0)
@@ -440,8 +449,8 @@ class Residuals:
     def projected(
         self, effect: Effect, nonlinear: Nonlinear, score: Score
     ) -> tuple[tuple[Matrix | None, Matrix | None], Matrix]:
-        """Return C⁻¹ of a scored effect with the model projected out, by channel, and the run
-        offsets in it, arcseconds."""
+        """Return C⁻¹ times the columns of a scored effect, multiplied by its coefficients, with the
+        model projected out, by channel; and the run offsets in it, arcseconds."""
         layout, noise = self._layout, self.solution.noise
         back = self._inverse @ (score.cross @ score.coefficients)
         found: list[Matrix | None] = []
@@ -464,7 +473,8 @@ class Residuals:
     def projected_columns(
         self, effect: Effect, nonlinear: Nonlinear, score: Score
     ) -> tuple[Matrix | None, Matrix | None]:
-        """Return whitened columns of a scored effect with the model projected out, by channel."""
+        """Return the whitened columns of a scored effect with the model projected out, by
+        channel."""
         layout = self._layout
         back = self._inverse @ score.cross
         found: list[Matrix | None] = []
@@ -482,9 +492,10 @@ class Residuals:
         return found[0], found[1]
 
     def solution_with(self, effect: Effect, nonlinear: Nonlinear, score: Score) -> Solution:
-        """Return the solution of the model with one more effect, its search parameters held.
+        """Return the solution of the model with one more effect, whose search parameters are not
+        fitted.
 
-        It equals a fit with this noise, and is computed from the sums that the score test has made.
+        It equals a fit with this noise, and is computed from the sums of the score test.
         """
         solution, layout = self.solution, self._layout
         shift = self._inverse @ score.cross

@@ -1,8 +1,8 @@
 """Scans for the search parameters of an effect that fit the residuals of a model best.
 
 A scan goes over the rows once: it bins C⁻¹·residual, transforms it by FFT, divides the power by the
-information that the noise leaves about a wave, and finds the maxima. The best places are then
-scored exactly, with the model projected out. ``trials`` is the number of independent places.
+information about a wave in this noise, and finds the maxima. The best places are then scored
+exactly, with the model projected out. ``trials`` is the number of independent places.
 """
 
 from __future__ import annotations
@@ -31,43 +31,46 @@ from arctrue.workbench.observations import ReferenceRows
 Float = NDArray[np.float64]
 
 LONGEST_WINDOW = 1 << 19
-"""Number of samples that one transform in time takes, four times as many with its zeros: 16 MB."""
+"""Largest number of samples in one transform over time; with zeros it has four times as many, 16
+MB."""
 BEST_PLACES = 4
 """Number of places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4
-"""Largest number of steps towards the maximum before it is enclosed."""
+"""Largest number of steps of a search before it encloses the maximum."""
 EDGE_STEPS = 5
-"""Number of bisection steps: a thirtieth of the grid step is exact enough where the gain is cut
-off."""
+"""Number of bisection steps: they reach a thirtieth of the grid step, which is exact enough where
+the gain is cut off."""
 PARABOLAS = 3
 """Number of parabolas, each through the three best places so far."""
 SAME_PLACE = 2e-3
-"""Share of the distance between the outer two places: a maximum that moves less is exact enough."""
+"""Share of the distance between the outer two places: a maximum that moves by less has been
+found."""
 DISC_BINS = 1 << 15
-"""Number of bins in a turn. With eight bins a period the highest order sought is 4,096, a quarter
-of the lines of the paper's disc."""
+"""Number of bins in a turn. With eight bins per period, the highest order that is searched is
+4,096, a quarter of the lines of the paper's disc."""
 TOLD_APART = 30.0
 """Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
 parameter, with a gap at every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
-"""Places in a gap and at its edges, in units of the resolution, which is an eighth of a period. A
-line of one run is half a period wide to either side, so that two neighbouring places cannot both
-miss it."""
+"""Places in a gap and at its edges, in units of the resolution, which is an eighth of a period. The
+peak of a line of one run extends half a period to either side, so that two neighbouring places
+cannot both miss it."""
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
-"""Searches for a wave of any rate."""
+"""Kinds of search for a wave of any rate."""
 LEAST_OWN = 0.05
-"""Least share of a line's weighted squares that the model of whole orders must leave. In one run of
-T turns this share is 1 − sinc²(δT), so that a line is searched for at an eighth of a period or more
-from an order."""
+"""Smallest share of a line's weighted squares that the model of whole orders must leave. In one run
+of T turns this share is 1 − sinc²(δT), where δ is the distance from a whole order, so that a line
+is searched for at an eighth of a period or more from an order."""
 BLIND_FACTOR = 0.02
 """Value of |e^{jnα} − 1| below which two heads cannot see the order."""
 ALIAS_AHEAD = 6.0
-"""Gain by which an order above half the samples per turn must exceed the best one below: odds of 20
-to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
+"""Gain by which an order above half the samples per turn must exceed the best order below: odds of
+20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 STATION_DECIMALS = 6
-"""Decimals of a radian to which stations are rounded; stations that are then equal are one."""
+"""Number of decimals of a radian to which stations are rounded; stations with equal results are
+one."""
 LARGEST_GAP_STEPS = 8.0
-"""Largest gap of a reference run, in its own steps, with which it goes round the whole turn."""
+"""Largest gap of a reference run, in its own steps, at which the run counts as a whole turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +102,7 @@ def scored(
 
 
 def _gain_of_its_own(effect: Effect, score: Score) -> float:
-    """Return the gain, or 0 for a line that the model explains nearly whole.
+    """Return the gain, or 0 for a line that the model explains almost completely.
 
     Next to one of the model's own orders, such a line describes a slow change of this order, and
     its size has no meaning.
@@ -130,8 +133,8 @@ def disc_spectra(residuals: Residuals, bins: int) -> list[NDArray[np.complex128]
 
 
 def order_information(residuals: Residuals, orders: Float, *, capture: bool = True) -> Float:
-    """Return the information of a channel's rows about e^{jνθ}: Σ 1/(spectral density of the noise
-    at ν·ω)."""
+    """Return the information of a channel's rows about e^{jνθ}: the sum over the rows of
+    1/(spectral density of the noise at ν·ω)."""
     noise = residuals.solution.noise.capture if capture else residuals.solution.noise.reference
     rows = residuals.observations.capture if capture else residuals.observations.reference
     assert noise is not None
@@ -159,7 +162,8 @@ def samples_a_turn(residuals: Residuals) -> float:
 
 
 def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Score whole orders of the declared range whose alias at even samples is above its start.
+    """Score whole orders of the declared range whose alias at even samples is above the start of
+    the range.
 
     With N samples per turn, orders n and N − n differ only by a phase in each run: runs that start
     at different angles separate them, one run does not. The lower order is then preferred.
@@ -193,9 +197,9 @@ def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 def stations_a_turn(rows: ReferenceRows) -> float:
-    """Return the median number of reference stations in a turn; 0 where they do not go all the way
-    round."""
-    # The gap that closes the circle counts too: on an arc it is as long as many steps.
+    """Return the median number of reference stations in a turn; 0 if the stations do not cover the
+    whole turn."""
+    # The gap from the last station to the first counts too: on an arc it is as long as many steps.
     place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
     steps = np.abs(np.diff(rows.target_rad))[np.diff(rows.run) == 0]
     moved = steps[steps > 10.0**-STATION_DECIMALS]
@@ -217,8 +221,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     place -= place.min()
     length = int(place.max()) + 1
     if length > 1 << 24:
-        # Runs that are thousands of turns apart are not searched: their relative phase is not
-        # known.
+        # Runs that are thousands of turns apart are not searched, because their relative phase is
+        # unknown.
         return []
     padded = 1 << int(np.ceil(np.log2(4 * length)))
     power = power_of_channels(
@@ -235,8 +239,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     power[(orders > highest) | (orders < max(resolution, lowest))] = 0.0
     trials, step = 2.0 * turns * highest, 0.25 / turns
     away = _away_from_halves(orders)
-    # Next to a gap (whole and half orders) the highest point may be the gap's edge, which is no
-    # local maximum.
+    # Next to a gap (whole and half orders) the highest point may be the edge of the gap, which is
+    # no local maximum.
     coarse = [
         {"order": float(orders[index])}
         for index in peaks(np.where(away < resolution, 0.0, power), BEST_PLACES)
@@ -244,14 +248,14 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     found = scored(effect, residuals, coarse, trials)
     refined = moved_to_maximum(effect, residuals, found, "order", step)
     if refined and _away_from_halves(refined[0].nonlinear["order"]) < resolution:
-        # A place refined into the gap around a whole or half order would be that order.
+        # A place that moves into the gap around a whole or half order would be that order.
         refined = found
     inside = _inside_a_gap(effect, residuals, power, orders, trials, step)
     return inside if inside and (not refined or inside[0].gain > refined[0].gain) else refined
 
 
 def _away_from_halves(orders: Float | float) -> Float:
-    """Return the distance to the nearest whole or half order."""
+    """Return the distance of each order from the nearest whole or half order."""
     twice = np.multiply(orders, 2.0)
     return np.asarray(np.abs(twice - np.round(twice)) / 2.0)
 
@@ -259,11 +263,12 @@ def _away_from_halves(orders: Float | float) -> Float:
 def _inside_a_gap(
     effect: Effect, residuals: Residuals, power: Float, orders: Float, trials: float, step: float
 ) -> list[Place]:
-    """Return the best order nearer to a whole or half one than the turns resolve, if it differs.
+    """Return the best order that is nearer to a whole or half order than the turns resolve, if it
+    differs from it.
 
-    Two lines are resolved at 1/(2·turns). A single line is located more exactly, the higher it
-    stands above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it has an
-    order of its own where its gain exceeds that at the whole or half order by TOLD_APART.
+    Two lines are resolved at 1/(2·turns). The place of a single line is the more exact, the higher
+    the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it has
+    an order of its own if its gain exceeds that at the whole or half order by TOLD_APART.
     """
     resolution = residuals.observations.order_resolution
     near = _away_from_halves(orders) < resolution
@@ -290,7 +295,8 @@ def _inside_a_gap(
 
 
 def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Search frequencies in time; each run has its own phase, so the powers of the runs add."""
+    """Search frequencies in time. Each run has its own phase, so that the powers of the runs are
+    added."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
     if capture is None or precise is None or noise is None:
@@ -308,7 +314,7 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     shortest = min((period for period in periods if period > 0.0), default=0.0)
     if shortest <= 0.0:
         return []
-    # A long run is cut into windows, whose powers add like those of the runs.
+    # A long run is cut into windows, whose powers are added like those of the runs.
     window_s = min(longest, LONGEST_WINDOW * shortest) * (1.0 + 1e-9)
     spacing = 0.25 / min(longest, window_s)
     total = np.zeros(0)
@@ -341,7 +347,7 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         return moved_to_maximum(
             effect, residuals, scored(effect, residuals, coarse, trials), "frequency", spacing
         )
-    # The whole run resolves frequencies between those that a window resolves.
+    # The whole run resolves frequencies that lie between those of a window.
     places = [
         {"frequency": float(frequency)}
         for place in coarse[:2]
@@ -353,11 +359,11 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 def _window_power(since_s: Float, precise: Float, period: float, spacing: float) -> Float:
-    """Return the power of one window at the multiples of ``spacing``, zero where it cannot resolve
-    one."""
+    """Return the power of one window at the multiples of ``spacing``; zero below the frequencies
+    that it can resolve."""
     place = np.round((since_s - since_s[0]) / period).astype(np.int64)
     values = np.bincount(place, weights=precise)
-    # Use a length of small prime factors: other lengths take several times as long.
+    # The length has small prime factors only, because other lengths take several times as long.
     size = next_fast_len(max(int(np.ceil(1.0 / (spacing * period))), values.size), real=True)
     power = np.abs(np.fft.rfft(values, size)) ** 2 * (2.0 / since_s.size)
     grid = np.arange(int(0.5 / (period * spacing)) + 1) * spacing
@@ -372,9 +378,9 @@ def moved_to_maximum(
 ) -> list[Place]:
     """Move the best place to its maximum between the grid points.
 
-    The model has absorbed its part of the line, and most of a line next to one of its own orders,
-    so that the remaining maximum may be more than a step away. The search therefore moves on while
-    one side is higher than the centre.
+    The model has absorbed its part of the line. Next to one of the model's orders this is most of
+    the line, so that the remaining maximum may be more than a step away. The search therefore moves
+    on while one side is higher than the centre.
     """
     if not found:
         return found
@@ -401,8 +407,8 @@ def moved_to_maximum(
             break
         if max(heights) < top:
             if min(heights) == 0.0:
-                # The gain may rise towards a place that the model explains completely, until it is
-                # cut off.
+                # The gain may rise towards a place that the model explains completely, up to the
+                # place where it is set to 0.
                 cut_off = sides[heights.index(0.0)]
                 edge = _at_the_edge(gain, centre, top, cut_off)
                 if edge[1] > top:
@@ -420,7 +426,8 @@ def moved_to_maximum(
 def _at_the_edge(
     gain: Callable[[float], float], centre: float, top: float, cut_off: float
 ) -> tuple[float, float]:
-    """Return the place nearest to ``cut_off``, which has no gain, where the gain still rises."""
+    """Return the place nearest to ``cut_off`` up to which the gain rises; at ``cut_off`` the gain
+    is 0."""
     for _ in range(EDGE_STEPS):
         tried = 0.5 * (centre + cut_off)
         height = gain(tried)
@@ -436,7 +443,7 @@ def _at_the_edge(
 def _top_of_three(
     gain: Callable[[float], float], places: list[float], heights: list[float]
 ) -> tuple[float, float]:
-    """Return place and height of a maximum that three places enclose, by parabolas."""
+    """Return place and height of the maximum that three places enclose, by parabolas."""
     for _ in range(PARABOLAS):
         (low, middle, high), (left, top, right) = places, heights
         below, above = (middle - low) * (top - right), (middle - high) * (top - left)
@@ -454,7 +461,7 @@ def _top_of_three(
 def highest(
     gain: Callable[[float], float], low: float, high: float, evaluations: int
 ) -> tuple[float, float]:
-    """Return place and height of a maximum between two places (Brent's method)."""
+    """Return place and height of the maximum between two places (Brent's method)."""
     found = minimize_scalar(
         lambda place: -gain(float(place)),
         bounds=(low, high),
@@ -465,21 +472,21 @@ def highest(
 
 
 LEAST_STEP_ROWS = 4
-"""Least number of rows of the run on either side of a step: one more than the wrong rows that may
-stand together."""
+"""Smallest number of rows of the run on either side of a step: one more than the largest number of
+consecutive wrong rows."""
 STEP_PLACES = 24
-"""Number of places of a run at which the information about a step is computed; it changes slowly
-between them."""
+"""Number of places in a run at which the information about a step is computed; between them it
+changes slowly and is interpolated."""
 
 
 def step_trials(gain: float, rows: int) -> float:
     """Return the number of independent instants of a step among ``rows`` rows.
 
-    It grows with the gain, because a larger gain is sharper in time. The chance that white noise
-    gives a gain of b² anywhere is b·φ(b)·Σ ν(b·√r)·r over the instants k, r = n/(k(n − k)) (James,
-    James and Siegmund, Biometrika 74 (1987) 71; ν as Siegmund and Yakir, The Statistics of Gene
-    Mapping, 2007, approximate it). It is divided here by the chance at one instant, 2·Φ(−b). Below
-    b = 1, where the formula does not hold, b = 1 is used.
+    It grows with the gain, because a larger gain has a sharper maximum in time. The probability
+    that white noise gives a gain of b² anywhere is b·φ(b)·Σ ν(b·√r)·r over the instants k, r =
+    n/(k(n − k)) (James, James and Siegmund, Biometrika 74 (1987) 71; ν as Siegmund and Yakir, The
+    Statistics of Gene Mapping, 2007, approximate it). Here it is divided by the probability at one
+    instant, 2·Φ(−b). Below b = 1, where the formula does not hold, b = 1 is used.
     """
     if rows < 2 * LEAST_STEP_ROWS:
         return 0.0
@@ -498,7 +505,7 @@ def _normal_density(value: Float) -> Float:
 
 
 def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Search the instant after which a run's residual lies higher or lower, by cumulative sums."""
+    """Search the instant after which a run's residual is higher or lower, by cumulative sums."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
     if capture is None or precise is None or noise is None:
@@ -535,7 +542,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     places.sort(key=lambda item: -item[0])
     best = [place for _, place in places[:BEST_PLACES]]
     if capture.channels > 1:
-        # A step of head 1 is in every channel of its run: such runs are counted −1, −2, …
+        # A step of head 1 is in every channel of its run, and its run is numbered −1, −2, …
         best += [{**place, "run": -(place["run"] // capture.channels) - 1.0} for place in best]
     found = scored(effect, residuals, best, 1.0)
     if not found:
@@ -590,8 +597,8 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 def grid_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Score every point of the grid over the declared ranges; for effects that no other scan
-    searches."""
+    """Score every point of the grid over the declared ranges, for effects without another kind of
+    scan."""
     axes = []
     for parameter in effect.search:
         low, high = effect.search_range(parameter.name)

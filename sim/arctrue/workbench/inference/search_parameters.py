@@ -1,7 +1,7 @@
 """Refines search parameters: a frequency, an order, a place, an instant.
 
-Variable projection, linearised at the solution: the tangents ∂(X(η)·b)/∂η join the columns of
-the model as columns of their own. Their coefficients are the Gauss–Newton step in η (Golub and
+The method is variable projection, linearised at the solution: the tangents ∂(X(η)·b)/∂η are added
+to the model as further columns. Their coefficients are the Gauss–Newton step in η (Golub and
 Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 """
 
@@ -23,10 +23,11 @@ Float = NDArray[np.float64]
 ROUNDS = 6
 """Largest number of Gauss–Newton steps; SMALL_STEP ends them earlier."""
 HALVINGS = 5
-"""Largest number of halvings of a step that gains nothing: 1/32 of a step is below the uncertainty
-of a place."""
+"""Largest number of trials of a step; each trial after the first takes a quarter of the step
+before, so that the last is below the uncertainty of a place."""
 SMALL_STEP = 0.02
-"""Share of its own uncertainty: a step of a search parameter below this ends the refinement."""
+"""The refinement ends when no search parameter would change by more than this share of its own
+uncertainty."""
 
 
 def refined(solution: Solution) -> Solution:
@@ -74,9 +75,10 @@ def _moved(term: Term, step: Float) -> Term:
 
 
 def with_steps_on_every_row(solution: Solution) -> list[Term]:
-    """Return the terms with every step moved to its best place between the rows of the part.
+    """Return the terms with the instant of every step set to the best row among all rows of the
+    set.
 
-    A part gives the instant only to the gap between two of its stretches.
+    A sample of the rows gives the instant only to the gap between two of its stretches.
     """
     stored, part = solution.observations.stored, solution.observations.capture
     terms = list(solution.terms)
@@ -88,7 +90,7 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         run_name, instant_name = term.effect.step_at
         run = round(term.nonlinear[run_name])
         if run < 0:
-            # A step of head 1 is in every channel of its run, in the first one with its full size.
+            # A step of head 1 is in every channel of its run; the first channel has its full size.
             run = (-run - 1) * part.channels
         kept = part.time_s[part.run == run]
         place = int(np.searchsorted(kept, term.nonlinear[instant_name]))
@@ -106,7 +108,8 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         columns[:, own] = 0.0
         left = rows.difference_arcsec - columns @ solution.coefficients
         left -= solution.run_offsets_arcsec[run]
-        # Log likelihood of a step before row k, less that of none: Σ_{i ≥ k} step·(left − step/2).
+        # Log likelihood of a step before row k minus that of no step: Σ_{i ≥ k} step·(left −
+        # step/2).
         gain = np.cumsum((step * (left - 0.5 * step))[::-1])[::-1]
         best = float(rows.time_s[int(np.argmax(gain))])
         terms[index] = replace(term, nonlinear={**term.nonlinear, instant_name: best})

@@ -1,4 +1,4 @@
-"""Converts a likelihood ratio to a probability that counts every place of the search."""
+"""Converts a likelihood ratio to a probability that allows for every place of the search."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import numpy as np
 from scipy.special import chdtrc, fdtrc
 
 SIGNIFICANCE = 0.01
-"""Largest corrected p with which an effect is named; it was chosen for a false name on 1 % of
-adequate sets."""
+"""Largest corrected p with which an effect is named, chosen so that 1 % of adequate sets get a
+false name."""
 MANY = 1e5
-"""Degrees of freedom from which the noise counts as known."""
+"""Degrees of freedom above which the noise variance counts as known."""
 
 
 def single_p_value(gain: float, rank: int, freedom: float) -> float:
-    """Return the probability of such a gain, or more, at one place.
+    """Return the probability of a gain at least as large at one place.
 
     ``gain`` is twice the rise of the log likelihood with the noise free on both sides, of ``rank``
-    columns; ``freedom`` is the number of degrees of freedom with which the noise is known once the
-    columns are fitted. In white noise this is the F test: with m degrees of freedom left, the rise
-    is (m + q)·log(1 + q·F/m). (Kenward and Roger, Biometrics 53 (1997) 983, for m in other noise.)
+    columns; ``freedom`` is the number of degrees of freedom of the noise variance after the columns
+    are fitted. In white noise this is the F test: with m degrees of freedom left, the rise is (m +
+    q)·log(1 + q·F/m). (Kenward and Roger, Biometrics 53 (1997) 983, for m in other noise.)
     """
     if rank <= 0:
         return 1.0
@@ -31,12 +31,12 @@ def single_p_value(gain: float, rank: int, freedom: float) -> float:
 def corrected_p_value(
     gain: float, rank: int, trials: float, candidates: int, freedom: float = np.inf
 ) -> float:
-    """Return the probability of such a gain, or more, by chance anywhere in the search.
+    """Return the probability that chance gives a gain at least as large anywhere in the search.
 
     The gain is that at the best of ``trials`` independent places, for one of ``candidates``
     effects: Šidák over places, Bonferroni over candidates.
     """
     single = single_p_value(gain, rank, freedom)
-    # 1 − (1 − p)^m without loss for small p; for tiny p it is m·p.
+    # This gives 1 − (1 − p)^m without rounding loss for small p; for tiny p it is m·p.
     placed = float(-np.expm1(max(trials, 1.0) * np.log1p(-min(single, 1.0 - 1e-15))))
     return float(min(1.0, max(placed, 0.0) * max(candidates, 1)))

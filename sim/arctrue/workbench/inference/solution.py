@@ -1,8 +1,8 @@
 """A fitted model: coefficients of generalised least squares, predictions, uncertainties.
 
-Uncertainty of search parameters: the inverse of the joint normal matrix of columns and tangents is
-the covariance of coefficients and search parameters together (Seber and Wild, Nonlinear
-Regression, section 2.1).
+The inverse of the joint normal matrix of columns and tangents is the covariance of coefficients and
+search parameters together (Seber and Wild, Nonlinear Regression, section 2.1); the uncertainty of
+the search parameters follows from it.
 """
 
 from __future__ import annotations
@@ -49,22 +49,22 @@ class Solution:
     """Number of combinations of coefficients that the data determine."""
     condition: float
     every_row: bool = False
-    """True where the coefficients come from every row of a set of which only a part is worked on.
-    """
+    """True if the coefficients are fitted to every row of a set of which the statistics use only a
+    part."""
     held: bool = False
-    """True where the coefficients are those of another set: only offsets were fitted to this one.
-    """
+    """True if the coefficients are those of another set: only offsets were fitted to this set."""
     unknown_noise: frozenset[str] = frozenset()
-    """Channels with too few rows for their number of coefficients to show their own scatter."""
+    """Channels that have too few rows for their coefficients, so that the rows do not show their
+    scatter."""
 
     @property
     def capture_sigma_arcsec(self) -> float | None:
-        """Standard deviation of a capture row, all parts of its noise together."""
+        """Standard deviation of a capture row, with all parts of its noise."""
         return None if self.noise.capture is None else self.noise.capture.rms_arcsec
 
     @property
     def reference_sigma_arcsec(self) -> float | None:
-        """Standard deviation of a reference row, all parts of its noise together."""
+        """Standard deviation of a reference row, with all parts of its noise."""
         return None if self.noise.reference is None else self.noise.reference.rms_arcsec
 
     @property
@@ -81,7 +81,7 @@ class Solution:
 
     @property
     def bic(self) -> float:
-        """Bayesian information criterion; each search parameter counts as one more."""
+        """Bayesian information criterion; each search parameter counts as one coefficient."""
         rows = self.observations.rows
         searched = sum(len(term.nonlinear) for term in self.terms)
         return float((self.rank + searched) * np.log(rows) - 2.0 * self.log_likelihood)
@@ -117,7 +117,7 @@ class Solution:
         return total + self.run_offsets_arcsec[rows.run] if with_offsets else total
 
     def _of_terms(self, *, capture: bool) -> NDArray[np.float64]:
-        """Return the prediction of the terms alone; it is kept for further calls."""
+        """Return the prediction of the terms alone; it is stored for further calls."""
         if capture not in self._predictions:
             found = channel_prediction(
                 self.terms, self.coefficients, self.observations, self.context, capture=capture
@@ -136,14 +136,14 @@ class Solution:
         return self._of_terms(capture=False) + self.reference_offset_arcsec
 
     def capture_residual_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64] | None:
-        """Return measured less model; None without a capture."""
+        """Return measured minus predicted R₂ − R₁ − α; None without a capture."""
         rows = self.observations.capture
         if rows is None:
             return None
         return rows.difference_arcsec - self.capture_prediction_arcsec(with_offsets)
 
     def reference_residual_arcsec(self) -> NDArray[np.float64] | None:
-        """Return measured less model; None without a reference."""
+        """Return measured minus predicted ε; None without a reference."""
         rows = self.observations.reference
         return None if rows is None else rows.error_arcsec - self.reference_prediction_arcsec()
 
@@ -159,7 +159,8 @@ class Held:
 def joint_normal(
     layout: Layout, noise: Noise, capture: ChannelSums | None, reference: ChannelSums | None
 ) -> tuple[Matrix, Matrix]:
-    """Return normal matrix and right-hand side of both channels: terms, offsets, constant a₀."""
+    """Return normal matrix and right-hand side of both channels; the unknowns are coefficients of
+    terms, run offsets, the constant a₀."""
     normal, moment = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
     for sums, places in ((capture, layout.capture()), (reference, layout.reference())):
         if sums is not None:
@@ -171,7 +172,7 @@ def joint_normal(
 
 
 def _fixed_terms(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Matrix, int, float]:
-    """Solve as :func:`solve_symmetric` does, with some of the unknowns at known values."""
+    """Solve as :func:`solve_symmetric` does, with known values for the unknowns in ``held``."""
     free = np.ones(moment.size, dtype=np.bool_)
     free[held.places] = False
     rest, of_rest, rank, condition = solve_symmetric(
@@ -233,7 +234,7 @@ def solve(
 
 
 def context_of(solution: Solution) -> FitContext:
-    """Return ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it."""
+    """Return ε(ψ) from the disc-fixed terms of a solution, for columns that depend on it."""
     places = range(len(solution.terms))
     return context_of_terms(
         solution.terms, [solution.coefficients[solution.part(index)] for index in places]
@@ -241,7 +242,8 @@ def context_of(solution: Solution) -> FitContext:
 
 
 def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> FitContext:
-    """Return ε(ψ) of the disc-fixed ones of some terms, from the coefficients of each."""
+    """Return ε(ψ) from those of the terms that are disc-fixed; ``coefficients`` has the values of
+    each term."""
     orders: list[int] = []
     cosines: list[float] = []
     sines: list[float] = []
@@ -266,8 +268,8 @@ def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> F
 
 
 def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, list[list[int]]]:
-    """Fit the model together with its tangents, the noise held; also return the places of the
-    tangents."""
+    """Fit the model together with its tangents, with the noise unchanged; also return the places of
+    the tangents."""
     observations = solution.observations
     terms, places = tangent_terms(solution)
     context, noise = solution.context, solution.noise
@@ -302,8 +304,8 @@ def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
 def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:
     """Return the covariance of all coefficients, and the σ of the search parameters of each term.
 
-    The coefficients' covariance allows for the search: the phase of an amplitude is less certain
-    where the frequency is uncertain too. A whole number (an order, a run) has no σ.
+    The coefficients' covariance allows for the search: the phase of a line is less certain if its
+    frequency is uncertain too. A whole number (an order, a run) has no σ.
     """
     covariance = solution.covariance
     sigmas: list[dict[str, float]] = [{} for _ in solution.terms]
@@ -326,12 +328,12 @@ def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]
 
 
 def _instant_sigma_s(solution: Solution, index: int) -> float:
-    """Return the σ of a step's instant, from the scatter of its place and the interval of two
-    samples."""
+    """Return the σ of a step's instant, from the standard deviation of its row and the time between
+    two samples."""
     step = float(solution.coefficients[solution.part(index)][0])
     of_rows = solution.noise.capture
     noise = 0.0 if of_rows is None else of_rows.white_rms_arcsec
     scatter = position_sigma_samples(abs(step), noise)
     within_s = float(np.hypot(scatter, np.sqrt(1.0 / 12.0)) * solution.observations.sample_period_s)
-    # The largest possible σ is that of an instant anywhere in the run.
+    # σ is at most that of an instant with equal probability anywhere in the run.
     return min(within_s, solution.observations.longest_run_s / float(np.sqrt(12.0)))

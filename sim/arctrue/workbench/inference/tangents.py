@@ -17,8 +17,8 @@ Float = NDArray[np.float64]
 PROBE_ROWS = 4096
 """Number of rows on which the width of the difference is chosen."""
 RELATIVE_CHANGE = 1e-4
-"""Share by which a difference moves the prediction: the cubic term is then below 1e-8 of the
-prediction."""
+"""Relative change of the prediction that a difference should cause; the cubic term is then below
+1e-8 of the prediction."""
 
 
 def refined_names(effect: Effect) -> list[str]:
@@ -27,13 +27,13 @@ def refined_names(effect: Effect) -> list[str]:
 
 
 class Tangent(Effect):
-    """∂(X(η)·b)/∂η of one term, by central differences; a column for each parameter."""
+    """∂(X(η)·b)/∂η of one term, by central differences; one column for each parameter."""
 
     name = "tangent"
     depends_on_model = True
 
     def __init__(self, term: Term, coefficients: Float, observations: Observations) -> None:
-        """Take the tangents at the term's own search parameters and these coefficients."""
+        """Prepare the tangents at the term's own search parameters and these coefficients."""
         super().__init__()
         self.term = term
         self.coefficients = coefficients
@@ -71,8 +71,8 @@ class Tangent(Effect):
         return np.stack(found, axis=1) if found else None
 
     def _width(self, name: str, observations: Observations) -> float:
-        """Return half the width of the difference, so small that the prediction is linear in this
-        range."""
+        """Return half the width of the difference; it is so small that the prediction is linear
+        over it."""
         rows = observations.capture
         probe: Any
         columns_of: Callable[..., Columns | None]

@@ -1,7 +1,7 @@
 """Explains a measurement set: adds the effects that the diagnosis names, until it names no further
 effect.
 
-Each step estimates the noise anew. At the end every added effect is left out once: an effect that
+Each step estimates the noise anew. At the end every added effect is omitted once: an effect that
 later effects replace is dropped, and the others are sorted by the error that they explain.
 """
 
@@ -28,7 +28,8 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 
 MOST_ADDED = 16
-"""Largest number of effects that are added to one set; each diagnosis takes seconds."""
+"""Largest number of effects that are added to one set; each of them needs a diagnosis, which takes
+seconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +38,8 @@ class ExplainedCause:
 
     entry: ModelEffect
     taken_arcsec: Mapping[str, float]
-    """Held-out error that it explains, by channel: √(RMS² without it − RMS² with it), at least
-    0."""
+    """Held-out error that the effect explains, by channel: √(RMS² without it − RMS² with it), at
+    least 0."""
 
     @property
     def size_arcsec(self) -> float:
@@ -55,14 +56,14 @@ class NotSeparated:
     description: str | None = None
     """Description of a product of parts that fits equally well and is in no catalogue."""
     next_measurement: str | None = None
-    """The measurement to make, for people; None if no measurement that was tried would separate
-    them."""
+    """The measurement to make, for people; None if none of the measurements that were tried would
+    separate the causes."""
     next_measurement_kind: str | None = None
     why: str | None = None
-    """Objection to the name of one effect without a rival."""
+    """Objection to the name of an effect that has no rival."""
 
     def sentence(self) -> str:
-        """Return a sentence for people and for the model file."""
+        """Return the alternatives as a sentence, for people and for the model file."""
         names = ", ".join(self.effects)
         if self.description is not None:
             names += f", or {self.description}"
@@ -85,7 +86,7 @@ class Explanation:
     verdict: Diagnosis
     """Verdict on the final model."""
     alike: tuple[NotSeparated, ...] = ()
-    """Alternatives to each added cause, and to the effects in the final verdict."""
+    """Alternatives to each added cause, and to the effect in the final verdict."""
 
 
 def not_separated(found: Diagnosis) -> NotSeparated | None:
@@ -112,7 +113,7 @@ def explain(
 ) -> Explanation:
     """Add the named effects, drop the idle ones, and diagnose the remainder.
 
-    Effects that ``model`` had stay. Raises NotTestableError for one that the set cannot test.
+    Effects that ``model`` had stay. Raises NotTestableError for an effect that the set cannot test.
     """
     kept = len(model.effects)
     grown, solution = fitted(model, observations, effects)
@@ -163,10 +164,10 @@ def _without_idle(
     effects: Mapping[str, type[Effect]],
     measurement: str,
 ) -> tuple[Model, Solution, list[str]]:
-    """Drop added effects that the others have made idle, starting with the last one.
+    """Drop added effects that other effects have made idle, starting with the last one.
 
     An effect is idle if the Bayesian information criterion without it is not larger. The effect
-    that was added last is kept: it was named together with all others.
+    that was added last is kept: the diagnosis named it when all others were in the model.
     """
     dropped = []
     for place in reversed(range(kept, len(model.effects) - 1)):
@@ -180,7 +181,7 @@ def _without_idle(
 
 
 def _less(model: Model, place: int) -> Model:
-    """Return the model without one of its effects."""
+    """Return the model without the effect at ``place``."""
     entries = [*model.effects[:place], *model.effects[place + 1 :]]
     return replace(model, effects=entries, history=list(model.history))
 
@@ -202,7 +203,7 @@ def _verdict(
 
 
 def _taken(without: Left, with_it: Left) -> dict[str, float]:
-    """Return the explained held-out error by channel."""
+    """Return the held-out error that the omitted effect explains, by channel."""
     return {
         channel: float(np.sqrt(max(value**2 - with_it.heldout_rms_arcsec[channel] ** 2, 0.0)))
         for channel, value in without.heldout_rms_arcsec.items()

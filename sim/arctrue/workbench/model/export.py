@@ -1,4 +1,5 @@
-"""Converts a fitted model to coefficients of the gateware, and lists what lanes cannot correct."""
+"""Converts a fitted model to coefficients of the gateware, and lists the errors that lanes cannot
+correct."""
 
 from __future__ import annotations
 
@@ -28,8 +29,8 @@ Float = NDArray[np.float64]
 LOW_ORDERS = 200
 """Highest order for which the conversion distinguishes true angle and reading.
 
-Above it, the reading is used. Signal-period orders are functions of the reading by definition: the
-counts cause them.
+Above it, the conversion takes the angle as the reading. Orders of the signal period are functions
+of the reading by definition: the counts cause them.
 """
 
 
@@ -41,21 +42,21 @@ class ConditionSettings:
     """Settings for direction and speed in the gateware (generic MODULATORS)."""
 
     reversal_width_deg: float = USUAL_REVERSAL_WIDTH_DEG
-    """Travel from the middle of the wind-up to its end; the direction changes within twice of
-    this."""
+    """Travel from the middle of the wind-up to its end. The correction changes from one direction
+    to the other within twice this travel."""
     dead_zone_counts: int = 4
     nominal_deg_per_s: float | None = None
-    """Speed at which the modulator is 1; None: 1.5 times the fastest row of the set."""
+    """Speed at which the modulator is 1; None: 1.5 times the largest speed in the set."""
 
 
 LARGEST_REVERSAL_SLOPE = 0.5
-"""Largest slope of ε during a change of direction; below it, the corrected angle moves in the
+"""Largest slope of ε during a change of direction. Below 1, the corrected angle moves in the
 direction of the table."""
 
 
 @dataclass(frozen=True)
 class Export:
-    """Coefficients, and descriptions of the uncorrected errors."""
+    """Coefficients, and descriptions of the errors that they do not correct."""
 
     coefficients: Coefficients
     orders: list[int]
@@ -72,15 +73,15 @@ class Export:
 
 @dataclass(frozen=True)
 class _Lanes:
-    """Effects that lanes correct, as harmonics."""
+    """Effects that lanes correct, as harmonics of the reading."""
 
     entries: list[tuple[int, ModelEffect, Effect]]
-    """Place in the model, entry, effect."""
+    """Place in the model, entry, and effect of each effect that lanes correct."""
     observations: Observations
     temperature_c: float | None
 
     def components(self, place: int, coefficients: Float) -> dict[int, Float]:
-        """Return cosine and sine of every order, (2,), of the entry at ``place`` of ``entries``."""
+        """Return cosine and sine of every order, (2,), of the entry at ``place`` in ``entries``."""
         _, entry, effect = self.entries[place]
         found: dict[int, Float] = {}
         for lane in effect.lanes(coefficients, entry.search, self.observations, self.temperature_c):
@@ -115,12 +116,14 @@ class ReadingHarmonics:
     """The part of a model that is a function of the reading: significant orders of ε of head 1."""
 
     components: dict[int, Float]
-    """Cosine and sine of every order, (2,), arcseconds."""
+    """Cosine and sine of every significant order, (2,), arcseconds."""
     left_out: list[str]
-    """Parts of the model that are not a function of this kind, or are not significant."""
+    """Descriptions of the parts of the model that are not a function of the reading, or are not
+    significant."""
     warnings: list[str]
     every: dict[int, Float]
-    """Same as ``components``, including the orders that are not significant."""
+    """Cosine and sine of every order, (2,), arcseconds, including the orders that are not
+    significant."""
 
     def amplitude_arcsec(self, order: int) -> float:
         """Return the amplitude of one order."""
@@ -138,9 +141,8 @@ def harmonics_of_reading(
     """Return the orders of a fitted model that a correction by the reading can remove.
 
     An order counts if it is significant: the covariance is that of a fit of the model to
-    ``observations``, the limit that of the calibration. ``taken``: places in the model of effects
-    that other lanes correct, those that follow a condition. Raises ValueError for a model without
-    coefficients.
+    ``observations``, the limit is that of the calibration. ``taken``: places in the model of
+    effects that lanes with a condition correct. Raises ValueError for a model without coefficients.
     """
     left_out: list[str] = []
     entries = []
@@ -208,10 +210,10 @@ class _Thermal:
 
 
 THERMAL_SPAN_K = 5.0
-"""Distance from T₀ at which the polynomial in T has the model's own values."""
+"""Distance from T₀ at which the polynomial in T equals the model."""
 LEAST_CHANGE_COUNTS = 0.1
-"""Smallest change of an order within that span: an order with less does not follow the
-temperature."""
+"""Smallest change of an order over that distance: an order with a smaller change does not follow
+the temperature."""
 
 
 def follows_temperature(
@@ -238,7 +240,8 @@ def _with_temperature(
     effects: Mapping[str, type[Effect]],
     taken: frozenset[int],
 ) -> _Thermal:
-    """Evaluate the model at T₀ and a span below and above; significance at one is enough."""
+    """Evaluate the model at T₀ and THERMAL_SPAN_K below and above; an order counts if it is
+    significant at one of them."""
     reference_c = observations.reference_temperature_c
     count = arcsec_per_count(observations.counts_per_rev or 0)
     cold, middle, warm = (
@@ -286,7 +289,7 @@ def export_model(
     ``range_c`` (None: THERMAL_RANGE_K to each side of T₀, and the whole range of the set). With
     ``conditions`` lanes follow direction and speed, and the coefficients need a gateware with
     MODULATORS. ``with_local_table``: errors at one place of the turn go into a table, which needs a
-    gateware with LOCAL_TABLE. ``with_real_orders``: lines whose order is not whole have lanes,
+    gateware with LOCAL_TABLE. ``with_real_orders``: lines at orders that are not whole get lanes,
     which need a gateware with REAL_ORDERS. Raises ValueError for a model without coefficients, a
     set that does not count, or a reversal that is too steep for its width.
     """
@@ -398,7 +401,7 @@ def lanes_of_real_orders(
 ) -> dict[int, list[RealLane]]:
     """Return, by place in the model, the effects that lanes of real orders can correct.
 
-    Their phase refers to the angle of the set, whose turn 0 begins at its zero.
+    The phase of these lanes refers to the angle of the set, whose turn 0 begins at its zero.
     """
     found = {}
     for index, entry in enumerate(model.effects):
@@ -423,16 +426,17 @@ def _phase_rad(lane: RealLane) -> float:
 
 
 WORDS = ("word_a", "word_b")
-"""Modulators that the host writes, in the order in which columns of the set get them."""
+"""Modulators that the host writes, in the order in which they are assigned to columns of the
+set."""
 
 
 def _orders_of_waves(orders: Iterable[int]) -> list[int]:
     """Return the orders of lanes that follow a condition, without order 0.
 
-    The file also contains the plain lane of such an order. Otherwise the device's calibration would
-    fit the order, and its plain lane would contain the condition's contribution to the calibrated
-    turn. If a file fills all lanes, the calibration has no lane, so that a plain lane of 0 may be
-    missing.
+    The file also contains the plain lane of such an order. Without it, the device's calibration
+    would fit the order, and the plain lane would then contain the condition's contribution to the
+    calibrated turn. If the lanes of a file are all used, the calibration has no free lane, so that
+    a plain lane of 0 may be omitted.
     """
     return sorted({order for order in orders if order > 0})
 
@@ -442,7 +446,7 @@ def lanes_by_condition(
 ) -> dict[int, list[ConditionedLane]]:
     """Return, by place in the model, the effects that lanes with a condition can correct.
 
-    The gateware has two words, so that an effect with a third column is not among them.
+    The gateware has two words for columns, so that an effect that needs a third column is left out.
     """
     found = {}
     columns: set[tuple[str, float]] = set()
@@ -465,7 +469,7 @@ def lanes_by_condition(
 def _would_follow(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> list[str]:
-    """Describe how to correct the effects that need a gateware with MODULATORS."""
+    """Describe how a gateware with MODULATORS can correct the effects that need it."""
     names = [
         model.effects[index].name for index in lanes_by_condition(model, observations, effects)
     ]
@@ -488,7 +492,7 @@ class _FollowedLanes:
 
     @property
     def nominal_rad_s(self) -> float:
-        """Return ω₀."""
+        """Return the speed at which the modulator of the speed is 1, ω₀."""
         assert self.settings is not None
         if self.settings.nominal_deg_per_s is not None:
             return float(np.radians(self.settings.nominal_deg_per_s))
@@ -500,7 +504,7 @@ class _FollowedLanes:
         return 1.5 * max(fastest, default=0.0) or float(np.radians(USUAL_NOMINAL_DEG_PER_S))
 
     def _factor(self, one: ConditionedLane) -> float:
-        """Return the value of the condition for which its modulator is 1."""
+        """Return the value of the condition at which its modulator is 1."""
         if one.condition == "direction":
             return 1.0
         if one.condition == "column":
@@ -509,12 +513,13 @@ class _FollowedLanes:
 
     @property
     def columns(self) -> list[tuple[str, float]]:
-        """Return name and zero of each column that has a word, in the order of WORDS."""
+        """Return name and zero of each column that a word follows, in the order of WORDS."""
         named = ((one.column, one.column_zero) for one in self.lanes if one.condition == "column")
         return list(dict.fromkeys(named))
 
     def _column_scale(self, one: ConditionedLane) -> float:
-        """Return the column's value for which its word is 1: 1.5 times the largest of the set."""
+        """Return the column's value, from its zero, at which its word is 1: 1.5 times the largest
+        of the set."""
         channels = (self.observations.capture, self.observations.every_reference_row)
         most = [
             float(np.nanmax(np.abs(rows.conditions[one.column] - one.column_zero)))
@@ -530,7 +535,7 @@ class _FollowedLanes:
         return WORDS[self.columns.index((one.column, one.column_zero))]
 
     def _at_full(self, one: ConditionedLane) -> str:
-        """Describe the condition for which the modulator is 1."""
+        """Describe the condition at which the modulator is 1."""
         if one.condition == "direction":
             return ""
         if one.condition == "column":
@@ -555,7 +560,7 @@ class _FollowedLanes:
         ]
 
     def words(self) -> list[str]:
-        """Return one line per lane for people."""
+        """Return one line of words for each lane."""
         return [
             f"order {one.lane.order} × {one.column or one.condition.replace('_', ' ')}: "
             f"{size:.4g}″{self._at_full(one)}"
@@ -563,7 +568,8 @@ class _FollowedLanes:
         ]
 
     def extension(self, first_lane: int) -> Extension:
-        """Make the extension after ``first_lane`` lanes. Raises ValueError for a steep reversal."""
+        """Make the coefficient file's extension for lanes that come after ``first_lane`` others.
+        Raises ValueError for a steep reversal."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev
@@ -590,7 +596,7 @@ class _FollowedLanes:
 
 
 USUAL_NOMINAL_DEG_PER_S = 90.0
-"""Nominal speed if the set has no speed: no lane follows the speed then."""
+"""Nominal speed for a set without a speed; no lane follows the speed then."""
 
 
 def _range_of(observations: Observations) -> tuple[float, float]:
@@ -607,7 +613,7 @@ def _range_of(observations: Observations) -> tuple[float, float]:
 def _cannot_be_judged(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> str:
-    """Return the reason why the model cannot be fitted to this set; empty: none."""
+    """Return the reason why the model cannot be fitted to this set; an empty string if it can."""
     for entry in model.effects:
         effect = entry.effect(effects)
         lacking = effect.missing(observations)

@@ -1,4 +1,4 @@
-"""Fits, extends and reduces a model, and records the result of each step."""
+"""Fits a model, adds and drops its effects, and records the result of each step."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ class AlreadyThereError(ValueError):
 def settle(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> list[Term]:
-    """Return the model's terms; search for unknown search parameters, in order.
+    """Return the model's terms; where search parameters are not known, search for them, in the
+    order of the effects.
 
     Raises NotTestableError for an effect that the set cannot test.
     """
@@ -56,14 +57,17 @@ def settle(
 
 
 def _other_than_usual(effect: Effect) -> dict[str, object]:
-    """Return the settings that differ from the effect's defaults, which a search may have set."""
+    """Return the settings that differ from the effect's defaults; a search may have set them."""
     return {key: value for key, value in effect.settings.items() if value != effect.defaults[key]}
 
 
 def fitted(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> tuple[Model, Solution]:
-    """Return the model with all results of a fit to every row. Raises NotTestableError."""
+    """Return the model with all results of a fit to every row.
+
+    Raises NotTestableError for an effect that the set cannot test.
+    """
     terms = settle(model, observations, effects)
     solution = settled(fit(terms, observations))
     grown = replace(
@@ -79,7 +83,7 @@ def fitted(
 
 
 def stored_entries(entries: Sequence[ModelEffect], solution: Solution) -> list[ModelEffect]:
-    """Return the effects of a model with their results of a fit."""
+    """Return the effects of a model with the results of a fit."""
     observations, parameters = solution.observations, solution.parameters()
     return [
         ModelEffect(
@@ -95,7 +99,7 @@ def stored_entries(entries: Sequence[ModelEffect], solution: Solution) -> list[M
 
 
 def table_of(observations: Observations) -> ModelTable:
-    """Return the table that was measured; a set without a capture has no separation."""
+    """Return the table of the set; the separation is None for a set without a capture."""
     separation = observations.head_separation_rad
     return ModelTable(
         observations.counts_per_rev, float(np.degrees(separation)) if separation else None
@@ -103,7 +107,7 @@ def table_of(observations: Observations) -> ModelTable:
 
 
 def step_of(action: str, effect: str, measurement: str, solution: Solution) -> HistoryStep:
-    """Return RMS and peak of the residuals, fitted and held out, with the noise."""
+    """Return a history step with RMS and peak of the residuals, the held-out RMS, and the noise."""
     left = left_by(solution)
     return HistoryStep(
         action,
@@ -126,9 +130,9 @@ def add_effect(
 ) -> tuple[Model, Solution]:
     """Return the model with one more effect, fitted, and a new step in its history.
 
-    An effect that is already there, and has no search, gets the given settings; a product of parts
-    with other settings is another effect. Raises AlreadyThereError, NotTestableError, ValueError
-    for settings.
+    If the model already has an effect of this name without a search, that effect gets the given
+    settings; a product of parts with other settings is another effect. Raises AlreadyThereError,
+    NotTestableError, or ValueError for settings.
     """
     entry = ModelEffect(name, settings)
     entries, action = [*model.effects, entry], "add"
@@ -149,9 +153,9 @@ def add_effect(
 
 
 def _with_settings(model: Model, name: str, settings: dict[str, object]) -> list[ModelEffect]:
-    """Return the model's effects; one of them has other settings and moves to the end.
+    """Return the model's effects, with the settings of one changed; this one moves to the end.
 
-    Raises AlreadyThereError if that changes nothing.
+    Raises AlreadyThereError if no setting changes.
     """
     place = model.names().index(name)
     before = model.effects[place]
@@ -172,7 +176,7 @@ def drop_effect(
 ) -> tuple[Model, Solution]:
     """Return the model without the last effect of that name, fitted again.
 
-    Raises ValueError if the model has no such effect, or no other one.
+    Raises ValueError if the model has no such effect, or no further effect.
     """
     if name not in model.names():
         raise ValueError(f"the model has no {name}; it has: {', '.join(model.names())}")
@@ -191,7 +195,8 @@ def as_stored(
     """Apply the stored coefficients to another set of the same table.
 
     Only the constants that belong to the set are fitted (each run's offset, a₀). Raises ValueError
-    if a stored effect has no coefficients, or others than this set needs.
+    if a stored effect has no coefficients, or has coefficients for columns other than those of this
+    set.
     """
     terms = model.terms(effects)
     values: list[float] = []

@@ -1,4 +1,5 @@
-"""Local errors of a fitted model as a table of the gateware, and the correction by that table."""
+"""Local errors of a fitted model as a table of the gateware, and the correction that the table
+makes."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ from arctrue.workbench.model.model import Model
 Float = NDArray[np.float64]
 
 WINDOWS = (1, 2, 4)
-"""Numbers of windows that the gateware has."""
+"""Numbers of windows that a table of the gateware can have."""
 
 
 def local_errors(model: Model, effects: Mapping[str, type[Effect]]) -> dict[int, LocalError]:
@@ -57,8 +58,8 @@ def at_heads_of_mean(
 ) -> list[LocalError]:
     """Return the local errors of the mean of the heads.
 
-    A scratch passes every head: with the error ε of head 1 the mean has Σ wᵢ ε(r + oᵢ) at the
-    carrier's reading r (MeanSet).
+    A scratch passes every head. If head 1 has the error ε, the mean has the error Σ wᵢ ε(r + oᵢ)
+    at the reading r of the carrier (MeanSet).
 
     Parameters
     ----------
@@ -67,12 +68,12 @@ def at_heads_of_mean(
     mean : MeanSet
         Weights and offsets of the heads.
     counts_per_rev : int
-        Counts of a turn.
+        Number of counts per turn.
 
     Returns
     -------
     list of LocalError
-        One local error for each head with a weight, and each of ``errors``.
+        One local error for each pair of a head with a weight and an error of ``errors``.
     """
     count_rad = 2.0 * np.pi / counts_per_rev
     found = []
@@ -101,7 +102,7 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
     errors : sequence of LocalError
         One error or more. Every point holds the sum of all, so that windows may overlap.
     counts_per_rev : int
-        Counts of a turn.
+        Number of counts per turn.
 
     Returns
     -------
@@ -147,7 +148,7 @@ def taken_off_arcsec(table: LocalTable, counts_per_rev: int, reading_rad: Float)
     table : LocalTable
         The table of the coefficient file.
     counts_per_rev : int
-        Counts of a turn.
+        Number of counts per turn.
     reading_rad : ndarray, shape (n,)
         Readings of the head, radians.
 

@@ -1,4 +1,4 @@
-"""The model as data: a list of effects with settings, fitted values and a history."""
+"""The data of a model: a list of effects with settings, fitted values and a history."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from arctrue.workbench.effects.registry import effect_class
 from arctrue.workbench.inference.design_matrix import Term
 
 Channels = dict[str, Number]
-"""A figure for each channel that was measured: ``capture``, ``reference``."""
+"""One number for each channel that was measured: ``capture``, ``reference``."""
 
 
 @dataclass
@@ -38,7 +38,7 @@ class ModelEffect:
     coefficients : list of float, optional
         Fitted values, arcseconds or the effect's own unit.
     parameters : dict of str to Parameter, optional
-        The same quantities for people: value, standard uncertainty, unit.
+        The fitted quantities as people see them: value, standard uncertainty, unit.
     """
 
     name: str
@@ -117,7 +117,7 @@ class HistoryStep(Struct, forbid_unknown_fields=True, omit_defaults=True):
     """The result of one change of the model, and the set on which it was made."""
 
     action: str = ""
-    """fit, add, set or drop."""
+    """The change that was made: fit, add, set or drop."""
     effect: str = ""
     measurement: str = ""
     rms_arcsec: Channels = {}
@@ -125,15 +125,16 @@ class HistoryStep(Struct, forbid_unknown_fields=True, omit_defaults=True):
     heldout_rms_arcsec: Channels = {}
     noise_arcsec: Channels = {}
     date: str = ""
-    """UTC, ISO 8601; empty in files of versions that did not write it."""
+    """Date and time in UTC, ISO 8601; empty in files of versions that did not write it."""
     program: str = ""
     """Name and version of the program that made the step."""
     measurement_sha256: str = ""
-    """Digest of the set of the fit, see :func:`arctrue.measurement.digest.set_digest`."""
+    """Digest of the set to which the model was fitted, see
+    :func:`arctrue.measurement.digest.set_digest`."""
 
 
 class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The table of a model: its coefficients are meaningless for another table."""
+    """The table that a model describes; its coefficients have no meaning for another table."""
 
     counts_per_rev: Annotated[int, Meta(ge=1)] | None = None
     head_separation_deg: Number | None = None
@@ -149,7 +150,7 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
         Returns
         -------
         ModelTable
-            All values that either of them states.
+            The table with all values that either description states.
         """
         if other is None:
             return self
@@ -161,7 +162,7 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
         )
 
     def differences(self, other: ModelTable) -> list[str]:
-        """List the differences of two tables; separations within the mounting tolerance are equal.
+        """List the differences of two tables, except separations within the mounting tolerance.
 
         Parameters
         ----------
@@ -194,7 +195,7 @@ class Model:
     effects : list of ModelEffect
         The effects in their order.
     history : list of HistoryStep, optional
-        The steps of the model, with the error after each.
+        The changes of the model, with the error after each change.
     reference_offset_arcsec : float, optional
         The constant a₀ of the reference, arcseconds.
     """

@@ -27,7 +27,8 @@ UNITS = {
     "1", "arcsec", "arcsec/K", "arcsec/h", "arcsec/cycle", "counts", "deg", "Hz", "s", "us", "um",
     "um/K", "%",
 }  # fmt: skip
-"""Units that a stored parameter may have; powers of hours, cycles and speeds besides."""
+"""Units that a stored parameter may have; :func:`known_unit` also accepts other quotients arcsec/…,
+um/… and 1/…."""
 
 
 def known_unit(unit: str) -> bool:
@@ -36,7 +37,7 @@ def known_unit(unit: str) -> bool:
 
 
 class _Declared(Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """The file omits a key whose value is its default."""
+    """A struct of which the file omits each key with the default value."""
 
 
 class _Parameter(_Declared):
@@ -74,14 +75,15 @@ class _File(_Declared, kw_only=True):
 
 
 class ModelFileError(ValueError):
-    """An unusable model file; the message names file, entry and expected value."""
+    """The model file cannot be used; the message names file, entry and expected value."""
 
 
 def read_model(path: Path) -> Model:
-    """Read a model file. Raises ModelFileError."""
+    """Read a model file. Raises ModelFileError if it cannot be used."""
     try:
         data = read_toml(path)
-        # Check the schema first: errors about entries of another schema would be misleading.
+        # Check the schema first: if the file has another schema, errors about its entries would be
+        # misleading.
         typed(data, _OnlySchema)
         file = typed(data, _File)
         effects = [
@@ -105,10 +107,10 @@ def read_model(path: Path) -> Model:
 
 
 def write_model(path: Path, model: Model, comment: Sequence[str] = ()) -> None:
-    """Write a model file; the old one stays until the new one is whole.
+    """Write a model file; the old file stays until the new file is complete.
 
-    ``comment``: lines at its head, which no reader of the model looks at. Raises OSError, and
-    ModelFileError for a model that could not be read again.
+    ``comment``: lines at the beginning of the file, which no reader of the model evaluates. Raises
+    OSError, and ModelFileError for a model that could not be read again.
     """
     file = _File(
         schema=SCHEMA,
@@ -133,7 +135,7 @@ def model_lock(path: Path, waiting: Callable[[], None] = lambda: None) -> Iterat
     """Lock the model file between reading and writing, so that no other command changes it.
 
     ``waiting`` is called once if another process holds the lock; this process then waits until the
-    other releases it or dies. Raises OSError if the folder cannot be written.
+    other process releases the lock or ends. Raises OSError if the folder cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     target = path.resolve()
@@ -156,8 +158,8 @@ def model_lock(path: Path, waiting: Callable[[], None] = lambda: None) -> Iterat
 def folder_entry(model_file: Path, folder: Path) -> str:
     """Return the folder as written in the model file: relative to it, with forward slashes.
 
-    A model and its effects can therefore be moved together. The path is absolute if the two are
-    on different drives.
+    A model and its effects can therefore be moved together. The path is absolute if the file and
+    the folder are on different drives.
     """
     try:
         relative = os.path.relpath(folder.resolve(), model_file.resolve().parent)

@@ -1,4 +1,4 @@
-"""The noise of a history's set: one figure at all of its steps."""
+"""One figure for the noise of a set, used at all steps of a history with this set."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from arctrue.workbench.model.model import Channels, HistoryStep
 
 
 def with_one_floor(history: Sequence[HistoryStep]) -> list[HistoryStep]:
-    """Return the steps with the noise of the set of their fit, the same at all its steps.
+    """Return the steps, each with the noise of its set; all steps with the same set have the same
+    noise.
 
-    Every step has an estimate; the smallest estimate contains the smallest part of the remaining
-    error.
+    Every step has an estimate. The smallest estimate is used, because it contains the smallest part
+    of the remaining error.
     """
     return [
         structs.replace(step, noise_arcsec=_least([o for o in history if _same_set(o, step)]))
@@ -22,7 +23,7 @@ def with_one_floor(history: Sequence[HistoryStep]) -> list[HistoryStep]:
 
 
 def floor_of(history: Sequence[HistoryStep]) -> Channels:
-    """Return the noise of the set of the last step, by channel."""
+    """Return the noise of the set of the history's last step, by channel."""
     return with_one_floor(history)[-1].noise_arcsec
 
 

@@ -21,9 +21,9 @@ KNOWN = ("temperature_c", "time_s", "direction", "speed_deg_s")
 def table_rows(
     observations: Observations, angle_deg: ArrayLike, conditions: Mapping[str, ArrayLike]
 ) -> ReferenceRows:
-    """Return rows (n,) at these angles and conditions, like those of a reference.
+    """Return rows (n,) at these angles and conditions, in the form of a reference's rows.
 
-    Raises ValueError for a condition that is not known, or of another length.
+    Raises ValueError for a condition that is not known, or whose length is not that of the angles.
     """
     angle = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=np.float64)))
     if angle.ndim != 1:
@@ -84,7 +84,7 @@ def _own_conditions(observations: Observations) -> set[str]:
 
 
 def _set_times(observations: Observations) -> tuple[float, float]:
-    """Return the beginning of the set, and the middle of its reference, seconds."""
+    """Return the time at which the set begins, and the middle time of its reference, seconds."""
     reference, capture = observations.reference, observations.capture
     if reference is not None and reference.time_s is not None:
         return reference.set_start_s, reference.middle_time_s
@@ -96,7 +96,8 @@ def _set_times(observations: Observations) -> tuple[float, float]:
 def term_values(
     term: Term, rows: ReferenceRows, context: FitContext, conditions: Mapping[str, ArrayLike]
 ) -> Float | None:
-    """Return the contribution of each coefficient to ε of head 1, (n, coefficients); None: nothing.
+    """Return the contribution of each coefficient to ε of head 1, (n, coefficients); None if there
+    is none.
 
     Raises ValueError if the effect needs a condition that was not given.
     """
@@ -112,7 +113,7 @@ def term_values(
 
 
 def _needs(term: Term, rows: ReferenceRows, context: FitContext) -> set[str]:
-    """Return the conditions that the effect needs to predict its contribution."""
+    """Return the conditions without which the effect cannot predict its contribution."""
     zeros = np.zeros(rows.run.size)
     every = {
         "temperature_c": {"temperature_c": zeros},

@@ -12,10 +12,10 @@ from arctrue.workbench.model.model import Model
 
 
 def with_provenance(model: Model, steps_before: int, measurement_sha256: str) -> Model:
-    """Add date, program version and digest of the set to every newer history step.
+    """Add date, program version and digest of the set to every new history step.
 
-    ``steps_before`` is the length of the history that the model had before. ``measurement_sha256``:
-    see :func:`arctrue.measurement.digest.set_digest`.
+    ``steps_before`` is the length of the history before these steps. ``measurement_sha256``: see
+    :func:`arctrue.measurement.digest.set_digest`.
     """
     date = datetime.now(UTC).isoformat(timespec="seconds")
     program = f"arctrue {version('arctrue')}"

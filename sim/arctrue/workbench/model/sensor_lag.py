@@ -1,9 +1,9 @@
 """The time constant of a set's thermometer, fitted as a parameter of the temperature effects.
 
-A thermometer of first order shows T_s with T_s′ = (T − T_s)/τ, so that the table is at T = T_s +
-τ·T_s′. The effects of a model that depend on T fit best with the right τ; the time constant is the
-maximum of the profile likelihood over τ, all coefficients fitted anew for each τ, and its standard
-uncertainty comes from the curvature there.
+A thermometer of first order shows T_s with T_s′ = (T − T_s)/τ, so that the table's temperature is T
+= T_s + τ·T_s′. The effects of a model that depend on T fit best with the right τ. The fitted time
+constant is the maximum of the profile likelihood over τ, with all coefficients fitted anew for each
+τ; the curvature there gives its standard uncertainty.
 """
 
 from __future__ import annotations
@@ -32,18 +32,19 @@ LONGEST_S: Final = 3600.0
 """Largest time constant that the firmware holds."""
 TRIED_S: Final = (0.0, *(float(5 * 2**step) for step in range(10)), LONGEST_S)
 SLOPE_SHARE: Final = 16.0
-"""Ratio of the time constant to the half window of the parabola whose slope is that of T_s."""
+"""Ratio of the time constant to half the window of the parabola that gives the slope of T_s."""
 LEAST_HALF_WINDOW_S: Final = 1.0
 WINDOWS_MOST: Final = 500
 """Largest number of windows in a run."""
 PIECES: Final = 4
-"""Number of pieces of half a window, whose rows are averaged before the parabola is fitted."""
+"""Number of pieces of half a window; the rows of a piece are averaged before the parabola is
+fitted."""
 TOLERANCE: Final = 1e-3
-"""Relative tolerance of the time constant: far below its uncertainty."""
+"""Relative tolerance of the time constant, far below its relative uncertainty."""
 
 
 class NoLagError(ValueError):
-    """The set or the model cannot determine a lag; the text says why."""
+    """The set or the model cannot determine the time constant; the message says why."""
 
 
 def slope_k_s(
@@ -52,8 +53,8 @@ def slope_k_s(
     """Return dT_s/dt, (rows,): slope of the parabola through the run's rows within ``window_s``.
 
     It is computed at instants a quarter of the window apart and interpolated linearly between them.
-    At the ends of a run the rows are on one side only, so that a straight line would have the slope
-    of another instant.
+    A parabola is used because at the ends of a run all rows are on one side: a straight line would
+    have the slope at another instant.
     """
     found = np.zeros_like(temperature_c)
     for first, last in run_spans(run):
@@ -71,7 +72,8 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     """Return the slope at each knot, (knots,), of the parabola through the pieces to either side.
 
     A piece, from a knot to the next, is the mean of its rows, weighted by their number. The mean of
-    a parabola over a piece is off by a constant, which does not change the slope.
+    a parabola over a piece differs from its value in the middle by a constant, which does not
+    change the slope.
     """
     pieces = knots.size - 1
     if time_s[-1] == 0.0:
@@ -81,14 +83,15 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     some = np.maximum(rows, 1.0)
     at_s = np.bincount(piece, time_s, minlength=pieces) / some
     mean = np.bincount(piece, shown - shown[0], minlength=pieces) / some
-    # Each knot uses PIECES before and PIECES after it; outside of the run there are none.
+    # Each knot uses PIECES pieces before it and PIECES after it; those outside of the run get no
+    # weight.
     near = np.arange(knots.size)[:, np.newaxis] + np.arange(-PIECES, PIECES)
     weight = np.where((near >= 0) & (near < pieces), rows[np.clip(near, 0, pieces - 1)], 0.0)
     near = np.clip(near, 0, pieces - 1)
     half_s = PIECES * (knots[1] - knots[0])
     since = (at_s[near] - knots[:, np.newaxis]) / half_s
     powers = since[..., np.newaxis] ** np.arange(3)
-    # Two pieces with rows determine a straight line, one determines no slope.
+    # Two pieces with rows determine a straight line; a single one determines no slope.
     filled = np.count_nonzero(weight, axis=1)
     powers[filled < 3, :, 2] = 0.0
     powers[filled < 2, :, 1] = 0.0
@@ -101,7 +104,7 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
 def without_lag(
     temperature_c: Float, time_s: Float, run: NDArray[np.int64], time_constant_s: float
 ) -> Float:
-    """Return T of the table from its thermometer's reading, °C, (rows,)."""
+    """Return the table's temperature T, °C, (rows,), from the reading of its thermometer."""
     if time_constant_s == 0.0:
         return temperature_c
     window_s = max(time_constant_s / SLOPE_SHARE, LEAST_HALF_WINDOW_S)
@@ -111,7 +114,7 @@ def without_lag(
 
 
 def set_without_lag(measurement: MeasurementSet, time_constant_s: float) -> MeasurementSet:
-    """Return the set with the table's temperature in place of its thermometer's."""
+    """Return the set with the table's temperature in place of the thermometer's reading."""
     return replace(
         measurement,
         capture=_channel(measurement.capture, time_constant_s),
@@ -133,7 +136,7 @@ def fitted_sensor_lag(
     """Fit the time constant of the thermometer, seconds, with its standard uncertainty.
 
     ``model`` is fitted to the set. Raises NoLagError if the set has no temperatures with times, or
-    if they or the model do not depend on a lag.
+    if they or the model do not depend on a time constant.
     """
     rows = observations.capture
     if rows is None or rows.temperature_c is None:
@@ -149,7 +152,7 @@ def fitted_sensor_lag(
         return known[time_constant_s]
 
     best = 0.0
-    # The noise is estimated at the best lag; otherwise it would contain the lag's misfit.
+    # The noise is estimated at the best τ; at another τ it would contain the error of that τ.
     for _ in range(2):
         noise = fit(terms, _shifted(observations, best)).noise
         known.clear()
@@ -172,7 +175,8 @@ def fitted_sensor_lag(
 
 
 def _sigma_s(likelihood: Callable[[float], float], best_s: float) -> float:
-    """Return the uncertainty from half the curvature of the likelihood; infinite if it is flat."""
+    """Return the standard uncertainty from half the curvature of the likelihood; infinite if it is
+    flat."""
     step = max(0.05 * best_s, 1.0)
     if best_s < step:
         # At the edge of the range, use the distance at which the log likelihood falls by a half.

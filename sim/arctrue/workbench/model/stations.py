@@ -10,17 +10,18 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import ReferenceRows
 
 MOST_ORDER = 20
-"""Highest order, equal to that of the default model."""
+"""Highest order of the model; it equals that of the default model."""
 LEAST_ORDER = 2
-"""Smallest value of the highest order for a correction: eccentricity and ovality."""
+"""Smallest allowed value of the highest order: a correction needs eccentricity and ovality."""
 
 
 def model_of_stations(rows: ReferenceRows, most_order: int = MOST_ORDER) -> Model:
-    """Make a model of harmonics 1 to N of the turn, with less than half a wave in each gap.
+    """Make a model of harmonics 1 to N of the turn, with less than half a wave in each gap between
+    stations.
 
-    Two orders whose sum is the number of even stations are aliases there; above N the stations do
-    not determine the error between them. ``most_order``: upper limit of N. Raises ValueError if a
-    gap leaves fewer than LEAST_ORDER.
+    At even stations, two orders are aliases if their sum is the number of stations; above N the
+    stations do not determine the error between them. ``most_order``: upper limit of N. Raises
+    ValueError if a gap makes N less than LEAST_ORDER.
     """
     station = np.unique(np.round(np.degrees(rows.target_rad) % 360.0, 6))
     gap = float(np.diff(np.append(station, station[0] + 360.0)).max())

@@ -1,4 +1,4 @@
-"""The corrector of every effect of an exported model, and the remaining error."""
+"""Finds, for each effect of an exported model, the corrector and the error that remains."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ Taker = Literal[
     "lanes", "lanes by condition", "lanes of real orders", "local table", "firmware's model",
     "the mean", "nothing", "not in the output", "reference",
 ]  # fmt: skip
-"""Lanes; lanes that follow direction or speed; lanes whose phase continues from turn to turn;
-the local table; lanes that the firmware computes at the table's temperature; the weighted mean
-of three or four heads, as ``arctrue calibrate --angle mean`` writes it; nobody; nobody, because
-only a head other than head 1 has the error; nobody, because it is an error of the reference, not
-of the table."""
+"""Corrector of an effect. "lanes by condition" follow direction, speed or a column; "lanes of real
+orders" have a phase that continues from turn to turn; "firmware's model" are lanes that the
+firmware computes at the table's temperature; "the mean" is the weighted mean of three or four
+heads, as ``arctrue calibrate --angle mean`` writes it. "not in the output": only a head other than
+head 1 has the error; "reference": the error is one of the reference, not of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,21 +53,21 @@ class TakenAway:
     effect: str
     by: Taker
     part_arcsec: float
-    """RMS of the effect in the error of head 1, under the conditions of the set; for an error of
-    the reference: in the reference run."""
+    """RMS of the effect in the error of head 1, under the conditions of the set; if the effect is
+    an error of the reference, RMS in the reference run."""
     left_arcsec: float
-    """RMS of the effect with the coefficients in use; if the mean corrects the effect: RMS in the
-    mean."""
+    """RMS of the effect that remains with the coefficients in use; if the mean corrects the effect,
+    RMS in the mean."""
     note: str
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """All effects of a model, in its order, and the remaining error of the table."""
+    """All effects of a model, in the order of the model, and the remaining error of the table."""
 
     effects: list[TakenAway]
     left_arcsec: float
-    """RMS of the remaining sum of all effects in head 1, without a mean of heads."""
+    """RMS of the sum of the remaining errors of all effects in head 1, without a mean of heads."""
 
     @property
     def of_the_reference(self) -> list[TakenAway]:
@@ -83,7 +83,8 @@ def outcome(
     *,
     temperature_c: float | None,
 ) -> Outcome:
-    """Compute the fitted model's prediction with ``coefficients``, which were exported from it.
+    """Compute how far ``coefficients``, which were exported from the model, correct each of its
+    effects.
 
     The figures are calculated from the model, not measured: on the rows of the capture, or on those
     of the reference if there is no capture. ``temperature_c`` is that of the export.
@@ -140,7 +141,8 @@ def outcome(
 
 
 def _has_mean(observations: Observations) -> bool:
-    """Tell whether three or four heads stand at angles whose mean excludes motion of the axis."""
+    """Tell whether there are three or four heads at such angles that their mean excludes motion of
+    the axis."""
     rows = observations.capture
     if rows is None or rows.heads < SEPARATING_HEADS:
         return False
@@ -154,9 +156,9 @@ def _has_mean(observations: Observations) -> bool:
 def reference_error_arcsec(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> Float:
-    """Return the model's error of the reference itself, at each of its rows in use, (rows,).
+    """Return the error of the reference itself in the model, at each reference row in use, (rows,).
 
-    Raises ValueError without a reference.
+    Raises ValueError for a set without a reference.
     """
     rows = observations.every_reference_row
     if rows is None:
@@ -177,7 +179,8 @@ def without_reference_errors(
     observations: Observations,
     effects: Mapping[str, type[Effect]],
 ) -> MeasurementSet:
-    """Return the set without the errors of its reference: they must not judge a correction."""
+    """Return the set without the errors of its reference, so that they do not count against a
+    correction."""
     reference = measurement.reference
     if reference is None or observations.every_reference_row is None:
         return measurement
@@ -190,7 +193,7 @@ def without_reference_errors(
 
 @dataclass(frozen=True)
 class _LanesOf:
-    """The lanes of one effect that have a place in the coefficients."""
+    """The lanes of one effect whose orders are in the coefficients."""
 
     entry: ModelEffect
     effect: Effect
@@ -200,13 +203,14 @@ class _LanesOf:
 
     @property
     def orders(self) -> list[int]:
-        """Return the orders of this effect in the coefficients."""
+        """Return the orders of this effect that are in the coefficients."""
         there = self.coefficients.orders[self.coefficients.amplitudes != 0].tolist()
         return [order for order in self._at(self._export_c) if order in there]
 
     @property
     def following(self) -> list[int]:
-        """Return the orders whose share of this effect follows the temperature, as in firmware."""
+        """Return the orders of this effect that follow the temperature, as the firmware computes
+        them."""
         thermal = self.coefficients.thermal
         cold = self._at(self._export_c)
         warm = self._at(self._export_c + THERMAL_SPAN_K)
@@ -224,7 +228,7 @@ class _LanesOf:
         return self.observations.reference_temperature_c if known is None else known
 
     def _at(self, celsius: float) -> dict[int, Float]:
-        """Return cosine and sine of every order, arcseconds."""
+        """Return cosine and sine of every order of this effect at a temperature, arcseconds."""
         found: dict[int, Float] = {}
         values = np.array(self.entry.coefficients)
         for lane in self.effect.lanes(values, self.entry.search, self.observations, celsius):
@@ -256,7 +260,7 @@ class _LanesOf:
 
 
 def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> Float:
-    """Return the correction at every row, (rows,), by lanes that follow a condition."""
+    """Return the correction that lanes with a condition make at every row, (rows,)."""
     speed = np.zeros(rows.run.size) if rows.speed_rad_s is None else rows.speed_rad_s
     direction = np.sign(speed) if rows.direction is None else rows.direction
     values = {"direction": direction, "speed": speed, "speed_squared": speed**2}
@@ -272,7 +276,7 @@ def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> F
 
 
 def _real_arcsec(lanes: Sequence[RealLane], rows: ReferenceRows) -> Float:
-    """Return the correction at every row, (rows,), by lanes of real orders."""
+    """Return the correction that lanes of real orders make at every row, (rows,)."""
     total = np.zeros(rows.run.size)
     for lane in lanes:
         phase = lane.order * rows.angle_rad
@@ -281,7 +285,7 @@ def _real_arcsec(lanes: Sequence[RealLane], rows: ReferenceRows) -> Float:
 
 
 def _rms(values: Float | None) -> float:
-    """Return the RMS about the mean: a constant depends on the zero only."""
+    """Return the RMS about the mean, because a constant depends on the zero only."""
     return 0.0 if values is None or not values.size else float(values.std())
 
 
@@ -293,7 +297,8 @@ def _context(model: Model, effects: Mapping[str, type[Effect]]) -> FitContext:
 def _values(
     entry: ModelEffect, effect: Effect, rows: ReferenceRows | None, context: FitContext
 ) -> Float | None:
-    """Return the contribution of an effect to ε of head 1, (rows,), arcseconds; None: nothing."""
+    """Return the contribution of an effect to ε of head 1, (rows,), arcseconds; None if there is
+    none."""
     if rows is None:
         return None
     columns = effect.reference_columns(rows, entry.search, context)
@@ -301,7 +306,8 @@ def _values(
 
 
 def _rows_of_head1(observations: Observations) -> ReferenceRows | None:
-    """Return rows for the error of head 1: those of the capture, else of the reference."""
+    """Return rows for the error of head 1: those of the capture or, without a capture, of the
+    reference."""
     rows = observations.capture
     if rows is None:
         return observations.every_reference_row

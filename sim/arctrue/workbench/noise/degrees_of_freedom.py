@@ -1,4 +1,4 @@
-"""Degrees of freedom with which the noise of a combination of rows is known."""
+"""Degrees of freedom of the noise in a linear combination of rows."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from arctrue.workbench.noise.row_noise import RowNoise
 Float = NDArray[np.float64]
 
 LEAST_FREEDOM = 2.0
-"""Least number of degrees of freedom m: the mean of 1/χ² is finite only for m > 2, so that m = 2 is
-the smallest number for an F test."""
+"""Smallest number of degrees of freedom m. The mean of 1/χ² is finite only for m > 2, so that an F
+test needs at least m = 2."""
 
 
 def degrees_of_freedom(
@@ -22,13 +22,13 @@ def degrees_of_freedom(
     offsets: Float,
     runs: dict[str, NDArray[np.int64]],
 ) -> tuple[float, float]:
-    """Return the degrees of freedom, and the index's share of the variance.
+    """Return the degrees of freedom of the noise, and the index's share of the variance.
 
     ``weights`` is C⁻¹z of each channel, z the projected columns times their coefficients;
     ``offsets`` is the part of these columns that the offsets of the runs absorb. The variance of
-    the estimate has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z; with the covariance of the
-    logarithms of the θⱼ they give the variance of its logarithm, 2/m (Satterthwaite, Biometrics 2
-    (1946) 110).
+    the estimate has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z, with u = C⁻¹z. With the
+    covariance of the logarithms of the θⱼ, they give the variance of the logarithm of the variance,
+    2/m (Satterthwaite, Biometrics 2 (1946) 110).
     """
     parts: list[tuple[Float, Float]] = []
     total = 0.0
@@ -42,7 +42,7 @@ def degrees_of_freedom(
         total += float(shares.sum())
     fitted = {group.channel for group in noise.groups}
     for channel, weight in zip(("capture", "reference"), weights, strict=True):
-        # Noise that was given and not estimated counts as exactly known.
+        # Noise that was given, not estimated, counts as exactly known.
         if channel in fitted or weight is None:
             continue
         of_rows = noise.capture if channel == "capture" else noise.reference
@@ -77,7 +77,7 @@ def _shares(
         for index, constant in enumerate(spectrum.constants):
             rate = np.array([1.0 / constant])
             below = driver.matmul_lower(clock, rate, ones, ones, column, np.zeros_like(column))
-            # K = 1 + lower + upper, and both halves give the same result.
+            # K = 1 + lower + upper, and the products with lower and upper are equal.
             product = float(scaled @ scaled) + 2.0 * float(scaled @ below[:, 0])
             own[1 + index] = spectrum.variances[index] * product
         found = own if found is None else found + own

@@ -20,12 +20,13 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 UNEVEN_P = 1e-4
-"""Noise counts as uneven if even noise would show such a difference with a probability below this
-limit."""
+"""Noise counts as uneven if even noise would show as large a difference with a probability below
+this limit."""
 LEAST_ROWS_A_BIN = 40
-"""Least number of rows in a bin, whose scatter is then known to 11 %, 1/√(2·40)."""
+"""Smallest number of rows in a bin; with it, the scatter of the bin has an uncertainty of 11 %,
+1/√(2·40)."""
 ROBUST_LIMIT = 4.0
-"""Limit of whitened residuals: larger ones are clipped before their scatter is estimated."""
+"""Limit of whitened residuals: larger ones are clipped to it before their scatter is estimated."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class ChannelRows:
     residual: Float
     stated_scale: Float
     columns: Float
-    """Columns of the model."""
+    """Columns of the model on these rows."""
     own_constants: bool
     """True: each run has its own offset. False: all runs have one constant."""
 
@@ -51,7 +52,8 @@ def estimated_law(
     before: NoiseLaw | None = None,
     rounds: int = 40,
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
-    """Estimate the law of a channel; ``before``, the law of another hypothesis, is the start.
+    """Estimate the law of a channel; ``before`` is the law under another hypothesis, where the
+    search starts.
 
     If ``before`` has scales of runs or of parts of the turn, they are estimated anew, because an
     effect that the model lacked can cause such scatter. The search starts from spectra with the
@@ -76,7 +78,7 @@ def _is_uneven(law: NoiseLaw) -> bool:
 
 
 def _even(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw:
-    """Return the law without scales: runs that share a spectrum have the mean variance of their
+    """Return the law without scales; runs that share a spectrum get the mean variance of their
     rows."""
     noise = row_noise(rows, law)
     squares = (noise.scale / rows.stated_scale) ** 2
@@ -90,7 +92,7 @@ def _even(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw:
 
 
 def row_noise(rows: ChannelRows, law: NoiseLaw) -> RowNoise:
-    """Return the noise of these rows by the law."""
+    """Return the noise of these rows under the law."""
     return law.of(
         rows.clock, rows.run, rows.angle_rad, rows.stated_scale, goes_on=not rows.own_constants
     )
@@ -139,7 +141,8 @@ def _with_spectra(
 
 
 def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds) -> SpectrumFit:
-    """Scale a spectrum that some rows gave to the scatter of all rows, by a common factor."""
+    """Scale a spectrum, which was fitted to some rows, to the scatter of all rows, by a common
+    factor."""
     rows = sum(stretch.clock.size for stretch in stretches)
     freedom = rows - stretches[0].columns.shape[1]
     if freedom < 0.9 * rows or not rows:
@@ -168,7 +171,8 @@ def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds
 
 
 def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
-    """Add a scale for each run and each part of the turn to the law; None for even scatter."""
+    """Add a scale for each run and each part of the turn to the law; None if the scatter is
+    even."""
     noise = row_noise(rows, law)
     whitened = np.clip(noise.whiten(rows.residual), -ROBUST_LIMIT, ROBUST_LIMIT)
     run = np.searchsorted(law.runs, rows.run)
@@ -188,7 +192,7 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
 
 
 def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
-    """Return the deviation of each group relative to the typical one; None if no difference is
+    """Return the deviation of each group divided by the typical one; None if no difference is
     significant."""
     counts = np.bincount(group, minlength=groups).astype(np.float64)
     full = counts >= LEAST_ROWS_A_BIN

@@ -1,7 +1,8 @@
 """Estimates the noise of a set, channel by channel, together with the coefficients of a model.
 
 The restricted likelihood of a channel contains the information of the other channel about the
-coefficients. So 24 reference rows show their scatter if a long capture determines the coefficients.
+coefficients. Thus 24 reference rows show their scatter if a long capture determines the
+coefficients.
 """
 
 from __future__ import annotations
@@ -28,11 +29,13 @@ FIT_ROUNDS = 1
 """Number of fits before the noise is estimated. One fit with white noise suffices, because the
 restricted likelihood accounts for the degrees of freedom of the coefficients."""
 FIRST_ROUNDS, NEXT_ROUNDS = 30, 8
-"""Largest number of steps to the likelihood's maximum, from a rough and from a near start."""
+"""Largest number of steps towards the likelihood's maximum, from a rough start and from a near
+start."""
 LEAST_FREEDOM = 3.0
 """Degrees of freedom that a channel needs for an estimate of its scatter."""
 NO_KNOWLEDGE_ARCSEC2 = 1.0
-"""Variance of a channel whose noise cannot be estimated; it has no weight if another has one."""
+"""Variance of a channel whose noise cannot be estimated. The channel has no weight if the other
+channel has one."""
 
 
 class DesignColumns(Protocol):
@@ -40,7 +43,7 @@ class DesignColumns(Protocol):
 
     @property
     def observations(self) -> Observations:
-        """The rows."""
+        """The rows of the set."""
 
     @property
     def shared(self) -> int:
@@ -50,23 +53,24 @@ class DesignColumns(Protocol):
         """Return the columns of a channel, shape (rows, shared), arcseconds."""
 
     def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
-        """Return the whitened columns of a channel; None without that channel."""
+        """Return the whitened columns of a channel; None if the set lacks that channel."""
 
 
 class Design(DesignColumns, Protocol):
-    """Design matrix whose coefficients can be fitted."""
+    """Design matrix with the operations that a fit of its coefficients needs."""
 
     def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
-        """Return the sums of least squares over the rows of a channel; None without it."""
+        """Return the sums of least squares over the rows of a channel; None if the set lacks that
+        channel."""
 
     def residuals(self, noise: Noise) -> tuple[Float | None, Float | None]:
-        """Return the residuals of a fit with this noise in (capture, reference), arcseconds."""
+        """Return the residuals of a fit with this noise, (capture, reference), arcseconds."""
 
 
 def white_noise(
     observations: Observations, deviations_arcsec: tuple[float | None, float | None]
 ) -> Noise:
-    """Return white noise with a known standard deviation in (capture, reference)."""
+    """Return white noise with known standard deviations, (capture, reference)."""
     laws: list[NoiseLaw | None] = []
     for rows, deviation in zip(
         (observations.capture, observations.reference), deviations_arcsec, strict=True
@@ -95,7 +99,8 @@ def _with_laws(
 
 
 def estimated_noise(design: Design) -> tuple[Noise, frozenset[str]]:
-    """Return the noise of the largest restricted likelihood, and channels without an estimate."""
+    """Return the noise with the largest restricted likelihood, and the channels without an
+    estimate."""
     noise, unknown = _white_start(design)
     for _ in range(FIT_ROUNDS):
         left = design.residuals(noise)
@@ -112,7 +117,7 @@ def noise_of(
     warm: bool = True,
     rounds: int = NEXT_ROUNDS,
 ) -> Noise:
-    """Estimate the noise from the residuals ``left`` of a model in (capture, reference).
+    """Estimate the noise from the residuals ``left`` of a model, (capture, reference).
 
     ``before`` is the earlier noise, which weights the channels; with ``warm`` the search starts
     from it.
@@ -145,10 +150,11 @@ def noise_of(
 
 
 def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
-    """Return bounds of a row's white variance: rounding of counts, and stated uncertainty."""
+    """Return the bounds of a row's white variance: the rounding of counts, and the stated
+    uncertainty."""
     count = observations.count_arcsec or 0.0
     if capture:
-        # Two heads, each rounded to whole counts.
+        # A row is a difference of two heads, and each is rounded to whole counts.
         return WhiteBounds(max(2.0 * count**2 / 12.0, 1e-12))
     stated = observations.reference_uncertainty_arcsec
     return WhiteBounds(1e-12, None if not stated else float(stated) ** 2)
@@ -202,7 +208,7 @@ def _white_start(design: Design) -> tuple[Noise, frozenset[str]]:
             laws.append(None)
             continue
         spectra = tuple(Spectrum(variance[channel]) for _ in law.spectra)
-        # A single channel keeps its weight: the whole set is then undetermined.
+        # A single channel keeps its weight: then the noise of the whole set is not determined.
         weightless = channel in unknown and len(variance) > len(unknown)
         laws.append(replace(law, spectra=spectra, weightless=weightless))
     return _with_laws(observations, laws[0], laws[1]), frozenset(unknown)
@@ -215,8 +221,8 @@ def _scatter(
     channel: str,
     shared: int,
 ) -> tuple[float, float]:
-    """Return the variance of a channel's rows and its degrees of freedom, given the other's
-    variance."""
+    """Return the variance of a channel's rows and its degrees of freedom, given the variance of the
+    other channel."""
     size = own.gram.shape[0]
     known = variance.get(channel, 1.0)
     normal, moment = own.gram / known, own.moment / known
@@ -233,7 +239,8 @@ def _scatter(
 
 
 def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matrix, Matrix]:
-    """Return Gram matrix and moment of the terms' columns with free constants eliminated."""
+    """Return Gram matrix and moment of the terms' columns after the free constants are
+    eliminated."""
     constants = np.maximum(np.diag(gram)[shared:], 1e-300)
     cross = gram[:shared, shared:] / constants
     return (

@@ -1,9 +1,11 @@
-"""Stationary noise as a sum of decaying parts, with the slopes of its likelihood.
+"""Stationary noise as a sum of decaying parts, with the derivatives of its likelihood.
 
 A part has the covariance a·exp(−c·τ) or, with a frequency, that of an oscillator driven by white
 noise, a·exp(−c·τ)·(cos dτ + (c/d)·sin dτ). A smooth part is the critically damped oscillator, in
 which two exponentials of nearly the same rate approximate (1 + λτ)·exp(−λτ): Matérn noise of order
-3/2. The covariance is semiseparable, so that a likelihood and its slopes take time linear in the
+3/2.
+
+The covariance is semiseparable, so that a likelihood and its derivatives take time linear in the
 rows (Foreman-Mackey et al., Astron. J. 154 (2017) 220; backward pass: Foreman-Mackey, Res. Notes
 AAS 2 (2018) 31; library celerite2).
 """
@@ -23,21 +25,21 @@ Float = NDArray[np.float64]
 Kind = Literal["exponential", "smooth", "oscillator"]
 
 NEARLY_EQUAL = 1.1
-"""Ratio of the rate of either exponential of a smooth part to λ, or its inverse: the covariance
-differs from (1 + λτ)·exp(−λτ) by 0.003 of the variance at most (largest difference over τ, both in
-closed form)."""
+"""Ratio of the two exponential rates of a smooth part to λ: this factor for one rate, its inverse
+for the other. The covariance differs from (1 + λτ)·exp(−λτ) by at most 0.003 of the variance
+(largest difference over τ, both in closed form)."""
 MOST_EXACT = 4
 """Largest number of columns of the semiseparable form for which the library's backward pass is
-right: with more it differs from finite differences in every digit (celerite2 0.3.3)."""
+right. With more columns it differs from finite differences in every digit (celerite2 0.3.3)."""
 DIFFERENCE = 1e-5
-"""Change of a logarithm, for a slope by differences."""
+"""Change of a logarithm in a difference quotient."""
 IMPOSSIBLE = -1e15
-"""Log likelihood of a covariance that has no factor."""
+"""Log likelihood that is returned for a covariance that cannot be factored."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One part of the noise: its kind, variance, arcsec², and decay time."""
+    """One part of the noise: kind, variance (arcsec²), and decay time."""
 
     kind: Kind
     variance: float
@@ -49,7 +51,7 @@ class Part:
 
 @dataclass(frozen=True)
 class KernelNoise:
-    """White noise of each row, and coloured parts."""
+    """White noise of each row, and a sum of coloured parts."""
 
     white: float
     """Variance of a single reading, arcsec²."""
@@ -64,7 +66,7 @@ class KernelNoise:
         return np.log(np.maximum(values, 1e-300))
 
     def with_logs(self, logs: Float) -> KernelNoise:
-        """Return the same kinds and frequencies with other variances and decay times."""
+        """Return noise of the same kinds and frequencies with other variances and decay times."""
         values = np.exp(logs)
         parts = tuple(
             Part(part.kind, float(values[1 + 2 * at]), float(values[2 + 2 * at]), part.frequency)
@@ -90,7 +92,8 @@ class KernelNoise:
 
 @dataclass(frozen=True)
 class _Form:
-    """The semiseparable form of a noise on a clock: rates c, and U, V of shape (rows, columns)."""
+    """The semiseparable form of a noise on a clock: rates c, and U and V of shape (rows,
+    columns)."""
 
     rates: Float
     diagonal: Float
@@ -105,7 +108,7 @@ class KernelFactor:
         """Factor the covariance of rows at the times ``clock``.
 
         ``readings``: number of readings in the mean of each row, shape (rows,). Raises
-        driver.LinAlgError where the covariance has no factor.
+        driver.LinAlgError where the covariance cannot be factored.
         """
         self.clock, self.readings, self.noise = clock, readings, noise
         form = _form(clock, readings, noise)
@@ -138,7 +141,8 @@ class KernelFactor:
         return found
 
     def colour(self, white: Float) -> Float:
-        """Apply L·D^(1/2) to independent normal numbers, shape (rows,): this draws noise."""
+        """Apply L·D^(1/2) to independent normal numbers, shape (rows,); the result is a draw of the
+        noise."""
         scaled = np.ascontiguousarray((white * self._deviation)[:, np.newaxis])
         if not self.noise.parts:
             return np.asarray(scaled[:, 0])
@@ -150,7 +154,8 @@ class KernelFactor:
 
 
 def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNoise) -> float:
-    """Return the log likelihood of the first column of ``values``, the others fitted to it.
+    """Return the log likelihood of the first column of ``values``; the other columns are fitted to
+    it.
 
     ``values`` has the shape (rows, 1 + k).
     """
@@ -166,7 +171,8 @@ def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNo
 def with_slopes(
     clock: Float, readings: Float, values: Float, noise: KernelNoise, free: Sequence[int]
 ) -> tuple[float, Float]:
-    """Return the log likelihood, and its slopes by the ``free`` ones of :attr:`KernelNoise.logs`.
+    """Return the log likelihood, and its derivatives with respect to the ``free`` ones of
+    :attr:`KernelNoise.logs`.
 
     The coefficients have their most likely values, so that only the noise changes the likelihood.
     """
@@ -186,7 +192,8 @@ def with_slopes(
 
 
 def _fitted(whitened: Float) -> tuple[Float, Float]:
-    """Return the whitened first column less its fit by the others, and the fit's coefficients."""
+    """Return the whitened first column minus its fit by the others, and the coefficients of the
+    fit."""
     own, columns = whitened[:, 0], whitened[:, 1:]
     if columns.shape[1] == 0:
         return own, np.zeros(0)
@@ -199,7 +206,8 @@ def _fitted(whitened: Float) -> tuple[Float, Float]:
 
 
 RIDGE = 1e-11
-"""Share of unit diagonals: two equal columns of the model then get half of the coefficient each."""
+"""Value that is added to a diagonal of 1, so that two equal columns of the model get half of the
+coefficient each."""
 
 
 def _form(clock: Float, readings: Float, noise: KernelNoise) -> _Form:
@@ -241,7 +249,8 @@ def _form(clock: Float, readings: Float, noise: KernelNoise) -> _Form:
 
 
 def _smooth_shares(ratio: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return (share of the variance, rate over λ) of both exponentials: slope 0 at τ = 0."""
+    """Return (share of the variance, rate over λ) of both exponentials; the slope of their sum is 0
+    at τ = 0."""
     apart = ratio - 1.0 / ratio
     return (ratio / apart, 1.0 / ratio), (-1.0 / (ratio * apart), ratio)
 
@@ -250,7 +259,8 @@ _SMOOTH = _smooth_shares(NEARLY_EQUAL)
 
 
 def _slopes(factor: KernelFactor, residual: Float) -> Float:
-    """Return the slopes of −(½·Σz²/D + ½·Σlog D), z = L⁻¹·residual, by the logs (backward pass)."""
+    """Return the derivatives of −(½·Σz²/D + ½·Σlog D), z = L⁻¹·residual, with respect to the
+    logarithms (backward pass)."""
     clock, readings, noise, form = factor.clock, factor.readings, factor.noise, factor._form
     if not noise.parts:
         variance = noise.white / readings
@@ -297,7 +307,7 @@ def _slopes(factor: KernelFactor, residual: Float) -> Float:
             both = slice(at, at + 2)
             by_variance = float(np.sum(by_left[:, both] * form.left[:, both]))
             by_variance += part.variance * of_diagonal
-            # The share of the sine grows with the rate as well.
+            # The share of the sine also grows with the rate.
             cosine, sine = form.right[:, at], form.right[:, at + 1]
             ratio = rate / (2.0 * np.pi * part.frequency)
             by_ratio = part.variance * float(by_left[:, at] @ sine - by_left[:, at + 1] @ cosine)
@@ -310,7 +320,7 @@ def _slopes(factor: KernelFactor, residual: Float) -> Float:
 def _by_differences(
     clock: Float, readings: Float, residual: Float, noise: KernelNoise, free: NDArray[np.int64]
 ) -> Float:
-    """Return the log likelihood's slopes by one-sided differences, the coefficients held."""
+    """Return the log likelihood's derivatives by one-sided differences, with fixed coefficients."""
     logs, column = noise.logs, residual[:, np.newaxis]
     here = log_likelihood(clock, readings, column, noise)
     found = np.empty(free.size)

@@ -1,4 +1,4 @@
-"""Fits the noise of kernel parts that makes some rows most likely, from several starts."""
+"""Fits a noise of kernel parts to rows by maximum likelihood, from several starts."""
 
 from __future__ import annotations
 
@@ -23,23 +23,24 @@ SMALLEST, LARGEST = 1e-8, 1e3
 """Limits of a part's variance, in variances of the rows: the variance of a random walk may be far
 larger in the long term than in the record."""
 SHORTEST_STEPS = 0.5
-"""Lower limit of a decay time, in median steps."""
+"""Lower limit of a decay time, in median steps of the clock."""
 LONGEST_SPANS = 10.0
-"""Upper limit of a decay time, in spans: a random walk."""
+"""Upper limit of a decay time, in lengths of the longest stretch; at the limit the noise is a
+random walk."""
 OSCILLATOR_SPANS = 0.25
-"""Longest time for which an oscillator keeps its phase, in spans; an oscillation with a longer time
-would be a line."""
+"""Longest decay time of an oscillator, in lengths of the longest stretch; an oscillation with a
+longer decay time would be a line."""
 SMOOTH_MUST_GAIN = 2.0
-"""Log likelihood by which smooth noise must exceed two exponentials: with as many parameters, odds
-of 7 to 1 are needed to leave the simpler noise."""
+"""Gain in log likelihood that smooth noise needs over two exponentials. Both have the same number
+of parameters, and the simpler noise is given up only at odds of 7 to 1."""
 ENOUGH = 0.01
-"""Gain of log likelihood below which a step of the search is the last."""
+"""Gain in log likelihood below which a step is the last of the search."""
 STEPS = 60
 """Largest number of steps of the optimiser; ENOUGH ends them earlier."""
 MOST_FREE = 5
-"""Largest number of columns of a noise of which all parts are fitted: an exponential, a smooth
-part, an oscillator. With more than four, the derivatives are calculated by differences, which is
-three times as slow."""
+"""Largest number of columns of a noise whose parts are all fitted: an exponential, a smooth part,
+an oscillator. With more than four columns, the derivatives are calculated by differences, which
+takes three times as long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +49,12 @@ class Rows:
     row."""
 
     clock: Float
-    """Clock of the rows, shape (rows,): it rises."""
+    """Clock of the rows, shape (rows,), which increases."""
     readings: Float
     """Number of readings in the mean of each row."""
     values: Float
-    """Measured values first, then the columns fitted to them, shape (rows, 1 + k)."""
+    """Measured values in the first column, then the columns that are fitted to them, shape (rows, 1
+    + k)."""
     step: float
     span: float
     """Length of the longest stretch, in the unit of the clock."""
@@ -67,7 +69,7 @@ class Rows:
         return KernelFactor(self.clock, self.readings, noise)
 
     def left(self) -> Float:
-        """Return the measured values less their fit by the columns in plain least squares."""
+        """Return the measured values minus their fit by the columns in plain least squares."""
         own, columns = self.values[:, 0], self.values[:, 1:]
         if columns.shape[1] == 0:
             return own
@@ -83,15 +85,15 @@ class KernelFit:
 
     @property
     def score(self) -> float:
-        """Log likelihood, less the amount by which a smooth part must exceed the other noise."""
+        """Log likelihood; for noise with a smooth part, SMOOTH_MUST_GAIN is subtracted."""
         return self.log_likelihood - (SMOOTH_MUST_GAIN if self.noise.smooth else 0.0)
 
 
 def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
     """Return the maximum of the likelihood that is reached from ``start``.
 
-    In noise with more than MOST_FREE columns only the last part is free and the others stay as they
-    are: it was added to a noise that is at its maximum.
+    In noise with more than MOST_FREE columns only the last part is fitted and the others are fixed,
+    because that part was added to noise at its maximum.
     """
     low, high = _limits(rows, start)
     whole = np.clip(start.logs, low, high)
@@ -123,13 +125,16 @@ def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
 
 
 def best_fit(rows: Rows, starts: Iterable[KernelNoise]) -> KernelFit:
-    """Return the best fit over several starts; smooth noise must be better by SMOOTH_MUST_GAIN."""
+    """Return the fit with the highest score over several starts; the score of smooth noise is
+    reduced by SMOOTH_MUST_GAIN."""
     return max((fit_from(rows, start) for start in starts), key=lambda found: found.score)
 
 
 def usual_starts(rows: Rows) -> list[KernelNoise]:
-    """Return two starts, two exponentials and a smooth part with one, from the scatter of
-    neighbours and of all."""
+    """Return two starts: two exponentials, and one exponential with a smooth part.
+
+    Their variances come from the scatter of neighbours and of all rows.
+    """
     left = rows.left()
     whole = max(float(np.mean(left**2)), 1e-30)
     white = float(np.clip(0.5 * np.mean(np.diff(left) ** 2), 0.02 * whole, whole))
@@ -152,7 +157,7 @@ def usual_starts(rows: Rows) -> list[KernelNoise]:
 def with_oscillator(
     noise: KernelNoise, rows: Rows, frequency: float, variance: float
 ) -> KernelNoise:
-    """Return the noise with a further oscillator, which starts with this variance."""
+    """Return the noise with one more oscillator, which starts with this variance."""
     decay = OSCILLATOR_SPANS * rows.span / 2.0
     return KernelNoise(noise.white, (*noise.parts, Part("oscillator", variance, decay, frequency)))
 

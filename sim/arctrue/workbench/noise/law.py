@@ -15,7 +15,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ANGLE_BINS = 36
-"""Parts of the turn, 10° each, in which the noise may have a scale of its own."""
+"""Number of parts of the turn, 10° each, in which the noise may have a scale of its own."""
 SAME_STEP = 1.25
 """Largest ratio of the clock steps of two runs that share a spectrum."""
 
@@ -25,13 +25,13 @@ class NoiseLaw:
     """Spectrum and scale of every run, and the scale at every angle."""
 
     spectra: tuple[Spectrum, ...]
-    """Spectrum of each run; the first one is used for runs that were not measured."""
+    """Spectrum of each run; the first one also applies to runs that were not measured."""
     runs: Integer
-    """Names of the runs, rising."""
+    """Names of the runs, in increasing order."""
     run_scale: Float
     """Standard deviation of each run divided by that of its spectrum, shape (runs,)."""
     angle_scale: Float | None = None
-    """Standard deviation in equal parts of the turn over that of the spectrum, shape
+    """Standard deviation in equal parts of the turn, divided by that of the spectrum, shape
     (ANGLE_BINS,)."""
     weightless: bool = False
 
@@ -50,7 +50,8 @@ class NoiseLaw:
     ) -> RowNoise:
         """Return the noise of rows with this clock, run, angle and stated scale, each (rows,).
 
-        ``goes_on``: the noise of a run continues in the next, because no index separates them.
+        ``goes_on``: the noise of a run continues in the next run, because no index separates the
+        runs.
         """
         starts = stretch_starts(clock, run)
         place = np.minimum(np.searchsorted(self.runs, run), self.runs.size - 1)
@@ -64,11 +65,11 @@ class NoiseLaw:
         return RowNoise(clock, starts, spectra, scale, self.weightless)
 
     def _joined(self, starts: Integer, clock: Float, run: Integer, index: Integer) -> Integer:
-        """Return the starts without those at which the noise of the stretch before continues.
+        """Return the starts without those at which the noise of the previous stretch continues.
 
-        The noise continues where the clock goes on, both stretches have one spectrum, and the pause
-        is no longer than the longer stretch: stretches of that length do not show the noise over a
-        longer pause.
+        The noise continues if the clock does not go back, both stretches have one spectrum, and the
+        pause is no longer than the longer stretch: stretches of that length do not show the noise
+        over a longer pause.
         """
         if starts.size < 2:
             return starts
@@ -91,7 +92,7 @@ class NoiseLaw:
 
 
 def like_steps(clock: Float, run: Integer) -> list[list[int]]:
-    """Return the names of the runs in groups with similar clock steps; a run of single rows is in
+    """Return the names of the runs in groups with similar clock steps; runs of single rows are in
     no group."""
     starts = stretch_starts(clock, run)
     ends = [*starts[1:].tolist(), clock.size]
@@ -112,13 +113,14 @@ def like_steps(clock: Float, run: Integer) -> list[list[int]]:
 
 
 def angle_bins(angle_rad: Float) -> Integer:
-    """Return the number of the part of the turn of each row."""
+    """Return, for each row, the number of its part of the turn."""
     place = np.floor(np.mod(angle_rad / (2.0 * np.pi), 1.0) * ANGLE_BINS)
     return np.asarray(np.minimum(place.astype(np.int64), ANGLE_BINS - 1))
 
 
 def stretch_starts(clock: Float, run: Integer) -> Integer:
-    """Return the first rows of stretches of one run in which the clock does not go back."""
+    """Return the first rows of stretches; a stretch is a part of one run in which the clock does
+    not go back."""
     if run.size == 0:
         return np.zeros(0, dtype=np.int64)
     new = (np.diff(run) != 0) | (np.diff(clock) < 0.0)
@@ -136,8 +138,8 @@ def reference_clock(rows: ReferenceRows) -> Float:
 
 
 def stated_scale(rows: CaptureRows | ReferenceRows) -> Float:
-    """Return the stated standard uncertainty of each row over its root mean square; 1 if none is
-    stated."""
+    """Return the stated standard uncertainty of each row divided by its root mean square; 1 if none
+    is stated."""
     stated = getattr(rows, "u_arcsec", None)
     if stated is None or not np.all(stated > 0.0):
         return np.ones(rows.run.size)

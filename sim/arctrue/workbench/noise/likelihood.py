@@ -1,9 +1,10 @@
 """Restricted likelihood of the noise, from residuals that are averaged where noise is slow.
 
 Fast parts show in a few thousand consecutive rows, slow parts in means over blocks of rows. The
-covariance of such means is known in closed form; the only approximation is that the levels are
-independent. On the slowest level the columns of the model are added to the residuals, because the
-model absorbs slow noise (restricted likelihood, Patterson and Thompson, Biometrika 58 (1971) 545).
+covariance of such means is known in closed form. The only approximation is that the levels, one for
+each block length, are independent. On the slowest level the columns of the model are added to the
+residuals, because the model absorbs slow noise (restricted likelihood, Patterson and Thompson,
+Biometrika 58 (1971) 545).
 """
 
 from __future__ import annotations
@@ -22,23 +23,23 @@ from arctrue.workbench.noise.spectrum import Spectrum
 Float = NDArray[np.float64]
 
 ROWS_A_LEVEL = 1200
-"""Largest number of rows of a level, chosen for cost: a likelihood factors their dense
-covariance."""
+"""Largest number of rows of a level, chosen for cost: each likelihood factors their covariance."""
 WHOLE_ROWS = 2400
-"""Number of rows up to which a group is used without averaging."""
+"""Largest number of rows of a group that is used without averaging."""
 LEVEL_RATIO = 8
-"""Number of rows averaged from level to level: some three levels span a capture."""
+"""Ratio of the block lengths of neighbouring levels; about three levels cover a capture."""
 MOST_STRETCHES = 12
 """Largest number of evenly spread stretches for the fast noise of a long group; it limits cost."""
 SLOW_BLOCKS = 4.0
-"""Ratio of a block's length to a time constant above which a part is white from block to block."""
+"""Ratio of a block's length to a time constant above which the block means of a part count as
+white."""
 RIDGE = 1e-8
-"""Share of the information: two equal columns of the model then get half of the coefficient
-each."""
+"""Share of the information that is added to its diagonal, so that two equal columns of the model
+get half of the coefficient each."""
 DIFFERENCE = 1e-5
-"""Share of a variance by which it is moved for a derivative."""
+"""Relative change of a variance in a difference quotient."""
 UNCORRELATED = 40.0
-"""Distance between two stretches in time constants: e⁻⁴⁰ is negligible against one."""
+"""Distance between two stretches in time constants: e⁻⁴⁰ is negligible against 1."""
 
 
 @dataclass(frozen=True)
@@ -49,33 +50,35 @@ class Stretch:
     residual: Float
     columns: Float
     constant: int
-    """Number of the constant: stretches of the same number have one free constant."""
+    """Number of the free constant; stretches with the same number share one constant."""
     ones: Float
-    """Column that the constant adds, shape (n,)."""
+    """Column of the constant, shape (n,)."""
 
 
 @dataclass(frozen=True)
 class _Level:
-    """Means over blocks of rows, all stretches one after another with their correlation cut."""
+    """Means over blocks of rows; all stretches follow one another, without correlation between
+    them."""
 
     clock: Float
     values: Float
-    """Residual first, then columns, shape (n, 1 + k); k = 0 where the model is left out."""
+    """Residual in the first column, then the columns of the model, shape (n, 1 + k); k = 0 if the
+    model is left out."""
     block: int
     white_share: Float
-    """Share of each coloured part's variance that is white from block to block."""
+    """Share of each coloured part's variance that is white in the block means."""
     between_share: Float
-    """Share of each coloured part's variance that remains correlated between blocks."""
+    """Share of each coloured part's variance that is correlated between the block means."""
 
 
 @dataclass(frozen=True)
 class FixedTerms:
-    """Information of the other rows of the set about the model's coefficients."""
+    """Information about the model's coefficients from the other rows of the set."""
 
     information: Float
     """Normal matrix, shape (k, k)."""
     moment: Float
-    """Moment of the coefficients' change since the residuals were taken, shape (k,)."""
+    """Moment for the change of the coefficients after the residuals were taken, shape (k,)."""
 
 
 class RestrictedLikelihood:
@@ -84,19 +87,20 @@ class RestrictedLikelihood:
     def __init__(
         self, stretches: Sequence[Stretch], step: float, constants: Float, fixed_terms: FixedTerms
     ) -> None:
-        """Prepare the levels; ``step`` is the typical clock step, ``constants`` those of all
-        spectra."""
+        """Prepare the levels; ``step`` is the typical clock step, ``constants`` are the time
+        constants of all spectra."""
         self._fixed_terms = fixed_terms
         self._levels, self._constant_count = _levels(stretches, step, constants)
         self._ridge: Float | None = None
 
     def __call__(self, spectrum: Spectrum) -> float:
-        """Return the log likelihood; −∞ where the covariance has no factor."""
+        """Return the log likelihood; −∞ where the covariance cannot be factored."""
         whitened = self._whitened(spectrum)
         return -np.inf if whitened is None else self._value(whitened)[0]
 
     def with_gradient(self, spectrum: Spectrum) -> tuple[float, Float]:
-        """Return the log likelihood, and its derivatives by the white and each coloured variance.
+        """Return the log likelihood, and its derivatives with respect to the white and each
+        coloured variance.
 
         With V the covariance of a level, u = V⁻¹r and W = V⁻¹X, β the coefficients and N their
         normal matrix, a change dV of the covariance changes the likelihood by
@@ -122,8 +126,8 @@ class RestrictedLikelihood:
         return value, gradient
 
     def _whitened(self, spectrum: Spectrum) -> list[tuple[_Level, Factor, Float]] | None:
-        """Return each level with its factor and its whitened values; None where one has no
-        factor."""
+        """Return each level with its factor and its whitened values; None if a level cannot be
+        factored."""
         found = []
         for level in self._levels:
             try:
@@ -161,8 +165,8 @@ class RestrictedLikelihood:
         # A direction that no row shows has a diagonal of 0, which rounding makes negative.
         shown = np.maximum(np.diag(normal), 0.0)
         if self._ridge is None:
-            # The ridge is fixed once: directions that no row shows then add a constant to the
-            # likelihood.
+            # The ridge is calculated once, so that directions that no row shows add the same
+            # constant to each likelihood.
             self._ridge = RIDGE * np.maximum(shown, max(RIDGE * float(shown.max()), 1e-30))
         normal[np.diag_indices(width)] = shown + self._ridge
         scale = 1.0 / np.sqrt(np.diag(normal))
@@ -233,10 +237,11 @@ def _level(
 
 
 def _shares(block: int, step: float, constants: Float) -> tuple[Float, Float]:
-    """Return the shares of a part in block means: white, and correlated between blocks.
+    """Return the shares of a part's variance in block means: the white share, and the share
+    correlated between blocks.
 
-    exp(−|τ|/τⱼ) averaged over two blocks is gain²·exp(−distance/τⱼ); within one block the remainder
-    of the variance of a mean is white.
+    The mean of exp(−|τ|/τⱼ) over two blocks is gain²·exp(−distance/τⱼ); within one block the
+    remainder of the variance of a mean is white.
     """
     white, between = np.zeros(constants.size), np.ones(constants.size)
     if block == 1:
@@ -246,21 +251,22 @@ def _shares(block: int, step: float, constants: Float) -> tuple[Float, Float]:
     for index, constant in enumerate(constants):
         decay = step / constant
         if block * decay > SLOW_BLOCKS:
-            # All power of the part is at low frequencies, as if it were white from block to block.
+            # Means over such long blocks are white, with the spectral density of the part at
+            # frequency 0.
             rho = float(np.exp(-decay))
             white[index], between[index] = (1.0 + rho) / (1.0 - rho) / block, 0.0
             continue
         mean = block + 2.0 * float(np.sum((block - lags) * np.exp(-lags * decay)))
         between[index] = float(np.mean(np.exp(places * decay))) ** 2
-        # This may be slightly below 0: the parts between blocks then count slightly more than all.
+        # The share may be slightly below 0: the correlated share is then slightly above the whole.
         white[index] = mean / block**2 - between[index]
     return white, between
 
 
 def _log_determinant_slopes(factor: Factor) -> tuple[float, Float]:
-    """Return tr(V⁻¹dV) for the same changes, by differences.
+    """Return tr(V⁻¹dV) for a change dV of the white and of each coloured variance, by differences.
 
-    The library's own backward pass is wrong beyond four exponentials (celerite2 0.3.3).
+    The library's own backward pass is wrong for more than four exponentials (celerite2 0.3.3).
     """
     spectrum = factor.spectrum
     here = factor.log_determinant
@@ -275,8 +281,10 @@ def _log_determinant_slopes(factor: Factor) -> tuple[float, Float]:
 
 
 def _slopes(factor: Factor, left: Float) -> tuple[float, Float]:
-    """Return ½·Σ qᵀdV·q − ½·tr(V⁻¹dV) over the columns q of ``left``, for dV the unit matrix and
-    for each exponential of the level."""
+    """Return ½·Σ qᵀdV·q − ½·tr(V⁻¹dV) over the columns q of ``left``.
+
+    dV is the unit matrix for the first result, and each exponential of the level for the second.
+    """
     white, between = _log_determinant_slopes(factor)
     squares = float(np.sum(left**2))
     forms = np.empty(between.size)
@@ -285,7 +293,7 @@ def _slopes(factor: Factor, left: Float) -> tuple[float, Float]:
         below = driver.matmul_lower(
             factor.clock, np.array([1.0 / constant]), ones, ones, left, np.zeros_like(left)
         )
-        # The exponential is 1 + lower + upper, and both halves give the same result.
+        # The exponential is 1 + lower + upper, and the products with lower and upper are equal.
         forms[index] = squares + 2.0 * float(np.sum(left * below))
     return 0.5 * (squares - white), 0.5 * (forms - between)
 

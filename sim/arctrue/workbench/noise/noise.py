@@ -1,4 +1,4 @@
-"""The noise of a set: both channels, and the index of the capture's runs."""
+"""The noise of a set: the rows of both channels, and the index of the capture's runs."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 INDEX_FREEDOM = 6.0
-"""Number of runs whose scatter has the weight of ±1 count, for an index whose repeatability is not
-stated."""
+"""Weight of ±1 count as the prior of an index whose repeatability is not stated, as a number of
+runs."""
 
 
 STATED_INDEX_FREEDOM = 60.0
-"""Number of runs whose scatter has the weight of a repeatability that the set states."""
+"""Weight of a repeatability that the set states, as a number of runs."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class FittedGroup:
 
 @dataclass(frozen=True)
 class Noise:
-    """The deviations of the rows of a set from any model of the set."""
+    """Noise of a set: covariance of the rows of each channel, and variance of a run's offset."""
 
     capture: RowNoise | None
     reference: RowNoise | None
@@ -50,7 +50,7 @@ class Noise:
     def part(
         self, keep_capture: NDArray[np.bool_] | None, keep_reference: NDArray[np.bool_] | None
     ) -> Noise:
-        """Return the noise of some of the rows."""
+        """Return the noise of the rows that are kept."""
         capture, reference = self.capture, self.reference
         if capture is not None and keep_capture is not None:
             capture = capture.part(keep_capture)
@@ -59,7 +59,7 @@ class Noise:
         return replace(self, capture=capture, reference=reference)
 
     def with_offsets(self, observations: Observations, offsets: Float) -> Noise:
-        """Return the noise with the index variance that these offsets of the runs show."""
+        """Return the noise with the index variance that follows from these offsets of the runs."""
         if not observations.runs:
             return self
         variance, freedom = index_variance(observations, offsets)
@@ -94,7 +94,7 @@ def index_variance(observations: Observations, offsets: Float) -> tuple[float, f
 
     The variance is the mean of a scaled inverse χ²: the prior (±1 count per head, or the
     repeatability that the set states) has the weight of a number of runs, and the offsets of the
-    set's own runs are added.
+    set's own runs are added to it.
     """
     stated = observations.index_repeatability_counts is not None
     freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM

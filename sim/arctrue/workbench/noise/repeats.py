@@ -1,8 +1,8 @@
 """The noise of each channel from its own repeats: the scatter of rows at the same place.
 
-No model can remove it, so it is a figure of the set and not of the model. If a model describes a
-deviation that does not repeat, such as a vibration, its residual can be smaller; the residual is
-then the noise.
+No model can remove this scatter, so that it is a figure of the set and not of the model. If a model
+describes a deviation that does not repeat, such as a vibration, the residual can be smaller than
+the scatter; the residual is then the noise.
 """
 
 from __future__ import annotations
@@ -16,38 +16,40 @@ from arctrue.workbench.observations import CaptureRows, Observations
 Float = NDArray[np.float64]
 
 LARGEST_GAP_STEPS = 8.0
-"""Distance of rows, in the run's own steps, beyond which there is a gap between them."""
+"""Distance of two rows, in steps of the run, above which there is a gap between them."""
 _SAME_PHASE = 0.02
-"""Share of a signal period within which two rows are at one phase. A subdivision error differs
-there by 2π·0.02 of its amplitude at most."""
+"""Largest phase difference of two rows that count as at one phase, as a share of a signal period. A
+subdivision error differs between them by at most 2π·0.02 of its amplitude."""
 _MOST_ROWS_APART = 25
-"""Largest number of rows from the place one turn later at which a row of that phase is searched."""
+"""Largest distance, in rows, between the place one turn later and the row with the same phase."""
 _LEAST_PAIRS = 50
-"""Least number of differences: they give the noise to 10 %."""
+"""Smallest number of differences: they determine the noise to 10 %."""
 
 
 def row_noise_arcsec(
     observations: Observations, residual: Float, channel: str, rms_arcsec: float
 ) -> float:
-    """Return the standard deviation of a row of ``capture`` or ``reference``, up to ``rms_arcsec``.
+    """Return the standard deviation of a row of ``capture`` or ``reference``, at most
+    ``rms_arcsec``.
 
-    ``rms_arcsec`` is the RMS of the residual in every row; ``residual`` may cover a part of the
+    ``rms_arcsec`` is the RMS of the residual in every row; ``residual`` may contain a part of the
     rows.
     """
     if channel == "reference":
         return min(reference_noise_arcsec(observations, residual), rms_arcsec)
-    # Each estimate contains errors that the other does not contain; neither is below the noise.
+    # Each estimate contains errors that the other does not contain, and neither is below the noise.
     at_one_phase = _at_one_phase_arcsec(observations, residual)
     at_one_angle = capture_noise_arcsec(observations, residual)
     return min(at_one_angle, at_one_phase or at_one_angle, rms_arcsec)
 
 
 def _at_one_phase_arcsec(observations: Observations, residual: Float) -> float | None:
-    """Return the noise from rows of successive turns at nearly the same angle and one signal phase.
+    """Return the noise from rows of successive turns at nearly the same angle and the same signal
+    phase.
 
-    The result is None for too few rows. Rows that are a signal period apart or more have no value
-    between them, so that an error within the period counts as noise wherever the later turn is
-    interpolated.
+    The result is None for too few rows. This estimate needs no interpolation: if rows are a signal
+    period apart or more, an interpolated value does not contain the error within the period, so
+    that this error would count as noise.
     """
     rows = observations.capture
     assert rows is not None
@@ -66,7 +68,8 @@ def _at_one_phase_arcsec(observations: Observations, residual: Float) -> float |
 
 
 def _turn_to_turn(rows: CaptureRows, electrical: Float, residual: Float, inside: slice) -> Float:
-    """Return the later less the earlier value of the rows of a run that are at one phase."""
+    """Return, for rows of a run and the rows of the same phase one turn later, the later minus the
+    earlier value."""
     angle = rows.angle_rad[inside] * (1.0 if rows.direction[inside.start] > 0 else -1.0)
     phase, values = electrical[inside] / (2.0 * np.pi), residual[inside]
     ahead = angle + 2.0 * np.pi
@@ -87,8 +90,8 @@ def _turn_to_turn(rows: CaptureRows, electrical: Float, residual: Float, inside:
 def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
     """Return the standard deviation of one row, from turn to turn at one angle within each run.
 
-    The later revolution is interpolated linearly at the angles of the earlier one; (1 − f)² + f² of
-    its variance is left. With single turns the differences are those from sample to sample.
+    The later turn is interpolated linearly at the angles of the earlier one, which leaves (1 − f)²
+    + f² of its variance. For runs of a single turn the differences are those from sample to sample.
     """
     rows = observations.capture
     assert rows is not None
@@ -103,7 +106,7 @@ def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
             continue
         place = np.searchsorted(angle, ahead[there], side="right") - 1
         place = np.minimum(place, angle.size - 2)
-        # Where the part of a long capture has a gap, no row repeats the earlier one.
+        # If the part of a long capture has a gap, no row repeats the earlier one there.
         near = angle[place + 1] - angle[place] < LARGEST_GAP_STEPS * np.median(np.diff(angle))
         there, place = there[near], place[near]
         if there.size < 16:
@@ -124,7 +127,7 @@ def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
 def reference_noise_arcsec(observations: Observations, residual: Float) -> float:
     """Return the standard deviation of one row, from visit to visit of one station and direction.
 
-    Successive visits are compared, so that a slow drift counts little.
+    Successive visits are compared, so that a slow drift contributes little.
     """
     rows = observations.reference
     assert rows is not None

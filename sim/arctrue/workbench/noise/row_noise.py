@@ -1,8 +1,8 @@
 """Noise covariance C = L·Lᵀ of the rows of one channel, and whitening of columns by L⁻¹.
 
-The covariance is semiseparable: a Cholesky factor takes time linear in the rows (Foreman-Mackey
-et al., Astron. J. 154 (2017) 220; library celerite2). L⁻¹ applied to measured values and columns
-alike turns generalised least squares into ordinary least squares.
+The covariance is semiseparable: a Cholesky factor takes time linear in the rows (Foreman-Mackey et
+al., Astron. J. 154 (2017) 220; library celerite2). L⁻¹, applied to measured values and columns,
+turns generalised least squares into ordinary least squares.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ class Factor:
 
     @cached_property
     def deviation(self) -> Float:
-        """Square root of the pivots: the scatter of a row given all rows before it, shape (n,)."""
+        """Square root of the pivots: the standard deviation of a row given all rows before it,
+        shape (n,)."""
         if self._white:
             return np.full(self.clock.size, np.sqrt(self.spectrum.white))
         return np.sqrt(self._parts[2])
@@ -56,7 +57,7 @@ class Factor:
         return float(2.0 * np.sum(np.log(self.deviation)))
 
     def whiten(self, values: Float) -> Float:
-        """Multiply columns, shape (n, k), by L⁻¹: their noise is then white, of variance 1."""
+        """Multiply columns, shape (n, k), by L⁻¹: their noise then is white with variance 1."""
         found = np.array(values, order="C")
         self.whiten_in_place(found)
         return found
@@ -69,7 +70,8 @@ class Factor:
         columns /= self.deviation[:, np.newaxis]
 
     def unwhiten_transposed(self, whitened: Float) -> Float:
-        """Multiply whitened columns, shape (n, k), by L⁻ᵀ: this gives C⁻¹ times the original."""
+        """Multiply whitened columns, shape (n, k), by L⁻ᵀ; the result is C⁻¹ times the original
+        columns."""
         scaled = np.ascontiguousarray(whitened / self.deviation[:, np.newaxis])
         if self._white:
             return scaled
@@ -79,7 +81,8 @@ class Factor:
         )
 
     def colour(self, white: Float) -> Float:
-        """Multiply columns of independent normal numbers, shape (n, k), by L: this draws noise."""
+        """Multiply columns of independent normal numbers, shape (n, k), by L; the result is a draw
+        of the noise."""
         scaled = np.ascontiguousarray(white * self.deviation[:, np.newaxis])
         if self._white:
             return scaled
@@ -104,7 +107,8 @@ class Factor:
 
 @dataclass(frozen=True, eq=False)
 class RowNoise:
-    """Noise of the rows of one channel: stretches of rows, their spectra, a scale per row."""
+    """Noise of the rows of one channel: stretches of rows, the spectrum of each, and a scale per
+    row."""
 
     clock: Float
     """Clock of each row, shape (rows,); it increases within each stretch."""
@@ -113,7 +117,7 @@ class RowNoise:
     spectra: tuple[Spectrum, ...]
     """Spectrum of each stretch."""
     scale: Float
-    """Standard deviation of each row divided by that of the spectrum, shape (rows,)."""
+    """Standard deviation of each row divided by that of its spectrum, shape (rows,)."""
     weightless: bool = False
     """True if the noise of this channel cannot be estimated, so that no fit uses its rows."""
 
@@ -124,7 +128,7 @@ class RowNoise:
 
     @cached_property
     def stretches(self) -> list[slice]:
-        """Rows of each stretch."""
+        """The rows of each stretch, as a slice."""
         ends = [*self.starts[1:].tolist(), self.rows]
         return [slice(start, end) for start, end in zip(self.starts.tolist(), ends, strict=True)]
 
@@ -137,12 +141,12 @@ class RowNoise:
 
     @cached_property
     def _even(self) -> bool:
-        """Every row has the scale 1."""
+        """True if every row has the scale 1."""
         return bool(np.all(self.scale == 1.0))
 
     @cached_property
     def whitened_ones(self) -> Float:
-        """The whitened constant 1, shape (rows,)."""
+        """The whitened column of ones, shape (rows,)."""
         return self.whiten(np.ones(self.rows))
 
     @cached_property
@@ -159,7 +163,8 @@ class RowNoise:
         return found[:, 0] if values.ndim == 1 else found
 
     def whiten(self, values: Float) -> Float:
-        """Whiten values or columns, shape (rows,) or (rows, k): uncorrelated noise, variance 1."""
+        """Whiten values or columns, shape (rows,) or (rows, k): their noise is then uncorrelated
+        with variance 1."""
         found = np.array(values, dtype=np.float64, order="C")
         self.whiten_in_place(found[:, np.newaxis] if found.ndim == 1 else found)
         return found
@@ -175,13 +180,14 @@ class RowNoise:
             factor.whiten_in_place(columns[rows])
 
     def precise(self, whitened: Float) -> Float:
-        """Multiply whitened values by the transposed L⁻¹: this gives C⁻¹ times the original."""
+        """Multiply whitened values by the transposed L⁻¹; the result is C⁻¹ times the original
+        values."""
         if self.weightless:
             return np.zeros(whitened.shape)
         return np.asarray((self._each(whitened, "unwhiten_transposed").T / self.scale).T)
 
     def coloured(self, whitened: Float) -> Float:
-        """Undo :meth:`whiten`; arcseconds, shape (rows,)."""
+        """Reverse :meth:`whiten`; the result is in arcseconds, shape (rows,)."""
         return self.scale * self._each(whitened, "colour")
 
     def draw(self, random: np.random.Generator) -> Float:
@@ -207,7 +213,7 @@ class RowNoise:
         return found[~keep]
 
     def deviation_arcsec(self) -> Float:
-        """Return the standard deviation of each row, white and coloured parts together, shape
+        """Return the standard deviation of each row, with white and coloured parts, shape
         (rows,)."""
         found = np.empty(self.rows)
         for rows, spectrum in zip(self.stretches, self.spectra, strict=True):
@@ -229,7 +235,8 @@ class RowNoise:
         return float(np.sqrt(sum(parts) / max(self.rows, 1)))
 
     def mean_square_scale(self, rows: slice) -> float:
-        """Return the harmonic mean of a stretch's squared scale, the factor of its spectrum."""
+        """Return the harmonic mean of the squared scales in a stretch, the factor on its
+        spectrum."""
         return float(1.0 / np.mean(1.0 / self.scale[rows] ** 2))
 
     def step(self, rows: slice) -> float:

@@ -1,8 +1,8 @@
 """Stationary noise: a white part and exponentially correlated parts.
 
-The covariance of two rows a time τ apart is Σ aⱼ·exp(−|τ|/τⱼ), and the white variance where τ = 0.
-A sum of parts with time constants a few octaves apart approximates any falling spectrum: flicker
-noise, an Ornstein–Uhlenbeck process, a first-order autoregression.
+The covariance of two rows a time τ apart is Σ aⱼ·exp(−|τ|/τⱼ); for τ = 0 the white variance is
+added. A sum of parts with time constants a few octaves apart approximates any falling spectrum:
+flicker noise, an Ornstein–Uhlenbeck process, a first-order autoregression.
 """
 
 from __future__ import annotations
@@ -15,32 +15,33 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 BLOCK = 1 << 13
-"""Frequencies whose densities stay in the cache of the processor while parts are added."""
+"""Number of frequencies in a block, whose densities stay in the processor's cache while parts are
+added."""
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """White variance, and variance and time constant of each coloured part."""
+    """Variance of the white part, and variance and time constant of each coloured part."""
 
     white: float
-    """Variance of a row, arcsec²."""
+    """White variance of a row, arcsec²."""
     constants: Float = field(default_factory=lambda: np.zeros(0))
-    """τⱼ in the unit of the rows' clock: seconds, or rows where there is no time."""
+    """Time constants τⱼ in the unit of the rows' clock: seconds, or rows if there is no time."""
     variances: Float = field(default_factory=lambda: np.zeros(0))
-    """aⱼ, arcsec²."""
+    """Variances aⱼ of the coloured parts, arcsec²."""
 
     @property
     def variance(self) -> float:
-        """Variance of a row, all parts together."""
+        """Variance of a row, the sum over all parts."""
         return float(self.white + self.variances.sum())
 
     @property
     def coloured_arcsec(self) -> float:
-        """Standard deviation of the coloured parts together."""
+        """Standard deviation of the sum of the coloured parts."""
         return float(np.sqrt(self.variances.sum()))
 
     def equals(self, other: Spectrum) -> bool:
-        """Tell whether both have the same parts."""
+        """Tell whether both spectra have the same parts."""
         return self is other or (
             self.white == other.white
             and np.array_equal(self.constants, other.constants)
@@ -61,8 +62,7 @@ class Spectrum:
         found = np.full(flat.size, self.white)
         for start in range(0, flat.size, BLOCK):
             block = slice(start, start + BLOCK)
-            # 1 − 2ρ·cos 2x + ρ² = (1 − ρ)² + 4ρ·sin² x keeps its digits where x and 1 − ρ are
-            # small.
+            # 1 − 2ρ·cos 2x + ρ² = (1 − ρ)² + 4ρ·sin² x loses no digits if x and 1 − ρ are small.
             squared = np.sin(flat[block] * (np.pi * step)) ** 2
             for constant, variance in zip(self.constants, self.variances, strict=True):
                 rho, away = np.exp(-step / constant), -np.expm1(-step / constant)
@@ -76,7 +76,7 @@ class Spectrum:
 def time_constants(step: float, span: float) -> Float:
     """Return τⱼ from twice the step of the rows to their whole span, in even logarithmic steps.
 
-    Neighbouring ones have a ratio of 8 or less; there are seven at most.
+    Neighbouring time constants have a ratio of at most 8; there are at most seven.
     """
     shortest = 2.0 * step
     if step <= 0.0 or span <= 2.0 * shortest:
@@ -86,4 +86,5 @@ def time_constants(step: float, span: float) -> Float:
 
 
 LARGEST_RATIO = 8.0
-"""Largest ratio of neighbouring time constants: such a sum follows a 1/f spectrum to 9 %."""
+"""Largest ratio of neighbouring time constants; a sum with this ratio follows a 1/f spectrum to 9
+%."""

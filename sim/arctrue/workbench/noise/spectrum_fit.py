@@ -1,4 +1,4 @@
-"""Fits the spectrum that makes residuals most likely, with stated priors, and its uncertainty."""
+"""Fits a spectrum to residuals, with stated priors, and calculates its uncertainty."""
 
 from __future__ import annotations
 
@@ -17,25 +17,26 @@ Float = NDArray[np.float64]
 Cost = Callable[[Float], float]
 
 PRIOR_CENTRE = 1e-3
-"""Centre of the prior of a coloured part's variance, in variances of the rows."""
+"""Centre of the prior of a coloured part's variance, as a share of the variance of the rows."""
 PRIOR_WIDTH = float(np.log(1e3))
-"""Width of that prior in logarithms, a factor of a thousand either way (log-normal)."""
+"""Width of that prior in logarithms; it is log-normal, a factor of a thousand either way."""
 SMALLEST, LARGEST = 1e-7, 30.0
-"""Limits of a coloured part's variance, in variances of the rows."""
+"""Limits of a coloured part's variance, as shares of the variance of the rows."""
 STATED_READINGS = 8.0
-"""Number of readings whose scatter has the weight of a stated uncertainty."""
+"""Weight of a stated uncertainty, as a number of readings."""
 WALKS = (0.01, 0.1, 1.0, 10.0)
-"""Variances of the slowest part from which the search may start, in variances of the rows."""
+"""Variances of the slowest part from which the search may start, as shares of the variance of the
+rows."""
 ENOUGH = 0.0001
 """Gain of log likelihood below which a step of the search is the last: steps along a flat direction
 gain little, and many of them gain much."""
 IMPOSSIBLE = 1e12
-"""Cost of a spectrum that no rows can have."""
+"""Cost of a spectrum that is not possible for any rows."""
 
 
 @dataclass(frozen=True)
 class WhiteBounds:
-    """Prior bounds of the white part."""
+    """Lower bound and stated value of the white part's variance."""
 
     floor: float
     """Variance of the rounding to counts, arcsec²."""
@@ -49,7 +50,7 @@ class SpectrumFit:
 
     spectrum: Spectrum
     curvature: Callable[[], Float] = field(repr=False, compare=False)
-    """Computes :attr:`covariance`; most fits never need it."""
+    """Function that computes :attr:`covariance`; most fits never need it."""
 
     @cached_property
     def covariance(self) -> Float:
@@ -72,7 +73,8 @@ def fit_spectrum(
 ) -> SpectrumFit:
     """Return the maximum of the restricted likelihood times the priors.
 
-    ``start`` is the first spectrum: that of the same rows under another hypothesis.
+    ``start`` is the spectrum of the same rows under another hypothesis; the search may start from
+    it.
     """
     steps = np.concatenate([np.diff(stretch.clock) for stretch in stretches])
     step = float(np.median(steps)) if steps.size else 1.0
@@ -94,7 +96,8 @@ def fit_spectrum(
         away = (logs[1:] - centre) / PRIOR_WIDTH
         value, slopes = 0.5 * float(away @ away), np.concatenate([[0.0], away / PRIOR_WIDTH])
         if white.stated is not None:
-            # The prior is that of readings with the stated variance: ν/2·(log s² + u²/s²).
+            # The prior is the likelihood of ν readings with the stated variance: ν/2·(log s² +
+            # u²/s²).
             share = white.stated * float(np.exp(-logs[0]))
             value += 0.5 * STATED_READINGS * (logs[0] + share)
             slopes[0] += 0.5 * STATED_READINGS * (1.0 - share)
@@ -113,7 +116,8 @@ def fit_spectrum(
 
     begin = np.clip(begin, low, high)
     if start is not None:
-        # Noise that contains an effect is a bad start value once the effect is in the model.
+        # If the start contained an effect that the model now has, it is a bad start: the cheaper of
+        # two starts is used.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
     begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)
@@ -132,8 +136,11 @@ def fit_spectrum(
 def _from_scatter(
     stretches: Sequence[Stretch], constants: Float, variance: float, white: WhiteBounds
 ) -> Float:
-    """Return the first logarithms: neighbours give the white part, the remainder is divided
-    evenly."""
+    """Return the logarithms at which the search starts.
+
+    The scatter of neighbours gives the white part; the remaining variance is divided evenly among
+    the coloured parts.
+    """
     changes = np.concatenate([np.diff(stretch.residual) for stretch in stretches])
     first = 0.5 * float(np.mean(changes**2)) if changes.size else variance
     first = min(max(first, 0.05 * variance, white.floor), variance)
@@ -156,7 +163,7 @@ def _with_a_walk(begin: Float, variance: float, low: Float, high: Float) -> list
 
 
 def _covariance(cost: Cost, best: Float) -> Float:
-    """Return the inverse of the curvature, at most that of the priors in any direction."""
+    """Return the inverse of the curvature; in each direction at most the variance of the priors."""
     size, width = best.size, 0.1
     curvature = np.empty((size, size))
     around = {}

@@ -1,4 +1,4 @@
-"""Tests whether whitened residuals are white, which σ and p rely on."""
+"""Tests whether whitened residuals are white, as σ and p assume."""
 
 from __future__ import annotations
 
@@ -15,29 +15,31 @@ from arctrue.workbench.noise.noise import Noise
 Float = NDArray[np.float64]
 
 LAGS = 20
-"""Number of lags (chosen): the test shows correlation over up to 20 rows; more lags would reduce
-the weight of the first ones in χ²."""
+"""Number of lags (chosen): the test shows correlation over up to 20 rows. More lags would reduce
+the weight of the first lags in χ²."""
 LEAST_ROWS = 8
-"""Least number of free rows. Two lags and the mean leave five free rows: with fewer the statistic
-has no χ² distribution."""
+"""Smallest number of rows, and of degrees of freedom plus one. Two lags and the mean leave five
+free rows; with fewer rows the statistic has no χ² distribution."""
 MOST_EXACT_ROWS = 4_000
-"""Largest number of rows for the exact covariances of the autocorrelations, for cost alone. With
-more rows those of white noise replace them: a model of 41 columns changes them by a hundredth."""
+"""Largest number of rows for the exact covariances of the autocorrelations; it only limits cost.
+With more rows the covariances of white noise are used: a model of 41 columns changes them by a
+hundredth."""
 
 
 @dataclass(frozen=True)
 class Whiteness:
-    """p values; a small one means that σ and p of the diagnosis may be too small."""
+    """p values of the tests. A small one means that σ and p of the diagnosis may be too small."""
 
     autocorrelation_p: float
-    """Ljung and Box, Biometrika 65 (1978) 297, over LAGS rows, fewer where rows are few."""
+    """p of Ljung and Box, Biometrika 65 (1978) 297, over LAGS lags, or fewer lags for few rows."""
     successive_differences_p: float
-    """Von Neumann, Ann. Math. Stat. 12 (1941) 367: mean square of the difference of neighbours over
-    the variance."""
+    """p of von Neumann, Ann. Math. Stat. 12 (1941) 367: mean square of the difference of neighbours
+    divided by the variance."""
     normality_p: float
-    """Jarque and Bera, Economics Letters 6 (1980) 255: skewness and kurtosis."""
+    """p of Jarque and Bera, Economics Letters 6 (1980) 255: skewness and kurtosis."""
     colour: float
-    """Sum of the squares of the autocorrelations, without those that the model itself causes."""
+    """Sum of the squares of the autocorrelations, without the autocorrelations that the model
+    causes."""
 
     def data(self) -> dict[str, float]:
         """Return the p values as JSON."""
@@ -47,13 +49,13 @@ class Whiteness:
 
 
 def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
-    """Test whitened residuals, shape (rows,); return None for too few.
+    """Test whitened residuals, shape (rows,); return None for too few rows.
 
-    ``model``: the whitened columns (rows, k) that were fitted to the rows. A fit takes the noise of
-    its own frequencies out of the residuals, which are then correlated although the noise is white:
-    on one turn of 120 rows, twenty orders take a third of the spectrum. With M = I − QQᵀ for the
-    orthonormal columns Q, A_k the mean of the shifts by ±k rows, and m = tr M free rows, the
-    autocorrelations r_k of white noise have the exact moments
+    ``model``: the whitened columns (rows, k) that were fitted to the rows. A fit removes the noise
+    at its own frequencies from the residuals, which are then correlated although the noise is
+    white: on one turn of 120 rows, twenty orders remove a third of the spectrum. With M = I − QQᵀ
+    for the orthonormal columns Q, A_k the mean of the shifts by ±k rows, and m = tr M degrees of
+    freedom, the autocorrelations r_k of white noise have the exact moments
 
     E r_k = tr(MA_k)/m,  cov(r_j, r_k) = (2 tr(MA_jMA_k) − 2 tr(MA_j) tr(MA_k)/m)/(m(m + 2)).
 
@@ -73,7 +75,8 @@ def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
     lags = min(LAGS, max(free // 4, 2))
     mean, covariance = _moments(own, lags)
     away = autocorrelations(values, lags) - mean
-    # The lags are correlated: their sum is a χ² with the same mean and variance (Satterthwaite).
+    # The lags are correlated: the sum is replaced by a scaled χ² of the same mean and variance
+    # (Satterthwaite).
     sigma = np.sqrt(np.diag(covariance))
     statistic = float(np.sum((away / sigma) ** 2))
     spread = float(np.sum((covariance / np.outer(sigma, sigma)) ** 2)) / lags
@@ -130,11 +133,12 @@ def _orthonormal(rows: int, model: Float | None) -> Float:
 
 
 SAME_COLUMNS = 1e-6
-"""Share of the largest singular value below which a direction is none of the model's own."""
+"""Share of the largest singular value below which a direction adds nothing to the model."""
 
 
 def _moments(own: Float, lags: int) -> tuple[Float, Float]:
-    """Return mean (lags,) and covariance (lags, lags) of the autocorrelations of white noise."""
+    """Return mean (lags,) and covariance (lags, lags) of the autocorrelations of white noise in
+    residuals."""
     rows, free = own.shape[0], own.shape[0] - own.shape[1]
     shifted = np.arange(1, lags + 1)
     exact = rows <= MOST_EXACT_ROWS
@@ -166,7 +170,8 @@ def autocorrelations(whitened: Float, lags: int) -> Float:
 
 
 def _von_neumann_p(values: Float, own: Float) -> float:
-    """Return the two-sided p of the ratio of successive differences to the variance.
+    """Return the two-sided p of the ratio of the squared successive differences to the sum of
+    squares.
 
     With N = DᵀD for the differences D, mean and variance of the ratio are tr(MN)/m and (2 tr(MNMN)
     − 2 tr(MN)²/m)/(m(m + 2)), as for an autocorrelation.
@@ -194,7 +199,8 @@ def _normal_p(values: Float) -> float:
 
 
 def noise_data(noise: Noise, tests: tuple[Whiteness | None, Whiteness | None]) -> dict[str, Any]:
-    """Return white and coloured parts of both channels, arcseconds, and their tests, as JSON."""
+    """Return, as JSON, white and coloured parts of both channels, arcseconds, and the tests of
+    both."""
     found: dict[str, Any] = {}
     for channel, law, of_rows, tested in (
         ("capture", noise.capture_law, noise.capture, tests[0]),
@@ -209,7 +215,8 @@ def noise_data(noise: Noise, tests: tuple[Whiteness | None, Whiteness | None]) -
 
 
 def _parts(law: NoiseLaw) -> dict[str, Any]:
-    """Return root mean squares over the runs, and each coloured part of the first run."""
+    """Return root mean squares of white and coloured parts over the runs, and each coloured part of
+    the first run."""
     runs = max(len(law.spectra), 1)
     scale = law.run_scale**2
     white = sum(item.white * factor for item, factor in zip(law.spectra, scale, strict=True))

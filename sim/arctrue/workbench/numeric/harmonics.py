@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 Columns = NDArray[np.float64]
 
 BLOCK_ROWS = 1024
-"""Number of rows whose columns stay in the cache of the processor while they are filled one by
-one."""
+"""Number of rows in a block, whose columns stay in the processor's cache while they are filled one
+by one."""
 SUMMED_ROWS = 1 << 13
-"""Number of rows whose sum stays in the cache."""
+"""Number of rows in a block, whose sum stays in the processor's cache."""
 
 
 def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) -> Columns:
@@ -22,7 +22,7 @@ def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) ->
     wanted = [round(order) for order in orders]
     rising = wanted == list(orders) and wanted == sorted(set(wanted)) and min(wanted, default=0) > 0
     if rising and wanted[-1] <= 2 * len(wanted):
-        # e^{jkx} by repeated multiplication needs two transcendental functions per row.
+        # Repeated multiplication of e^{jx} needs only two transcendental functions per row.
         places = {order: 2 * index for index, order in enumerate(wanted)}
         for start in range(0, angle_rad.size, BLOCK_ROWS):
             block = columns[start : start + BLOCK_ROWS]
@@ -68,8 +68,8 @@ def harmonic_sum(
 def disc_difference(
     disc1_rad: NDArray[np.float64], disc2_rad: NDArray[np.float64], orders: Sequence[float]
 ) -> Columns:
-    """Return the columns of a disc-fixed error of these orders in R₂ − R₁: its value at ψ₂ minus
-    that at ψ₁."""
+    """Return the columns that a disc-fixed error of these orders has in R₂ − R₁: its value at ψ₂
+    minus its value at ψ₁."""
     columns = harmonic_columns(disc2_rad, orders)
     columns -= harmonic_columns(disc1_rad, orders)
     return columns

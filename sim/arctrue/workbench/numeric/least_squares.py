@@ -1,7 +1,7 @@
 """Sums of generalised least squares, on rows whose noise has variance one and no correlation.
 
-The offsets of the runs are columns of ones that are never written out: the column of a run is its
-part of the whitened ones, and its sums are sums over the rows of the run.
+The offset of each run is a column that is never written out: it equals the whitened ones on the
+rows of the run and is 0 elsewhere, so that its sums are sums over the rows of the run.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ Whole = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class WhitenedRows:
-    """One channel: columns (rows, k), the constant (rows,), each row's offset number (rows,)."""
+    """One channel: columns (rows, k), whitened ones (rows,), and the number of each row's offset
+    (rows,)."""
 
     columns: Matrix
     ones: Matrix
@@ -28,18 +29,19 @@ class WhitenedRows:
     offsets: int
 
     def moment(self, whitened: Matrix) -> Matrix:
-        """Multiply columns and constants with whitened values, shape (k + offsets,) or (…, m)."""
+        """Multiply columns and constants by whitened values; the result is (k + offsets,) or (k +
+        offsets, m)."""
         two = whitened[:, np.newaxis] if whitened.ndim == 1 else whitened
         found = np.concatenate([self.columns.T @ two, self._times_ones(two)])
         return found[:, 0] if whitened.ndim == 1 else found
 
     @cached_property
     def _spans(self) -> list[tuple[int, int]]:
-        """Rows of each offset, which are contiguous."""
+        """First and last row of each block of rows with the same offset."""
         return run_spans(self.offset)
 
     def _times_ones(self, values: Matrix) -> Matrix:
-        """Multiply each offset's constant with values (rows, k): shape (offsets, k)."""
+        """Multiply the column of each offset by values (rows, k); the result is (offsets, k)."""
         total = np.zeros((self.offsets, values.shape[1]))
         for start, end in self._spans:
             total[self.offset[start]] += self.ones[start:end] @ values[start:end]
@@ -47,7 +49,7 @@ class WhitenedRows:
 
     @cached_property
     def gram(self) -> Matrix:
-        """Gram matrix of all columns and constants."""
+        """Gram matrix of all columns and of the columns of the offsets."""
         shared = self.columns.shape[1]
         found = np.zeros((shared + self.offsets,) * 2)
         found[:shared, :shared] = self.columns.T @ self.columns
@@ -59,7 +61,7 @@ class WhitenedRows:
 
     @property
     def every_column(self) -> Matrix:
-        """Return the columns and the constant of each offset, shape (rows, k + offsets)."""
+        """Return the columns, and the column of each offset, shape (rows, k + offsets)."""
         constants = np.zeros((self.ones.size, self.offsets))
         constants[np.arange(self.ones.size), self.offset] = self.ones
         return np.hstack([self.columns, constants])
@@ -74,7 +76,8 @@ class WhitenedRows:
 
 @dataclass(frozen=True)
 class ChannelSums:
-    """Sums of whitened rows: Gram matrix, right side, sum of squares; columns, then constants."""
+    """Sums of whitened rows: Gram matrix, right-hand side, sum of squares. Columns of terms come
+    before constants."""
 
     gram: Matrix
     moment: Matrix
@@ -84,12 +87,12 @@ class ChannelSums:
     """Log determinant of the covariance of the rows."""
 
     def residual_square(self, coefficients: Matrix) -> float:
-        """Return χ² of these coefficients, without going over the rows again."""
+        """Return χ² at these coefficients, without a new sum over the rows."""
         explained = 2.0 * self.moment @ coefficients - coefficients @ self.gram @ coefficients
         return max(float(self.square - explained), 0.0)
 
     def __add__(self, other: ChannelSums) -> ChannelSums:
-        """Return the sums over the rows of both."""
+        """Return the sums over the rows of both objects."""
         return ChannelSums(
             self.gram + other.gram,
             self.moment + other.moment,
@@ -101,7 +104,7 @@ class ChannelSums:
 
 @dataclass(frozen=True)
 class Layout:
-    """Places of each channel's columns in the joint system: terms, run offsets, constant."""
+    """Places of each channel's columns in the joint system: terms, run offsets, the constant a₀."""
 
     shared: int
     runs: int

@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 Matrix = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-9
-"""Share of the largest eigenvalue of the scaled normal matrix below which one counts as zero:
-double precision keeps about 1e-16 · rows of them."""
+"""Share of the largest eigenvalue of the scaled normal matrix below which an eigenvalue counts as
+zero; in double precision, rounding is about 1e-16 · rows of the largest."""
 UNSEEN = 1e-18
-"""Share of the largest square sum below which a column is rounding, not data."""
+"""Share of the largest sum of squares below which a column is rounding, not data."""
 
 
 def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int, float]:
-    """Return the solution of least norm, covariance, rank and condition of a scaled normal
-    system."""
+    """Return the solution of least norm, covariance, rank and condition number of a normal system,
+    which is scaled first."""
     diagonal = np.diag(normal)
     seen = diagonal > UNSEEN * max(float(diagonal.max(initial=0.0)), 1e-300)
-    # A column that is zero up to rounding (order 120 at 33°) must not be scaled up to one.
+    # A column that is zero apart from rounding (order 120 at 33°) must not be scaled up to 1.
     scale = np.where(seen, np.sqrt(np.where(seen, diagonal, 1.0)), 1e150)
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
     kept = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)
@@ -31,9 +31,9 @@ def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int
 def log_determinant(normal: Matrix) -> float:
     """Return the log determinant of a normal matrix over the directions that the data determine.
 
-    It is the logarithm of the product of the eigenvalues above 0. With D the diagonal, V₀ and Λ the
-    other directions of D^−½·N·D^−½ and its eigenvalues above 0, that product is
-    |Λ|·|D|·|V₀ᵀ·D⁻¹·V₀|.
+    It is the logarithm of the product of the eigenvalues above 0. Let D be the diagonal of N, Λ the
+    eigenvalues above 0 of D^−½·N·D^−½, and V₀ its eigenvectors to the eigenvalue 0. Then that
+    product is |Λ|·|D|·|V₀ᵀ·D⁻¹·V₀|.
     """
     diagonal = np.diag(normal)
     seen = diagonal > UNSEEN * float(diagonal.max(initial=1e-300))

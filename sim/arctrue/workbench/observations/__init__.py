@@ -1,4 +1,4 @@
-"""Converts a measurement set into rows with their conditions, which a model is compared with.
+"""Converts a measurement set into rows with their conditions, for comparison with a model.
 
 The rows are pure data: they hold no result of a fit and call no other package.
 """

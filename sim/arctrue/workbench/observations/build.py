@@ -26,13 +26,13 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LARGEST_ERROR_RAD = 0.05
-"""Largest distance of a reading from its target; beyond it the reading has another zero or other
-counts."""
+"""Largest distance of a reading from its target. At a larger distance the reading has another zero
+or other counts."""
 MOST_TURNS = 1_000_000
-"""Largest number of turns from the index; farther away, double precision resolves an angle worse
-than a thousandth count."""
+"""Largest number of turns from the index. Farther away, double precision resolves an angle to less
+than a thousandth of a count."""
 MOST_COUNTS = 2**62 - 1
-"""Largest count: the difference of two heads then fits into 64 bits."""
+"""Largest count at which the difference of two heads fits into 64 bits."""
 
 
 def observations_of(
@@ -44,7 +44,7 @@ def observations_of(
     """Make the observations of a measurement set.
 
     ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
-    the set's own median. ``mask_outliers``: False uses every row but those that the set masks.
+    the set's own median. ``mask_outliers``: False uses every row except those that the set masks.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg.
     """
@@ -177,7 +177,8 @@ def _stored_capture(
 
 
 def _in_channels(stored: StoredCapture, spans: list[tuple[int, int]]) -> StoredCapture:
-    """Return the rows with every run once per channel, the channels of a run one after another."""
+    """Return the rows with each run repeated for each channel; the channels of a run follow one
+    another."""
     channels = len(stored.further_counts) + 1
     sample = np.concatenate([np.tile(np.arange(start, end), channels) for start, end in spans])
     channel = np.concatenate([np.repeat(np.arange(channels), end - start) for start, end in spans])
@@ -202,7 +203,7 @@ def _in_channels(stored: StoredCapture, spans: list[tuple[int, int]]) -> StoredC
 
 
 def _runs_in_order(names: Integer) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
-    """Number the runs as they come in the file; also return the rows of each stretch of one run."""
+    """Number the runs in the order of the file; also return the rows of each stretch of one run."""
     spans = run_spans(names)
     numbers: dict[int, int] = {}
     run = np.empty(names.size, dtype=np.int32)
@@ -216,7 +217,8 @@ def _reference_rows(
 ) -> ReferenceRows:
     target = np.radians(columns.target_deg)
     run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
-    # The phase comes from counts alone: target + error would add the noise of ε to it.
+    # The phase is calculated from counts alone, because target + error would add the noise of ε to
+    # it.
     electrical = electrical_rad(columns.head1_counts, facts)
     time = columns.time_s
     reading, seen = _reference_reading(facts, columns)
@@ -252,13 +254,13 @@ def _reference_rows(
 
 
 def _reference_reading(facts: Table, columns: Reference) -> tuple[Float, bool]:
-    """Return the reading of head 1 at each row, radians, or the target; and whether it is a
-    reading."""
+    """Return, for each row, the reading of head 1 or else the target, radians; and whether it is
+    the reading."""
     target = np.radians(columns.target_deg)
     if columns.head1_counts is None or facts.counts_per_rev is None or target.size == 0:
         return target, False
     away = columns.head1_counts * (2.0 * np.pi / facts.counts_per_rev) - target
-    # The file may unwrap the reading but not the target, or the reverse.
+    # The file may unwrap only one of reading and target.
     away -= np.round(away / (2.0 * np.pi)) * (2.0 * np.pi)
     if float(np.abs(away).max()) > LARGEST_ERROR_RAD:
         return target, False

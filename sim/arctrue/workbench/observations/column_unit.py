@@ -23,11 +23,14 @@ UNITS = {
     "hz": "Hz",
     "rpm": "rpm",
 }
-"""Unit by the last word of a column's name. It is the unit of a difference, so that °C are K."""
+"""Unit of a column by the last word of its name. The unit is that of a difference, so that °C
+become K."""
 
 
 def column_unit(column: str) -> str:
-    """Return the unit: ``deg`` for ``elevation_deg``. A name without a unit becomes the unit:
-    ``[humidity]``."""
+    """Return the unit of a column, such as ``deg`` for ``elevation_deg``.
+
+    If the name states no unit, the unit is the name in brackets, such as ``[humidity]``.
+    """
     first, _, last = column.rpartition("_")
     return UNITS.get(last.lower(), f"[{column}]") if first else f"[{column}]"

@@ -17,8 +17,8 @@ Float = NDArray[np.float64]
 
 
 def contrast_weights(heads: int) -> Float:
-    """Return the weights of Rᵢ − R₁ (columns, i = 2 … H) in each contrast (rows); shape (H − 1, H −
-    1)."""
+    """Return the weights of the differences Rᵢ − R₁, i = 2 … H, in each contrast; shape (H − 1
+    contrasts, H − 1 differences)."""
     weights = np.zeros((heads - 1, heads - 1))
     for channel in range(heads - 1):
         head = channel + 2

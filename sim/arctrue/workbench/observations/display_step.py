@@ -8,19 +8,22 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 LEAST_AGAIN = 2.0
-"""Mean number of times that a rounded value must occur; values coarser than their noise occur more
-often."""
+"""Mean number of times that each value must occur to count as rounded. Values whose step is coarser
+than their noise occur more often."""
 SAME_VALUE = 1e-12
-"""Relative difference up to which two values of a file are equal except for their last bit."""
+"""Relative difference up to which two values of a file count as equal; it allows for the last
+bit."""
 WHOLE_STEPS = 0.01
-"""Largest deviation from a whole number of steps that the decimals of a file cause, in steps."""
+"""Largest deviation from a whole number of steps, in steps, that the decimals of a file may
+cause."""
 
 
 def display_step(values: Float) -> float:
     """Return the step in which an instrument shows its values (rows,); 0 if they are not rounded.
 
     The step is the smallest difference of two values, if every difference is a whole number of
-    steps and a value occurs LEAST_AGAIN times in the mean: values of 64 bits recur only if rounded.
+    steps and each value occurs LEAST_AGAIN times on average: values of 64 bits recur only if they
+    are rounded.
     """
     different = np.unique(values)
     if different.size < 2 or values.size < LEAST_AGAIN * different.size:

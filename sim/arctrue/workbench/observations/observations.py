@@ -15,7 +15,7 @@ from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 
 INDEX_SCATTER_COUNTS = 1.0
-"""Repeatability of the index of each head: ±1 count from run to run."""
+"""Repeatability of the index of each head from run to run, ±1 count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +25,10 @@ class Observations:
     title: str
     """Title of the set."""
     capture: CaptureRows | None
-    """Every row of the capture, or the part of a long one that searches and statistics work on."""
+    """Every row of the capture or, for a long capture, the part that searches and statistics
+    use."""
     reference: ReferenceRows | None
-    """Every row of the reference, or the part of a long one that statistics work on."""
+    """Every row of the reference or, for a long reference, the part that statistics use."""
     counts_per_rev: int | None
     """Counts per turn; None: not stated."""
     grating_lines: int | None
@@ -41,22 +42,23 @@ class Observations:
     heads: int = 2
     """Number of heads of the capture."""
     stored: StoredCapture | None = None
-    """Every row of a capture of which ``capture`` is a part."""
+    """Every row of the capture, if ``capture`` is only a part."""
     stored_reference: ReferenceRows | None = field(default=None, repr=False)
-    """Every row of a reference of which ``reference`` is a part."""
+    """Every row of the reference, if ``reference`` is only a part."""
     masked: tuple[MaskedRow, ...] = ()
     """Rows that are not used, in the order of the files."""
     may_mask: bool = True
-    """True if single wrong rows may be left out; False: the set or its reader says which rows to
-    use."""
+    """True if single wrong rows may be left out; False if the set, or whoever reads it, decides
+    which rows are used."""
     outlying_share: Mapping[str, float] = field(default_factory=dict)
-    """Share of outliers among the rows of each channel; above a limit they are not masked."""
+    """Share of outliers among the rows of each channel; if it is above a limit, no outlier is
+    masked."""
     used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Numbers in the file (0, 1, …) of the samples that are used; None: all of them."""
+    """Numbers in the file (0, 1, …) of the samples that are used; None if all are used."""
     capture_sample: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Number of the sample of each capture row; None: row k is sample k."""
+    """Number of the sample of each capture row; None if row k is sample k."""
     used_reference_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Numbers in the file (0, 1, …) of the reference rows that are used; None: all of them."""
+    """Numbers in the file (0, 1, …) of the reference rows that are used; None if all are used."""
     index_repeatability_counts: float | None = None
     """Standard deviation of one head's index from run to run, as the set states it."""
     reference_uncertainty_arcsec: float | None = None
@@ -64,12 +66,12 @@ class Observations:
 
     @property
     def rows(self) -> int:
-        """Number of rows of both channels together that the statistics work on."""
+        """Number of rows of both channels together that the statistics use."""
         capture = 0 if self.capture is None else self.capture.run.size
         return capture + (0 if self.reference is None else self.reference.run.size)
 
     def capture_line(self, row: int) -> int:
-        """Find the line of the file of a row of the capture that is used.
+        """Find the line in the file of a capture row that is used.
 
         Parameters
         ----------
@@ -79,13 +81,13 @@ class Observations:
         Returns
         -------
         int
-            Line of the file; the header is line 1.
+            Number of the line; the header is line 1.
         """
         sample = self.capture_sample
         return self.sample_line(row if sample is None else int(sample[row]))
 
     def sample_line(self, sample: int) -> int:
-        """Find the line of the file of a sample that is used.
+        """Find the line in the file of a sample that is used.
 
         Parameters
         ----------
@@ -95,13 +97,13 @@ class Observations:
         Returns
         -------
         int
-            Line of the file; the header is line 1.
+            Number of the line; the header is line 1.
         """
         used = self.used_capture_rows
         return (sample if used is None else int(used[sample])) + 2
 
     def reference_line(self, row: int) -> int:
-        """Find the line of the file of a row of the reference that is used.
+        """Find the line in the file of a reference row that is used.
 
         Parameters
         ----------
@@ -111,14 +113,14 @@ class Observations:
         Returns
         -------
         int
-            Line of the file; the header is line 1.
+            Number of the line; the header is line 1.
         """
         used = self.used_reference_rows
         return (row if used is None else int(used[row])) + 2
 
     @property
     def every_reference_row(self) -> ReferenceRows | None:
-        """Every row of the reference, however long it is."""
+        """Every row of the reference, even if ``reference`` is only a part."""
         return self.reference if self.stored_reference is None else self.stored_reference
 
     @property
@@ -131,12 +133,12 @@ class Observations:
     @property
     def runs(self) -> int:
         """Number of runs of the capture; with three or four heads each channel of a run counts as
-        one."""
+        one run."""
         return 0 if self.capture is None else self.capture.runs
 
     @property
     def recorded_runs(self) -> int:
-        """Number of runs of the capture as they were recorded, however many heads it has."""
+        """Number of runs of the capture as they were recorded, whatever the number of heads."""
         return self.runs // self.channels_of_capture
 
     def run_words(self, run: int) -> str:
@@ -150,7 +152,7 @@ class Observations:
         Returns
         -------
         str
-            The recorded run, and the head of its channel where a sample has more than one row.
+            The recorded run, and the head of its channel if a sample has more than one row.
         """
         return f"run {run}" if self.capture is None else self.capture.run_words(run)
 
@@ -177,12 +179,12 @@ class Observations:
 
     @property
     def faces(self) -> int | None:
-        """Number of faces of the polygon, if the reference is one."""
+        """Number of faces of the polygon, if the reference is a polygon."""
         return None if self.reference is None else self.reference.faces
 
     @property
     def reference_temperature_c(self) -> float:
-        """T₀ of the temperature effects."""
+        """T₀ of the temperature effects, °C."""
         for rows in (self.capture, self.reference):
             if rows is not None:
                 return rows.reference_temperature_c
@@ -202,13 +204,13 @@ class Observations:
 
     @property
     def count_arcsec(self) -> float | None:
-        """One count, in arcseconds."""
+        """Size of one count in arcseconds."""
         return None if self.counts_per_rev is None else ARCSEC_PER_TURN / self.counts_per_rev
 
     @property
     def index_sigma_arcsec(self) -> float:
-        """Standard deviation of a run's offset: that of both heads, as stated or ±1 whole count
-        each."""
+        """Standard deviation of a run's offset from the index of both heads; each index repeats as
+        stated, or to ±1 whole count."""
         count = self.count_arcsec or 0.0
         if self.index_repeatability_counts is not None:
             return max(self.index_repeatability_counts * count * float(np.sqrt(2.0)), 1e-6)
@@ -226,7 +228,7 @@ class Observations:
 
     @property
     def order_resolution(self) -> float:
-        """Smallest difference of two orders that all runs together resolve: 1/(2·turns)."""
+        """Smallest difference of two orders that the rows of all runs resolve: 1/(2·turns)."""
         turns = sum(span / (2.0 * np.pi) for span in self._run_spans("angle_rad"))
         turns /= self.channels_of_capture
         return 0.5 / turns if turns > 0.0 else float("inf")

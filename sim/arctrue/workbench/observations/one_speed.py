@@ -1,4 +1,5 @@
-"""Tells whether all rows were read at one speed, so that an order and a frequency are the same."""
+"""Tells whether all rows were read at one speed, at which an order and a frequency look the
+same."""
 
 from __future__ import annotations
 
@@ -10,9 +11,9 @@ from numpy.typing import NDArray
 from arctrue.workbench.observations.rows import CaptureRows, Float, ReferenceRows
 
 SAME_PHASE_TURNS = 0.25
-"""Share of a period within which angle and time must agree at one speed."""
+"""Largest difference of angle and time at one speed, as a share of a period."""
 LEAST_PASS_ROWS = 8
-"""Least number of rows of a pass. A speed and its scatter need several steps; fewer rows are a
+"""Smallest number of rows of a pass. A speed and its scatter need several steps; fewer rows are a
 turning point of the drive."""
 
 
@@ -23,11 +24,12 @@ def coordinate(rows: CaptureRows | ReferenceRows, *, in_time: bool) -> Float | N
 
 
 def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> float | None:
-    """Return the common speed of all passes, turns per second; an order then equals a frequency.
+    """Return the common speed of all passes, turns per second; at one speed, an order equals a
+    frequency.
 
-    The result is None without a time, or where speeds differ, so that the data show whether a line
-    is fixed to angle or time. At one speed forwards and backwards, only the phase of the backward
-    run differs, which may be a lag.
+    The result is None without a time, or if speeds differ, so that the data show whether a line is
+    fixed to angle or to time. If the speed is the same forwards and backwards, only the phase of
+    the backward run differs, which may be a lag.
     """
     turns, time_s = coordinate(rows, in_time=False), coordinate(rows, in_time=True)
     if turns is None or time_s is None or highest_order <= 0.0:
@@ -51,7 +53,8 @@ def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> fl
 
 
 def _passes(turns: Float, run: NDArray[np.int64]) -> list[slice]:
-    """Return rows between changes of the run or of the sense of motion, LEAST_PASS_ROWS or more."""
+    """Return the rows of each pass, between changes of the run or of the sense of motion; a pass
+    has at least LEAST_PASS_ROWS rows."""
     sense = np.sign(np.diff(turns))
     new = np.diff(run) != 0
     new[1:] |= (sense[1:] * sense[:-1] < 0.0) & ~new[:-1]

@@ -1,4 +1,4 @@
-"""The part of a long capture or reference to which searches and statistics are applied.
+"""The part of a long capture or reference that searches and statistics use.
 
 The part consists of stretches of consecutive rows, spread over every run; a stretch has two turns
 if the run is long enough. Sample rate, electrical phase, turn-to-turn scatter and every run's own
@@ -19,31 +19,32 @@ from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 
 MOST_ROWS = 150_000
-"""Largest number of rows of a capture, or of a reference, that is worked on as a whole."""
+"""Largest number of rows of a capture, or of a reference, that is used as a whole."""
 REFERENCE_STRETCH_ROWS = 2048
-"""Number of rows in one piece of a reference: 42 cycles of a polygon, and every line that rows can
-show."""
+"""Number of rows in one stretch of a reference: it has 42 cycles of a polygon, and shows every line
+that the rows resolve."""
 LEAST_ROWS_A_RUN = 256
-"""Least number of rows that every run keeps, so that its offset and its conditions stay in the
-statistics."""
+"""Smallest number of rows that is kept of every run, so that its offset and its conditions stay in
+the statistics."""
 STRETCH_TURNS = 2
-"""Number of turns in one piece: the later one repeats the earlier one."""
+"""Number of turns in one stretch: the second turn repeats the first."""
 LEAST_ROWS_A_TURN = 12_000
-"""Least number of rows of a turn that is thinned, by whole steps: the paper's rate."""
+"""Smallest number of rows of a turn after thinning, which keeps every second, third, … row; it
+equals the number in the paper."""
 SEED = 20_120_215
-"""Fixed seed of the places within equal shares of a run, so that a set always gives the same part.
-"""
+"""Seed of the places within equal shares of a run, fixed so that a set always gives the same
+part."""
 
 
 def part_of(stored: StoredCapture) -> tuple[CaptureRows, StoredCapture | None]:
-    """Return the rows to work on, and also all rows where the former are only a part."""
+    """Return the rows that are used; if these are a part, also return all rows, otherwise None."""
     if stored.size <= MOST_ROWS:
         return stored.rows(slice(None)), None
     return stored.rows(kept_rows(stored, MOST_ROWS)), stored
 
 
 def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows | None]:
-    """Return the rows to work on, and also all rows where the former are only a part."""
+    """Return the rows that are used; if these are a part, also return all rows, otherwise None."""
     if rows.run.size <= MOST_ROWS:
         return rows, None
     numbered = replace(rows, row=np.arange(rows.run.size))
@@ -54,7 +55,8 @@ def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows
         share = max(LEAST_ROWS_A_RUN, round(MOST_ROWS * size / rows.run.size))
         pieces = max(share // REFERENCE_STRETCH_ROWS, 1)
         length = min(share // pieces, size)
-        # Equal shares of the run each have a random place: an even spacing would alias.
+        # Each of the equal shares of the run has a stretch at a random place, since an even spacing
+        # would alias.
         edges = np.linspace(start, end, pieces + 1).astype(int)
         for low, high in pairwise(edges.tolist()):
             first = low + int(random.integers(max(high - low - length, 0) + 1))
@@ -63,7 +65,7 @@ def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows
 
 
 def kept_rows(stored: StoredCapture, most_rows: int) -> NDArray[np.int64]:
-    """Return the numbers of the rows that the part keeps, ascending; every run has some."""
+    """Return the numbers of the rows that the part keeps, ascending; it keeps rows of every run."""
     random = np.random.default_rng(SEED)
     pieces = []
     for start, end in stored.run_spans():
@@ -78,7 +80,7 @@ def kept_rows(stored: StoredCapture, most_rows: int) -> NDArray[np.int64]:
 def _stretches(
     revolution: NDArray[np.int32], start: int, share: int, random: np.random.Generator
 ) -> list[tuple[int, int, int]]:
-    """Return first row, row after the last and step of each stretch that is kept of one run."""
+    """Return first row, row after the last and step of each stretch that is kept in one run."""
     size = revolution.size
     if size <= share:
         return [(start, start + size, 1)]
@@ -92,7 +94,8 @@ def _stretches(
     if count < 1 or len(turns) < STRETCH_TURNS:
         first = int(random.integers(size - (share - 1) * step)) if size > share * step else 0
         return [(start + first, start + min(first + share * step, size), step)]
-    # Equal shares of the run each have a random place: an even spacing would alias.
+    # Each of the equal shares of the run has a stretch at a random place, since an even spacing
+    # would alias.
     edges = np.linspace(0, len(turns), count + 1).astype(int)
     found = []
     for low, high in pairwise(edges.tolist()):

@@ -1,4 +1,4 @@
-"""Finds the polygon face with which each reference row was read."""
+"""Finds the face of the polygon at which each reference row was read."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 FACE_TOLERANCE_DEG = 0.05
-"""Largest distance of a station from the face that it belongs to."""
+"""Largest distance of a station from the nearest face at which it counts as at the face."""
 
 
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
     """Return the face of each row, (rows,); the polygon may be turned on the table between runs.
 
-    Rows of a pass between the faces belong to the nearest face, with the polygon placed as in the
-    first run at the faces. The result is None if no run has all its rows at the faces, so that the
-    place of the polygon is unknown.
+    If the rows of a run are between the faces, they get the nearest face, with the polygon placed
+    as in the first run at the faces. The result is None if no run has all its rows at the faces, so
+    that the place of the polygon is unknown.
     """
     if faces is None or target_deg.size == 0:
         return None
@@ -39,14 +39,14 @@ def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | No
 
 
 def keep_to_faces(faces: int, run: Integer, target_deg: Float) -> bool:
-    """Tell whether every row stands at a face; shapes (rows,)."""
+    """Tell whether every row is at a face; shapes (rows,)."""
     place = target_deg * (faces / 360.0)
     return all(_shift_to_faces(place[rows], faces)[1] for rows in _mountings(faces, run))
 
 
 def _mountings(faces: int, run: Integer) -> list[NDArray[np.bool_]]:
-    """Return the rows of each run; all rows where a run has too few to show how the polygon is
-    turned."""
+    """Return the rows of each run; if a run has too few rows to show how the polygon is turned,
+    return all rows together."""
     names, sizes = np.unique(run, return_counts=True)
     if sizes.min() < faces:
         return [np.ones(run.size, dtype=bool)]
@@ -54,7 +54,8 @@ def _mountings(faces: int, run: Integer) -> list[NDArray[np.bool_]]:
 
 
 def _shift_to_faces(place: Float, faces: int) -> tuple[float, bool]:
-    """Return the shift of the stations in faces, and whether they are then at the faces."""
+    """Return the shift of the stations, in faces, and whether the stations are at the faces after
+    this shift."""
     shift = float(np.median(place - np.round(place)))
     away = np.abs(place - shift - np.round(place - shift))
     return shift, bool(np.max(away) * 360.0 / faces <= FACE_TOLERANCE_DEG)

@@ -15,36 +15,37 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOVING_STEP_DEG = 1.0
-"""Largest step of rows that are read in motion; a run with stops has larger steps."""
+"""Largest step between rows that are read in motion; a run with stops has larger steps."""
 LEAST_ROWS = 8
-"""Least number of rows for a median of six second differences: with fewer one odd row decides
-it."""
+"""Smallest number of rows for a median of six second differences: with fewer rows one odd row
+decides it."""
 EVEN = 0.05
-"""Relative tolerance within which the times between marks follow their distances at a steady speed.
-"""
+"""Relative tolerance of a steady speed, at which the times between marks are proportional to their
+distances."""
 TARGET_NOISE_RAD = np.radians(1e-4)
-"""Noise of a target angle, commanded or from a finer encoder, written with four decimals."""
+"""Noise of a target angle that is commanded, or read from a finer encoder, and written with four
+decimals."""
 SPEED_RATIO = 1.2
-"""Ratio of speeds over the same stations above which the passes cannot consist of stops of equal
-length."""
+"""Ratio of two speeds over the same stations above which the passes cannot consist of stops of
+equal length."""
 
 
 SMOOTH = 0.2
-"""Largest relative difference of neighbouring ways between rows, in the median: speed changes
-smoothly, and stations that were chosen at unequal distances do not."""
+"""Largest median of the relative differences of neighbouring distances between rows. A speed
+changes smoothly, but the distances of freely chosen stations do not."""
 
 
 def reference_speed(columns: Reference) -> Float | None:
     """Return the signed speed of every row, rad/s, 0 where the table stood; None if it never moved.
 
-    A pass lies between two changes of run, cycle or direction, or of the sense in which the targets
-    follow each other. Four kinds of passes are in motion. First, passes over stations close
-    together. Second, passes that a clock sampled while the speed changed (a ramp): their times are
-    even and their ways uneven. Third, passes over stations far apart (a polygon's faces), if their
-    times are those of steady speeds and at least two of the speeds differ: a table that stops takes
-    about as long at each station in every pass. Fourth, passes over stations far apart at a steady
-    speed, if a clock sampled them in the same steps as a pass of the first two kinds: they are
-    parts of one log at a higher speed.
+    A pass is a sequence of rows between two changes of run, cycle, direction, or the sense in which
+    the targets follow each other. Four kinds of passes are in motion. First, passes over stations
+    close together. Second, passes that a clock sampled while the speed changed (a ramp): their
+    times are even and their distances uneven. Third, passes over stations far apart (a polygon's
+    faces), if their times are those of steady speeds and at least two of the speeds differ: a table
+    that stops takes about as long at each station in every pass. Fourth, passes over stations far
+    apart at a steady speed, if a clock sampled them in the same steps as a pass of the first two
+    kinds: they are parts of one log at a higher speed.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
@@ -84,7 +85,7 @@ def reference_speed(columns: Reference) -> Float | None:
 
 
 def passes_of(columns: Reference) -> list[slice]:
-    """Return the rows of each pass: between changes of run, cycle, direction, or sense of
+    """Return the rows of each pass, between changes of run, cycle, direction, or sense of
     motion."""
     target = columns.target_deg
     new = np.zeros(target.size, dtype=bool)
@@ -93,7 +94,7 @@ def passes_of(columns: Reference) -> list[slice]:
         if labels is not None:
             new[1:] |= np.diff(labels) != 0
     sense = np.sign(np.diff(target))
-    # A step in the other sense returns to the first station: a new pass begins.
+    # A step in the opposite sense returns to the first station, where a new pass begins.
     turned = (sense[1:] != sense[:-1]) & (sense[1:] != 0.0) & (sense[:-1] != 0.0)
     turned &= ~new[1:-1]
     new[2:] |= turned & ~np.concatenate([[False], turned[:-1]])
@@ -104,7 +105,7 @@ def passes_of(columns: Reference) -> list[slice]:
 def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
     """Tell whether a clock sampled the pass, which then has no stops.
 
-    Its times are even, and its ways change smoothly, by more than a fifth.
+    The times of such a pass are even, and its distances change smoothly and by more than a fifth.
     """
     way, taken = np.abs(np.diff(target_deg)), np.diff(time_s)
     usual_s, usual_deg = float(np.median(taken)), float(np.median(way))
@@ -116,7 +117,7 @@ def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
 
 
 def _in_the_steps_of(time_s: Float, sampled_s: list[float]) -> bool:
-    """Tell whether the median step of the times is that of one of the passes on the move."""
+    """Tell whether the median time step equals that of one of the passes in motion."""
     step_s = float(np.median(np.diff(time_s)))
     return any(abs(step_s / one - 1.0) < EVEN for one in sampled_s if one > 0.0)
 
@@ -127,7 +128,8 @@ def _mean_speed(target_deg: Float, time_s: Float) -> float:
 
 
 def _steady_speed(target_deg: Float, time_s: Float) -> float | None:
-    """Return the speed of a pass whose times follow its distances; None for another pass."""
+    """Return the speed of a pass whose times are proportional to its distances; None for another
+    pass."""
     if target_deg.size < LEAST_ROWS:
         return None
     way, taken = np.diff(target_deg), np.diff(time_s)

@@ -17,13 +17,13 @@ Integer = NDArray[np.int64]
 
 
 class _Sliceable:
-    """Slices every column that is an array."""
+    """Base class of rows, with a method that slices every column that is an array."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Make every array a read-only view: no effect can change the rows that others are fitted
-        to."""
+        """Make every array a read-only view, so that no effect can change the rows that others are
+        fitted to."""
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
@@ -32,7 +32,7 @@ class _Sliceable:
                 object.__setattr__(self, item.name, view)
 
     def part(self, rows: slice | NDArray[np.bool_] | Integer) -> Self:
-        """Return only these rows."""
+        """Return only the given rows."""
         values = {}
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
@@ -49,22 +49,24 @@ class CaptureRows(_Sliceable):
     """One row per sample of two heads; every array has shape (rows,).
 
     With three or four heads each sample has a row for every further head, in a channel of its own:
-    channel 0 is R₂ − R₁, channel k is the reading of head k + 2 less the mean of all heads before
+    channel 0 is R₂ − R₁, channel k is the reading of head k + 2 minus the mean of all heads before
     it (:mod:`arctrue.workbench.observations.contrasts`). Each channel of a run counts as a run.
     """
 
     run: Integer
-    """0 … runs − 1, in the order of the file; with K channels: recorded run · K + channel."""
+    """Number of the run, 0 … runs − 1, in the order of the file; with K channels: recorded run · K
+    + channel."""
     revolution: Integer
-    """Number of the revolution, counted over all runs; an unfinished remainder has its own."""
+    """Number of the revolution, counted over all runs; an unfinished revolution has a number of its
+    own."""
     time_s: Float
     """Time of the sample, seconds."""
     temperature_c: Float | None
-    """Temperature of the table, °C; None: the file has none."""
+    """Temperature of the table, °C; None if the file has none."""
     direction: Float
-    """+1 or −1, of the run."""
+    """Direction of the run, +1 or −1."""
     speed_rad_s: Float
-    """Signed speed; that of the run where it turns evenly, else that of the rows around."""
+    """Signed speed: the mean of the run if it turns evenly, otherwise that of the rows around."""
     angle_rad: Float
     """Estimate of the true angle θ of the table, unwrapped."""
     disc1_rad: Float
@@ -72,7 +74,7 @@ class CaptureRows(_Sliceable):
     disc2_rad: Float
     """Disc angle under head 2 (or :attr:`head`): θ + α."""
     line1_rad: Float
-    """Disc angle of the lines that head 1 sees: its reading. It leads or lags θ by ε."""
+    """Disc angle of the lines that head 1 sees: its reading. It differs from θ by ε."""
     line2_rad: Float
     """Disc angle of the lines that head 2 (or :attr:`head`) sees: its reading."""
     electrical1_rad: Float | None
@@ -80,19 +82,19 @@ class CaptureRows(_Sliceable):
     electrical2_rad: Float | None
     """Phase of the signal period of head 2 (or :attr:`head`), radians."""
     run_start_s: Float
-    """Time of the first sample of the row's run."""
+    """Time of the first sample of the row's run, seconds."""
     set_start_s: float
     """Time of the first sample of the set, seconds."""
     runs: int
-    """Number of runs; each channel of a recorded run counts as one."""
+    """Number of runs; each channel of a recorded run counts as one run."""
     head_separation_rad: float
     """Nominal angle from head 1 to head 2 (or :attr:`head`), radians."""
     reference_temperature_c: float
     """T₀ of the temperature effects: the model's, or the median over the whole set."""
     difference_arcsec: Float
-    """R₂ − R₁ − α (nominal)."""
+    """R₂ − R₁ − α with the nominal α."""
     u_arcsec: Float | None = None
-    """Standard uncertainty of R₂ − R₁, where the file gives one for each row."""
+    """Standard uncertainty of R₂ − R₁, if the file gives one for each row."""
     conditions: Mapping[str, Float] = field(default_factory=dict)
     """Further columns of the file by name, in their own units."""
     reference_in_time: bool = False
@@ -105,13 +107,14 @@ class CaptureRows(_Sliceable):
     further_line_rad: Float | None = None
     """Readings of heads 3 and 4, shape (rows, heads − 2)."""
     further_electrical_rad: Float | None = None
-    """Phases of their signal periods, shape (rows, heads − 2)."""
+    """Phases of the signal periods of heads 3 and 4, shape (rows, heads − 2)."""
     head: int = 2
     """Number of the head i in Rᵢ − R₁, for which an effect states its columns."""
 
     @property
     def measured_arcsec(self) -> Float:
-        """Measured values to be predicted: R₂ − R₁ − α, or the contrast of the row's channel."""
+        """Measured values that a model predicts: R₂ − R₁ − α, or the contrast of the row's
+        channel."""
         return self.difference_arcsec
 
     @property
@@ -135,7 +138,7 @@ class CaptureRows(_Sliceable):
         Returns
         -------
         str
-            The recorded run, and the head of its channel where a sample has more than one row.
+            The recorded run, and the head of its channel if a sample has more than one row.
         """
         if self.channel is None:
             return f"run {run}"
@@ -166,7 +169,7 @@ class CaptureRows(_Sliceable):
         return self._of_heads[head]
 
     def as_recorded(self, head: int) -> CaptureRows:
-        """Give the rows of channel 0 as those of a capture of head 1 and this head alone.
+        """Return the rows of channel 0 as if the capture had only head 1 and this head.
 
         Parameters
         ----------
@@ -176,8 +179,8 @@ class CaptureRows(_Sliceable):
         Returns
         -------
         CaptureRows
-            Rows with the recorded numbers of runs and revolutions, and Rᵢ − R₁ less the place of
-            head i.
+            Rows with the recorded numbers of runs and revolutions, and Rᵢ − R₁ minus the nominal
+            angle from head 1 to head i.
         """
         assert self.channel is not None
         channels, rows = self.channels, self.of_head(head)
@@ -195,8 +198,8 @@ class CaptureRows(_Sliceable):
 
     @cached_property
     def _of_heads(self) -> dict[int, CaptureRows]:
-        """Rows of each head; they are kept, so that an effect with data for its rows finds the same
-        ones."""
+        """Rows of each head. They are stored, so that an effect that keeps data for its rows gets
+        the same object again."""
         return {head: self._asked_of(head) for head in range(2, self.heads + 1)}
 
     def _asked_of(self, head: int) -> CaptureRows:
@@ -225,32 +228,35 @@ class ReferenceRows(_Sliceable):
     run: Integer
     """Number of the run, 0, 1, … in the order of the file."""
     cycle: Integer | None
-    """Number of the cycle; None: the file has none."""
+    """Number of the cycle; None if the file has none."""
     time_s: Float | None
-    """Time of the reading, seconds; None: the file has none."""
+    """Time of the reading, seconds; None if the file has none."""
     temperature_c: Float | None
-    """Temperature of the table, °C; None: the file has none."""
+    """Temperature of the table, °C; None if the file has none."""
     direction: Float | None
-    """+1 or −1: direction in which the table approached the station; None: the file does not state
-    it."""
+    """Direction in which the table approached the station, +1 or −1; None if the file does not
+    state it."""
     target_rad: Float
-    """Angle to which the table was driven, unwrapped as the file gives it: the same each visit."""
+    """Angle to which the table was driven, unwrapped as in the file; it is the same at each
+    visit."""
     angle_rad: Float
-    """True angle θ of the table there: the servo brings the reading to the target, not θ."""
+    """True angle θ of the table at the station; the servo brings the reading, not θ, to the
+    target."""
     line_rad: Float
-    """Disc angle of the lines that head 1 sees there: its reading."""
+    """Disc angle of the lines that head 1 sees at the station: its reading."""
     face: Integer | None
-    """Number of the polygon face, 0 … faces − 1; between the faces that of the nearest one."""
+    """Number of the polygon face, 0 … faces − 1; between two faces, the number of the nearest."""
     faces: int | None
-    """Number of faces of the polygon; None: the reference is no polygon."""
+    """Number of faces of the polygon; None if the reference is no polygon."""
     electrical1_rad: Float | None
-    """Phase of the signal period of head 1, radians; None: lines or counts are not known."""
+    """Phase of the signal period of head 1, radians; None if lines or counts are not known."""
     teeth: float | None
-    """drive_gear_teeth of the table."""
+    """Number of teeth of the gear that drives the table (drive_gear_teeth); None if not stated."""
     speed_rad_s: Float | None
-    """Signed speed of the table while the reference was read; None: it stood still or unknown."""
+    """Signed speed of the table while the reference was read; None if it stood still or is not
+    known."""
     run_start_s: Float | None
-    """Time of the first reading of the row's run, seconds; None: the file has no time."""
+    """Time of the first reading of the row's run, seconds; None if the file has no time."""
     set_start_s: float
     """Time of the first row of the set, seconds; 0 without times."""
     middle_time_s: float
@@ -258,13 +264,14 @@ class ReferenceRows(_Sliceable):
     reference_temperature_c: float
     """T₀ of the temperature effects, °C."""
     error_arcsec: Float
-    """ε: reading of head 1 less the angle of the reference, the mean over all rows removed."""
+    """ε: reading of head 1 minus the angle of the reference; the mean over all rows is
+    subtracted."""
     u_arcsec: Float | None = None
-    """Standard uncertainty of ε, where the file gives one for each row."""
+    """Standard uncertainty of ε, if the file gives one for each row."""
     row: Integer | None = None
-    """Number of the row among all that are used; None: 0, 1, … without a gap."""
+    """Number of the row among all that are used; None if the rows are 0, 1, … without a gap."""
     capture_runs: int | None = None
-    """Number of runs of the capture of the same set; None: these rows are not those of a set."""
+    """Number of runs of the capture of the same set; None if these rows do not belong to a set."""
     heads: int = 2
     """Number of heads of the set's capture."""
     conditions: Mapping[str, Float] = field(default_factory=dict)

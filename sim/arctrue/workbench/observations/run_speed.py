@@ -12,31 +12,33 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 WINDOW_ROWS = 65
-"""Number of rows, odd, over which a local speed is taken: 65 ms at the paper's sampling rate."""
+"""Number of rows, odd, from which a local speed is calculated: 65 ms at the paper's sampling
+rate."""
 EVEN = 0.01
 """Largest relative deviation of the local speed from the mean speed in a run that turns evenly."""
 NOISE_FACTOR = 6.0
-"""Standard deviations of the local speed's own noise within which a run also turns evenly."""
+"""A run also turns evenly if the deviation is within this number of standard deviations of the
+local speed's noise."""
 
 
 @dataclass(frozen=True)
 class RunSpeeds:
-    """Signed speeds, rad/s: the mean of each run, (runs,), and the speed of each row where they
-    differ."""
+    """Signed speeds, rad/s: the mean speed of each run, (runs,), and the speed of each row if
+    speeds within a run differ."""
 
     mean_rad_s: Float
     local_rad_s: Float | None
-    """Speed of each row, (rows,); None where every run turns evenly."""
+    """Speed of each row, (rows,); None if every run turns evenly."""
 
     def of(self, run: Integer, rows: slice | Integer) -> Float:
-        """Return the speed of some rows; ``run``: the run of each of them."""
+        """Return the speed of the given rows; ``run`` is the run of each of them."""
         if self.local_rad_s is None:
             return self.mean_rad_s[run]
         return self.local_rad_s[rows]
 
     def in_channels(self, channels: int, sample: Integer) -> RunSpeeds:
-        """Return the speeds of rows that repeat each run in several channels; ``sample``: each
-        row's sample."""
+        """Return the speeds of rows that repeat each run in several channels; ``sample`` is the
+        sample of each row."""
         local = self.local_rad_s
         return RunSpeeds(
             np.repeat(self.mean_rad_s, channels), None if local is None else local[sample]
@@ -56,8 +58,8 @@ def run_speeds(
 
     ``angle_noise_rad``: standard deviation of one angle. The local speed of a row is the
     least-squares slope of the angle over the time of the rows around it. In a run that turns evenly
-    it would only add noise to the columns that depend on the speed, so there the mean of the run is
-    used for every row.
+    the mean of the run is used for every row, because a local speed would only add noise to the
+    columns that depend on the speed.
     """
     mean = np.zeros(len(spans))
     local: Float | None = None
@@ -82,8 +84,8 @@ def run_speeds(
 
 
 def _local_slope(time: Float, angle: Float, angle_noise_rad: float) -> tuple[Float, float]:
-    """Return the least-squares slope over WINDOW_ROWS rows around each row, and its largest
-    noise."""
+    """Return the least-squares slope over WINDOW_ROWS rows around each row, and the largest
+    standard deviation of a slope."""
     half = WINDOW_ROWS // 2
     t = time - time[0]
     # The mean motion is subtracted from the angle, so that the sums keep their digits.

@@ -1,5 +1,5 @@
-"""Stores all rows of a long capture in little memory: conditions are computed for one stretch at a
-time."""
+"""Stores all rows of a long capture in little memory; conditions are calculated for one stretch at
+a time."""
 
 from __future__ import annotations
 
@@ -26,12 +26,13 @@ class RunFacts:
 
     start_s: Float
     direction: Float
-    """+1 or −1."""
+    """Direction of each run, +1 or −1."""
 
 
 @dataclass(frozen=True)
 class StoredCapture:
-    """Every row in 48 bytes; :class:`CaptureRows` takes 112 and is made for a part at a time.
+    """Every row of a capture in 48 bytes; a row in :class:`CaptureRows`, which is made for a part
+    at a time, takes 112.
 
     With three or four heads each sample has one row per channel, as :class:`CaptureRows` describes.
     The counts are those of the samples: row k belongs to sample ``sample[k]``.
@@ -39,9 +40,10 @@ class StoredCapture:
 
     table: Table
     run: Small
-    """0 … runs − 1, in the order of the file."""
+    """Number of the run, 0 … runs − 1, in the order of the file."""
     revolution: Small
-    """Number of the revolution, counted over all runs; an unfinished remainder has its own."""
+    """Number of the revolution, counted over all runs; an unfinished revolution has a number of its
+    own."""
     time_s: Float
     temperature_c: Float | None
     head1_counts: Integer
@@ -58,11 +60,11 @@ class StoredCapture:
     further_counts: tuple[Integer, ...] = ()
     """Counts of heads 3 and 4, like those of heads 1 and 2."""
     sample: Integer | None = None
-    """Number of the sample of each row; None: row k is sample k."""
+    """Number of the sample of each row; None if row k is sample k."""
     channel: Integer | None = None
     """Channel of each row, as in :class:`CaptureRows`."""
     head: int = 2
-    """Number of the head that ``head2_counts`` belong to, as in :class:`CaptureRows`."""
+    """Number of the head whose counts are ``head2_counts``, as in :class:`CaptureRows`."""
 
     @property
     def size(self) -> int:
@@ -81,11 +83,11 @@ class StoredCapture:
         return tuple(float(np.radians(place)) for place in places[2 : 2 + len(self.further_counts)])
 
     def samples(self, rows: slice | Integer) -> slice | Integer:
-        """Return the numbers of the samples of some rows."""
+        """Return the numbers of the samples of the given rows."""
         return rows if self.sample is None else self.sample[rows]
 
     def difference_rad(self, rows: slice | Integer) -> Float:
-        """Return R₂ − R₁ − α (nominal) of some rows, or the contrast of their channels."""
+        """Return R₂ − R₁ − α (nominal) of the given rows, or the contrast of their channels."""
         samples = self.samples(rows)
         apart = self._apart_rad(self.head2_counts, samples, self.head_separation_rad)
         if self.channel is None:
@@ -98,7 +100,7 @@ class StoredCapture:
         return apart
 
     def _apart_rad(self, counts: Integer, samples: slice | Integer, place_rad: float) -> Float:
-        """Return Rᵢ − R₁ less the head's place."""
+        """Return Rᵢ − R₁ minus the nominal angle from head 1 to head i."""
         assert self.table.counts_per_rev is not None
         apart = (counts[samples] - self.head1_counts[samples]).astype(np.float64)
         apart *= 2.0 * np.pi / self.table.counts_per_rev
@@ -106,7 +108,8 @@ class StoredCapture:
         return np.asarray(apart)
 
     def of_head(self, head: int) -> StoredCapture:
-        """Return every sample once, with the counts of head ``head`` for those of head 2."""
+        """Return every sample once, with the counts of head ``head`` in place of those of head
+        2."""
         if self.channel is None or self.sample is None:
             return self
         first = np.flatnonzero(self.channel == 0)
@@ -140,7 +143,7 @@ class StoredCapture:
         return run_spans(self.run)
 
     def rows(self, rows: slice | Integer) -> CaptureRows:
-        """Return some rows with all their conditions."""
+        """Return the given rows with all their conditions."""
         assert self.table.counts_per_rev is not None
         count_rad = 2.0 * np.pi / self.table.counts_per_rev
         samples = self.samples(rows)
@@ -186,10 +189,11 @@ class StoredCapture:
 
 
 def electrical_rad(counts: Integer | None, table: Table) -> Float | None:
-    """Return 2π·frac(counts·lines/counts_per_rev), by whole numbers: no count is rounded."""
+    """Return 2π·frac(counts·lines/counts_per_rev), calculated in whole numbers, so that no count is
+    rounded."""
     if counts is None or table.grating_lines is None or table.counts_per_rev is None:
         return None
-    # The ratio is in lowest terms, so that the product stays within 64 bits.
+    # The ratio is in lowest terms, so that the product fits into 64 bits.
     common = gcd(table.counts_per_rev, table.grating_lines)
     period, multiple = table.counts_per_rev // common, table.grating_lines // common
     within = (counts % period) * (multiple % period) % period

@@ -1,4 +1,4 @@
-"""The table's true angle from the readings alone: θ = R₁ − ε(θ), ε from the two heads.
+"""The table's true angle from the readings alone: θ = R₁ − ε(θ), with ε from the two heads.
 
 Effects are functions of the true angle; the readings differ from it by up to 150″, which at order
 20 is 0.015 rad of phase. A rough ε suffices: a remaining error of 1″ in ε changes this phase by
@@ -17,14 +17,14 @@ Float = NDArray[np.float64]
 
 ORDERS = tuple(range(1, 21))
 LEAST_GAIN = 0.3
-"""Least factor |e^{jnα} − 1| of the orders in this rough estimate."""
+"""Smallest factor |e^{jnα} − 1| of an order that this rough estimate of ε contains."""
 ROUNDS = 2
-"""Number of rounds of the iteration: an angle error of 10⁻³ rad is 10⁻³ per order of ε, and two
-rounds leave 10⁻⁶."""
+"""Number of rounds of the iteration. An angle error of 10⁻³ rad changes ε by 10⁻³ of itself per
+order, so that two rounds leave 10⁻⁶."""
 BLOCK_ROWS = 1 << 16
-"""Number of rows of one product, for memory alone."""
+"""Number of rows of one block; it limits memory only."""
 MOST_ROWS = 200_000
-"""Largest number of samples for the rough ε, which does not need more."""
+"""Largest number of samples from which the rough ε is estimated."""
 
 
 def true_angle(reading1_rad: Float, difference_rad: Float, head_separation_rad: float) -> Float:

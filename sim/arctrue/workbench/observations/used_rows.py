@@ -31,7 +31,7 @@ class UsedRows(Generic[Channel]):
 
     rows: Channel
     numbers: Integer | None
-    """Places of these rows in the file (0, 1, …); None: all rows are used."""
+    """Places of these rows in the file (0, 1, …); None if all rows are used."""
     masked: list[MaskedRow]
     outlying_share: float
     """Share of outliers among the checked rows; above MOST_SHARE no outlier is masked."""
@@ -84,7 +84,8 @@ def _with_outliers(
 ) -> UsedRows[Channel]:
     if kept.trusted is not None:
         outlying = outlying & ~kept.trusted
-    # These are too many for single rows: all stay, and the check of the data reports the fault.
+    # So many outliers are no single wrong rows: all rows stay, and the check of the data reports
+    # the fault.
     share = float(outlying.mean())
     if share > MOST_SHARE:
         return UsedRows(kept, _numbers(whole, masked), masked, share)
@@ -116,8 +117,8 @@ def _without(
     reason: Reason,
     away: Float | None = None,
 ) -> tuple[Channel, list[MaskedRow]]:
-    """Return ``rows`` less those where ``out`` is True; ``numbers``: the place of each row in its
-    file."""
+    """Return ``rows`` without those where ``out`` is True. ``numbers``: the place of each row in
+    its file."""
     if not out.any():
         return rows, []
     places = np.flatnonzero(out)

@@ -21,7 +21,7 @@ def without_wrong_rows(
     """Return the observations without capture rows that are single outliers in a model's residual.
 
     ``left_arcsec``: residual of each capture row, (rows,). The result is None if there is no such
-    row, if the set itself says which rows to use, or if so many rows are outliers that the
+    row, if the set itself decides which rows are used, or if so many rows are outliers that the
     recording is faulty. A long capture keeps all rows: one in 150,000 changes no result.
     """
     rows, count = observations.capture, observations.count_arcsec
@@ -41,7 +41,7 @@ def without_wrong_rows(
         return None
     sample = observations.capture_sample
     if sample is not None:
-        # A sample is left out with all its heads, and listed once.
+        # A sample is omitted with all its heads, and listed once.
         _, first = np.unique(sample[wrong], return_index=True)
         listed = np.flatnonzero(wrong)[first]
         wrong = np.isin(sample, sample[wrong])

@@ -1,4 +1,4 @@
-"""Tests of plans, seals, outcomes, rates, answers and commands of the benchmark."""
+"""Tests of the benchmark's plans, seals, outcomes, rates, answers and commands."""
 
 from __future__ import annotations
 
@@ -130,7 +130,8 @@ def test_a_second_name_that_is_there_is_none_too_many() -> None:
 
 
 def test_intervals_are_the_published_ones() -> None:
-    # 0 of 100: 3.62 % (two-sided); 5 of 50: 3.33 … 21.81 % (Clopper and Pearson).
+    # The two-sided interval of 0 in 100 ends at 3.62 %; that of 5 in 50 is 3.33 … 21.81 % (Clopper
+    # and Pearson).
     assert Rate(0, 100).interval == pytest.approx((0.0, 0.03622), abs=1e-5)
     assert Rate(5, 50).interval == pytest.approx((0.03328, 0.21813), abs=1e-5)
     assert Rate(0, 0).interval == (0.0, 1.0)
@@ -138,8 +139,8 @@ def test_intervals_are_the_published_ones() -> None:
 
 
 def test_calibration_error_of_a_known_curve() -> None:
-    """Each of ten bins of three has one right answer, as stated in the first nine: a hand
-    calculation."""
+    """Ten bins of three answers each have one right answer; in the first nine the stated
+    probability is 1/3. The expected value is calculated by hand."""
     stated = [1 / 3] * 27 + [0.9] * 3
     right = [True, False, False] * 10
     bins = reliability(stated, right)
@@ -154,25 +155,28 @@ def test_calibration_error_of_a_known_curve() -> None:
     assert len(reliability([0.5] * 4, [True] * 4)) == 4
     found = calibration_error(stated, right)
     assert found.value == pytest.approx((0.9 - 1 / 3) / 10)
-    # A resample distributes the answers over the bins, which can only increase such a small value.
+    # A resample spreads the right answers unevenly over the bins, which can only increase such a
+    # small value.
     assert 0.0 < found.low < found.high < 0.5
 
 
 def test_log_score_is_compared_with_the_best_constant() -> None:
-    """4 right answers at 0.8 and 1 wrong at 0.3 are compared with 0.8 for all, by hand."""
+    """4 right answers at 0.8 and 1 wrong answer at 0.3 are compared with the constant 0.8,
+    calculated by hand."""
     found = log_score_gain([0.8] * 4 + [0.3], [True] * 4 + [False])
     own = (4 * np.log(0.8) + np.log(0.7)) / 5
     constant = (4 * np.log(0.8) + np.log(0.2)) / 5
     assert found.value == pytest.approx(own - constant)
     assert log_score_gain([0.6, 0.6], [True, False]).value < 0
-    # An answer that is certain and wrong loses log(0.001) at most.
+    # An answer that is certain and wrong loses at most log(0.001).
     assert log_score_gain([1.0, 1.0], [True, False]).value == pytest.approx(
         (np.log(0.999) + np.log(0.001)) / 2 + np.log(2)
     )
 
 
 def test_interval_of_a_bootstrap_falls_with_the_root_of_the_number() -> None:
-    """The gain is a mean over sets except for its constant: its scatter falls as 1/√n."""
+    """The gain is a mean over the sets, except for the constant; its scatter therefore falls as
+    1/√n."""
     random = np.random.default_rng(1)
     widths = []
     for number in (100, 1600):
@@ -201,7 +205,8 @@ def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not()
 
 
 def test_sure_answers_are_counted_by_what_they_say() -> None:
-    """Only answers above 0.8 count: the third names the truth at 0.7."""
+    """Only answers above 0.8 count as sure; the third set is not counted, since its answer has
+    0.7."""
     latency = effect("latency")
     sure, unsure = {"latency": 0.9, "unknown": 0.1}, {"latency": 0.7, "unknown": 0.3}
     sets = [
@@ -248,7 +253,7 @@ def test_rates_count_what_they_say() -> None:
     assert f"scored by `{files_digest(SCORING)}`; numpy 2." in text
     assert "| false name | ≤ 1 | **14.3 (0.4 … 57.9) of 7** |" in text
     assert "oracle sees of the catalogue | ≥ 90 | **33.3 (0.8 … 90.6) of 3** |" in text
-    # The interval of 2 of 7 begins at 3.7 %, above 2 %.
+    # The interval of 2 in 7 begins at 3.7 %, which is above 2 %.
     by_world = "| white | **28.6 (3.7 … 71.0) of 7** | **33.3 (0.8 … 90.6) of 3** | "
     assert by_world + "false name 1, falsely adequate 1, silent 1 |" in text
     assert "state no probability" in text
@@ -263,7 +268,8 @@ def test_rates_count_what_they_say() -> None:
 
 
 def test_a_class_of_names_where_nothing_is_counts_as_a_false_name() -> None:
-    """In a set with a real cause, the answer is a class without that cause, not a name."""
+    """Where nothing is hidden, a class of names counts as a false name. Where there is a cause, it
+    is a class without the cause."""
     names = {"class": ["vibration", "bearing_ball_pass"]}
     sets = [
         judged("ambiguous", **names),
@@ -283,7 +289,7 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     text = benchmark_page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100** (0.100 … 0.100) |" in text
-    # The only answer is right, and the constant states a higher probability than the answer: log
+    # The only answer is right; the best constant states a higher probability than this answer: log
     # 0.9 − log 0.999.
     assert "constant, simulated | > 0 | **-0.104** (-0.104 … -0.104) |" in text
     assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
@@ -364,7 +370,7 @@ def test_reason_of_a_case_stands_with_its_failure_and_stays(tmp_path: Path) -> N
             {"cases": [{**case, "looked_into": asdict(reason)} for case in kept_cases(file)]}
         )
     )
-    # A later run adds cases and keeps the reasons.
+    # A later run adds its cases and keeps the reasons that are already in the file.
     assert keep([failed, later], None, file) == 1
     found = scored([failed, later, replace(failed, answer={"verdict": "adequate"})])
     text = benchmark_page(header_of(sets=3), found, reasons=kept_reasons(file))
@@ -395,7 +401,7 @@ def test_tier_of_cases_holds_sets_that_can_be_made(tmp_path: Path) -> None:
     for task in tasks:
         assert task["world"] in WORLDS or task["world"] in independent_worlds()
         assert task["content"] in (*CONTENTS, HIDDEN)
-    # The set hides the same cause, so that the case is already in the record.
+    # The set of the first task hides the same causes as the first kept case.
     (first, *_), (case, *_) = tasks, kept_cases()
     names = [item["effect"] for item in make_set({**first, "samples": 200}).truth["effects"]]
     assert names == case["found"]["hidden"]
@@ -469,7 +475,7 @@ def test_a_subject_that_fails_is_a_miss_not_an_end(monkeypatch) -> None:  # type
 
 
 def finished(folder: Path) -> list[str]:
-    """Make a folder with three sets of a plan; return the names of the sets."""
+    """Make a folder with three finished sets of a plan; return the names of the sets."""
     plan = make_plan("quick", folder)
     tasks = plan.tasks("arctrue")[:3]
     truth = {
@@ -560,7 +566,7 @@ def test_public_sets_are_the_frozen_ones(tmp_path: Path) -> None:
     plan = make_plan("public", tmp_path / "plan")
     tasks = plan.tasks("arctrue")
     assert set(frozen_digests()) == {set_name(task) for task in tasks}
-    # One set of each world; ``arctrue benchmark sets`` compares all 200.
+    # The test generates one set of each world; ``arctrue benchmark sets`` compares all 200.
     found = {set_name(task): task_digest(task) for task in tasks[6:12]}
     assert differing(found) == [], "the generator has changed: arctrue benchmark sets --freeze"
     assert differing({**found, next(iter(found)): "0" * 16}) == [next(iter(found))]
@@ -582,7 +588,7 @@ def test_sets_that_are_not_the_frozen_ones_are_reported(tmp_path: Path, monkeypa
 def test_all_public_sets_can_be_frozen_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The list is written as it is in the tree, where nothing has changed."""
+    """As nothing has changed, the written list equals the list in the tree."""
     file = tmp_path / "public_sets.json"
     monkeypatch.setattr("arctrue.studies.benchmark.frozen.FILE", file)
     freeze(json.loads(FROZEN.read_text(encoding="utf-8"))["sets"])
@@ -629,7 +635,7 @@ def test_answers_of_a_known_seed_may_be_scored_anew_but_not_made_by_another_gene
     replace(plan, scoring="0").check()
     with pytest.raises(PlanError, match="the generator has changed"):
         replace(plan, generator="0").check()
-    # Frozen sets are recognised by their digests, see test_peers.
+    # Digests identify frozen sets, see test_peers.
     replace(make_plan("public", tmp_path / "public"), generator="0").check()
 
 

@@ -1,4 +1,4 @@
-"""Tests of the ideal test against dense linear algebra and against its own draws."""
+"""Tests of the ideal test against dense linear algebra and against simulated draws."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_noncentrality_is_that_of_generalised_least_squares(index_variance: floa
         {"capture": TrueNoise(in_radians, np.zeros(rows, dtype=bool))},
         index_variance,
     )
-    # Marginal covariance: the variance of the offsets is added, and the orders are free.
+    # The marginal covariance contains the variance of the offsets; the orders are free parameters.
     covariance = process.covariance() + index_variance * (run[:, None] == run)
     angle = 2 * np.pi * turn
     alpha = np.deg2rad(33.0)
@@ -107,7 +107,7 @@ def test_what_is_needed_gives_the_power() -> None:
     draws = np.random.default_rng(2).normal(size=(40_000, rank))
     draws[:, 0] += np.sqrt(needed)
     found = np.mean(np.sum(draws**2, axis=1) > threshold)
-    # Binomial: 6 standard deviations of 0.95 in 40,000 are 0.0065.
+    # The tolerance is 6 standard deviations of a binomial rate of 0.95 in 40,000 draws, 0.0065.
     assert found == pytest.approx(POWER, abs=0.0065)
 
 
@@ -117,7 +117,8 @@ def test_every_cause_that_can_be_hidden_has_a_form() -> None:
 
 
 def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:
-    """Over sets that differ only in their noise, the score of the form is normal with mean √λ."""
+    """Over sets that differ only in their noise, the projection of the rows on the form is normal
+    with mean √λ."""
     experiment = full().smaller(100, 4)
     wanted, faint = Wanted("hysteresis", 0.25), Wanted("hysteresis", 0.25e-9)
     scores, expected = [], 0.0
@@ -136,7 +137,7 @@ def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:
         expected = look("hysteresis", made.measurement, form, *arguments).noncentrality
         reference = made.measurement.reference
         assert reference is not None
-        # Only the reference sees hysteresis: its own rows are the data.
+        # Hysteresis changes only the reference, so that the rows of the reference serve as data.
         seen = {"capture": form["capture"], "reference": reference.error_arcsec}
         both = {name: form[name] + seen[name] for name in form}
         less = {name: form[name] - seen[name] for name in form}

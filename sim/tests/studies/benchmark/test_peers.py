@@ -76,7 +76,8 @@ def test_a_lean_set_is_answered_too(tmp_path: Path, subject: str) -> None:
 
 
 def test_an_index_that_does_not_repeat_is_no_effect(tmp_path: Path) -> None:
-    # The model of the peers has an offset a run, limited by the index repeatability of one count.
+    # The model of the peers has an offset for each run, whose size the index repeatability of one
+    # count limits.
     folder = tmp_path / "set"
     made = simulate_set([], full().smaller(1500, 5), 4, index_scatter_counts=1)
     write_measurement_set(folder, made.measurement)
@@ -100,7 +101,7 @@ def test_waves_by_multiplication_are_those_of_cosine_and_sine() -> None:
     angle, orders = np.linspace(-9.0, 30.0, 50), np.arange(21, 53)
     phase = np.multiply.outer(angle, orders)
     expected = np.stack([np.cos(phase), np.sin(phase)], axis=2)
-    # 32 multiplications, and orders · angle of 1,600 rad in float64.
+    # The bound covers 32 multiplications, and orders · angle of up to 1,600 rad, in float64.
     np.testing.assert_allclose(waves(angle, orders), expected, atol=1e-12)
 
 

@@ -1,5 +1,5 @@
-"""Tests that the diagnosis of sets of the quick tier is right; a list names wrong answers with the
-reason."""
+"""Tests that the diagnosis of the quick tier's sets is right; a list names the sets with a wrong
+answer, and the reason."""
 
 from __future__ import annotations
 
@@ -24,13 +24,14 @@ NOT_YET = {
     6718972854943811: CLASS,
     2662083054292693: SECOND,
 }
-"""Seeds of the 60 sets of the quick tier whose answer is still wrong.
+"""Seeds of those of the 60 sets of the quick tier whose answer is still wrong, with the reason.
 
-There were 20 while noise was assumed to be white, and 11 with a noise model. A set that becomes
-right leaves the list; an added one, with a reason, makes the diagnosis worse.
+There were 20 while the diagnosis assumed white noise, and 11 with a noise model. A set leaves the
+list when its answer becomes right. A change that adds a set makes the diagnosis worse.
 """
 PLACES = (0, 1, 2, 7, 4, 5)
-"""Place of the set of each world that ``make test`` diagnoses; every content is among them.
+"""For each world, the place of the set that ``make test`` diagnoses. The chosen sets include every
+kind of content.
 
 ``make test-large`` diagnoses the others.
 """

@@ -1,4 +1,4 @@
-"""List the parts of the package that a fresh interpreter loads."""
+"""List which parts of the package a fresh interpreter loads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from arctrue.studies.campaign.code_state import PACKAGE
 
 
 def loaded_by(*modules: str) -> set[Path]:
-    """Return the files of the package that the import of these modules loads."""
+    """Return the package's files that an import of these modules loads."""
     code = (
         f"import sys, {', '.join(modules)}\n"
         "print(*(name for name in sys.modules if name.split('.')[0] == 'arctrue'))\n"

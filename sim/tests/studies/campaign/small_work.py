@@ -1,4 +1,4 @@
-"""Tasks for tests, importable in a worker."""
+"""Tasks for tests, which a worker can import."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def slow_square(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def killed_once(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Kill the worker that first takes number 5."""
+    """Kill the first worker that takes task number 5."""
     mark = Path(task["mark"])
     if task["number"] == 5 and not mark.exists():
         mark.touch()
@@ -34,7 +34,7 @@ def always_killed(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def noted(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Leave a file for each run, which shows repeated tasks."""
+    """Leave a file for each call; the files show whether a task was repeated."""
     place = Path(task["place"])
     (place / f"{task['number']}-{os.getpid()}").touch()
     time.sleep(0.1)

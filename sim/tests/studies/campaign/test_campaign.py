@@ -1,5 +1,5 @@
-"""Tests that a campaign gives the same lines for any sharding, and that a stop or a killed worker
-loses no result."""
+"""Tests that a campaign gives the same lines for any number of shards, and that neither a stop nor
+a killed worker loses a result."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_what_is_done_is_not_done_again_and_a_cut_line_is(tmp_path: Path) -> Non
     whole.run(workers=1)
     whole.run(workers=1)
     assert squares(tmp_path / "campaign") == [0, 1, 4, 9]
-    # Four runs, and one for the line that was cut.
+    # The folder has four files of the first run, and one of the task whose line was cut.
     assert len(list(place.iterdir())) == 5
 
 
@@ -127,7 +127,8 @@ def test_worker_with_other_code_is_refused_and_what_was_done_is_kept(
     stale = {**header["code"], "arctrue": "0123456789abcdef"}
     header["code"] = stale
     (tmp_path / "campaign.json").write_text(json.dumps(header), encoding="utf-8")
-    # The parent has read the source before the edit; a worker that starts now reads it after that.
+    # The parent process read the source before the edit; a worker that starts now reads it after
+    # the edit.
     monkeypatch.setattr(Sources, "state", lambda sources: stale)
     with pytest.raises(CampaignError, match="results of two states are not mixed; results so far"):
         campaign(tmp_path, 3).run(workers=1)
@@ -269,7 +270,7 @@ def test_a_stop_loses_nothing_and_the_same_command_goes_on(
     lines = tmp_path / "c" / "results.jsonl"
     wait_for(lambda: lines.exists() and lines.stat().st_size > 0, process)
     if asked == signal.SIGINT:
-        # A terminal also sends the signal to the workers.
+        # In a terminal Ctrl+C sends the signal to the workers as well.
         os.killpg(process.pid, asked)
     else:
         process.send_signal(asked)

@@ -29,8 +29,8 @@ def scene() -> Scene:
 
 
 def follow(scene: Scene, position: NDArray[np.int64], latency: int = LATENCY) -> PinEvents:
-    """Return an output that follows ``position`` (one a head 1 edge) by single steps, a clock
-    each."""
+    """Return the pins of an output that follows ``position``, one value per edge of head 1, in
+    single steps of one clock each."""
     clocks = np.ceil(scene.heads[0].time_s * SETTINGS.clock_hz).astype(np.int64) + latency
     shown = scene.heads[0].first_count
     free = 0
@@ -47,7 +47,8 @@ def follow(scene: Scene, position: NDArray[np.int64], latency: int = LATENCY) ->
 
 
 def corrected(scene: Scene, share: float = 1.0) -> NDArray[np.int64]:
-    """Return head 1 minus ``share`` of its true error without the mean, from the index on."""
+    """Return the count of head 1 after a correction from the index on: ``share`` times its true
+    error, without the error's mean, is subtracted."""
     count = scene.heads[0].count
     scale = SETTINGS.counts_per_rev / (2 * np.pi)
     error = count - scene.heads[0].true_angle_rad * scale

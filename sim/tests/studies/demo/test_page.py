@@ -1,4 +1,4 @@
-"""Tests that the demo's page is self-contained, and that page and command report a failure."""
+"""Tests that the demo's page needs no other file, and that page and command report a failure."""
 
 import re
 from dataclasses import replace

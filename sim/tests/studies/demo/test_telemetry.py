@@ -1,4 +1,5 @@
-"""Test how the console's lines become figures or named faults."""
+"""Tests that lines of the console give the figures of a turn, and that each fault in them is
+named."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Tests of the sources against their equations, and of the covariance against drawn
+"""Tests of the error sources against their equations, and of the covariance against drawn
 calibrations."""
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def test_without_a_source_nothing_is_left() -> None:
 
 
 def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
-    """For a = 144″, (a²/2) sin 2θ is 0.036″ RMS; the other orders add a tenth of that."""
+    """With a = 144″ the term (a²/2) sin 2θ is 0.036″ RMS; the other orders add a tenth of this."""
     amplitude = 144.1
     expected = amplitude**2 / 2.0 / ARCSEC_PER_RAD / math.sqrt(2.0)
     assert rms("approximation", "paper") == pytest.approx(expected, rel=0.1)
@@ -62,14 +62,15 @@ def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
 
 
 def test_uneven_steps_hurt_the_dft_alone() -> None:
-    """The ripple r of order 7 transfers a part of order 1 (144″) to orders 6 and 8, which TF
-    amplifies."""
+    """The ripple r of order 7 moves a part of order 1 (144″) into orders 6 and 8, which TF(n)
+    magnifies."""
     assert 0.05 < rms("uneven", "paper") < 0.15
     assert rms("uneven") < 1e-4
 
 
 def test_two_roundings_of_a_count() -> None:
-    """A rounding of a count over √12 acts in the reading and in the output: 0.0315″."""
+    """Reading and output are each rounded to a count, with the RMS 1/√12 count: 0.0315″
+    together."""
     expected = arcsec_per_count(COUNTS) * math.sqrt(2.0 / 12.0)
     assert rms("quantisation") == pytest.approx(expected, rel=0.05)
 
@@ -86,7 +87,8 @@ def test_the_latency_is_the_angle_travelled() -> None:
 
 
 def test_the_place_of_the_index_is_drawn_as_it_is_printed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The distribution is rectangular between ± 50″; a normal one of the same σ has 8 % outside."""
+    """The distribution is rectangular within ± 50″; a normal distribution with the same σ would
+    have 8 % outside."""
     monkeypatch.setattr(chain, "SAMPLES", 60)
     monkeypatch.setattr(chain, "SCORED_ANGLES", 1)
     off = [
@@ -102,15 +104,16 @@ def test_the_place_of_the_index_is_drawn_as_it_is_printed(monkeypatch: pytest.Mo
 
 
 def test_heat_is_the_centre_that_moved() -> None:
-    """The centre moves by 0.9 µm/K · 2 K/h · 12 s over the radius of 53.975 mm: the RMS of an order
-    1."""
+    """The centre moves by 0.9 µm/K · 2 K/h · 12 s. Divided by the radius of 53.975 mm, this is the
+    amplitude of order 1."""
     moved = 0.9e-6 * 2.0 / 3600.0 * 12.0
     expected = moved / 53.975e-3 * ARCSEC_PER_RAD / math.sqrt(2.0)
     assert rms("heat") == pytest.approx(expected, rel=1e-2)
 
 
 def test_subdivision_is_that_of_its_harmonics() -> None:
-    """Offsets p give p of a signal period's radian once a period; gain and phase give p/2 twice."""
+    """Per signal period, an offset p causes an error of p once, and gain and phase errors p cause
+    p/2 twice, in radians of the period."""
     radian = 1_296_000 / (2.0 * math.pi * 16384)
     once, twice = 0.01 * math.sqrt(2.0), 0.005 * math.sqrt(2.0)
     expected = radian * math.hypot(once, twice) / math.sqrt(2.0)
@@ -118,8 +121,8 @@ def test_subdivision_is_that_of_its_harmonics() -> None:
 
 
 def test_noise_is_that_of_the_transfer_function() -> None:
-    """8 draws: the bound is 4 standard deviations of the mean of squares, two thirds of which come
-    from order 11."""
+    """The mean comes from 8 draws. The bound is 4 standard deviations of the mean square, of which
+    two thirds come from order 11."""
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
     expected = NOISE_ARCSEC**2 * 4.0 / SAMPLES * np.sum(gain**2)
     found = [rms("noise", draw=draw) ** 2 for draw in range(8)]
@@ -128,8 +131,8 @@ def test_noise_is_that_of_the_transfer_function() -> None:
 
 
 def test_the_page_s_noise_is_the_expected_one_within_its_stated_spread() -> None:
-    """The expected noise comes from a fit's covariance without TF(n), from columns of both
-    heads."""
+    """The expected noise is computed without TF(n), from the covariance of a fit with the columns
+    of both heads."""
     angle = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
     there = angle + HEAD_SEPARATION_RAD
     columns = np.hstack(
@@ -144,7 +147,8 @@ def test_the_page_s_noise_is_the_expected_one_within_its_stated_spread() -> None
         (noise,) = (row for row in one["sources"] if row["source"] == "noise")
         assert noise["expected_arcsec"] == pytest.approx(expected, rel=1e-3)
         assert noise["rms_arcsec"] == pytest.approx(expected, abs=3.0 * noise["u_rms_arcsec"])
-        # Half the relative spread of χ² with about two degrees of freedom, and as much again.
+        # A mean square with about two degrees of freedom has the relative spread 1, which is 0.5 in
+        # the RMS; the bound allows half as much in addition.
         assert noise["u_rms_arcsec"] < 0.75 * expected / math.sqrt(FOUND["draws"])
     assert f"{expected:.4f}″" in (ROOT / "docs" / "calibration-budget.md").read_text("utf-8")
 
@@ -156,7 +160,8 @@ def test_the_page_calls_the_covariance_s_uncertainty_partial() -> None:
 
 
 def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
-    """150 draws of noise and index: the ratio of scatter to u is 1 within 5 of its deviations."""
+    """For 150 draws of noise and index, the ratio of scatter to u is 1 within 5 of its standard
+    deviations."""
     table = RotaryTable(
         two_heads(), (DiscEccentricity(30e-6, 1.0),), noise_rad=0.5 * RAD_PER_ARCSEC
     )
@@ -177,12 +182,13 @@ def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
         stated.append(estimate.u_error_arcsec(angle))
     ratio = np.std(curves, axis=0, ddof=1) / np.sqrt(np.mean(np.square(stated), axis=0))
     np.testing.assert_allclose(ratio, 1.0, atol=5.0 / math.sqrt(2.0 * 149))
-    # Only the applied orders contribute: without an order the uncertainty is 0.
+    # Only applied orders contribute; without any order the uncertainty is 0.
     assert estimate.u_error_arcsec(angle, np.zeros(4, dtype=bool)).max() == 0.0
 
 
 def test_the_sources_add_up_to_the_whole() -> None:
-    """The sources are independent: within 4 standard errors of the whole, and 5 % for coupling."""
+    """The sources are independent: their sum equals the whole within 4 standard errors, plus 5 %
+    for their interaction."""
     for one in FOUND["methods"].values():
         whole = one["whole"]
         assert one["sum_arcsec"] == pytest.approx(
@@ -195,13 +201,14 @@ def test_the_sources_add_up_to_the_whole() -> None:
 def test_the_polygon_shows_the_axis_and_agrees_without_it() -> None:
     still, moves = (FOUND["experiment"]["compared"][name]["e_n"] for name in
                     ("axis at rest", "axis moves"))  # fmt: skip
-    # P(more than 4 of 24 outside at 4.55 %) is 0.4 %.
+    # The probability that more than 4 of 24 values exceed the limit, each with 4.55 %, is 0.4 %.
     assert sum(abs(value) > 1.0 for value in still) <= 4
     assert max(map(abs, moves)) > 2.0
 
 
 def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
-    """u of the table is that of its readings alone, propagated through the solution one by one."""
+    """The u of the table equals that of the readings, which the test propagates through the
+    solution one by one."""
     cycles, faces = 4, 6
     face = (np.arange(faces) - np.array(spread_shifts(cycles, faces))[:, None]) % faces
     errors = np.random.default_rng(3).normal(0.0, 1.0, (cycles, faces))
@@ -217,7 +224,8 @@ def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
     assert np.abs(through.sum(axis=0)).max() < 1e-12
     expected = found.scatter_arcsec * np.linalg.norm(through, axis=1)
     np.testing.assert_allclose(found.u_table_arcsec, expected, rtol=1e-9)
-    # Readings less the determined values: faces and table without their means, and the cycles.
+    # The number of readings minus the number of fitted values, which are faces and table, each
+    # without its mean, and one offset for each cycle.
     assert found.degrees_of_freedom == cycles * faces - 2 * (faces - 1) - cycles
 
 
@@ -238,7 +246,8 @@ def test_page_and_json_agree(tmp_path: Path) -> None:
 
 
 def test_drawn_calibrations_hold_where_the_covariance_knows_the_input() -> None:
-    """100 trials: noise within 4/√(2·100·n) with n orders that carry it; one order is the least."""
+    """The stated noise is right within 4/√(2·100·n) for 100 trials, where n orders contribute. The
+    test uses n = 1, the smallest number."""
     cases = {one["case"]: one for one in FOUND["monte_carlo"]["cases"]}
     for name in ("noise", "ripple", "lanes"):
         one = cases[name]

@@ -40,7 +40,7 @@ def test_the_noise_of_three_heads_is_that_of_their_weights() -> None:
 
 
 def mean_weights_of(places: np.ndarray) -> np.ndarray:
-    """Return the solution of the three equations from numpy."""
+    """Return the weights that numpy finds from the three equations."""
     return np.linalg.solve(np.array([np.ones(3), np.cos(places), np.sin(places)]), [1.0, 0.0, 0.0])
 
 

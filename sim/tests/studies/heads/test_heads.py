@@ -1,4 +1,5 @@
-"""Tests of every row of docs/heads.md at a small scale, its bounds, and the committed page."""
+"""Tests of the page docs/heads.md: every row at a small scale, its bounds, and the committed
+page."""
 
 from __future__ import annotations
 
@@ -17,14 +18,14 @@ from arctrue.studies.heads.shown import shown
 ROOT = Path(__file__).resolve().parents[4]
 COMMITTED = json.loads((ROOT / "docs" / "data" / "heads.json").read_text(encoding="utf-8"))
 HEAD_RMS_ARCSEC = 0.25e-6 / 53.975e-3 * 206265.0 / np.sqrt(2.0)
-"""RMS of a circle of 0.25 µm on a head: 0.68″."""
+"""RMS error of a head for an axis motion on a circle of 0.25 µm: 0.68″."""
 SHIFT_RMS_ARCSEC = 2e-6 / 53.975e-3 * 206265.0 / np.sqrt(2.0)
-"""RMS of a disc's centre that moves by 2 µm: 5.4″."""
+"""RMS error of a head when the disc's centre has moved by 2 µm: 5.4″."""
 
 
 @pytest.fixture(scope="module", params=["small", "committed"])
 def found(request: pytest.FixtureRequest) -> dict[str, Any]:
-    """Return a small study of today, and the study whose figures are on the page."""
+    """Return a small study that runs now, and the study whose figures are on the page."""
     if request.param == "committed":
         return COMMITTED
     result: dict[str, Any] = plain(shown(samples_a_turn=4000, fine_orders=30, fine_turns=3, seed=2))
@@ -51,13 +52,13 @@ def test_any_head_may_be_missing(found: dict[str, Any]) -> None:
     every, *three = found["missing"]
     assert [one["missing"] for one in three] == [1, 2, 3, 4]
     for one in (every, *three):
-        # Noise of 0.1″ and counts of 0.077″ with the weights, plus the carrier's count before the
-        # lanes.
+        # The noise of 0.1″ and the counts of 0.077″ act through the weights; rounding the carrier
+        # before the lanes adds to this.
         expected = np.hypot(0.1, 0.0223) * one["noise"]
         assert one["rms_arcsec"] == pytest.approx(expected, rel=0.1)
         assert abs(one["zero_apart_arcsec"]) < 0.01
     assert all(one["noise"] <= 0.83 for one in three)
-    # The sets need their own lanes: E differs by seconds of arc.
+    # Each set needs lanes of its own, because the error E of its mean differs by arcseconds.
     assert min(one["lanes_rms_arcsec"] for one in three) > every["lanes_rms_arcsec"] + 1.0
 
 
@@ -83,8 +84,8 @@ def test_without_a_bound_of_the_axis_no_head_can_be_told() -> None:
 
 def test_the_error_function_is_found_as_well_as_the_gains_say(found: dict[str, Any]) -> None:
     for row in found["error_function"]["rows"]:
-        # The RMS of N coefficients has the relative scatter √(1/2N); the bound is four of these
-        # plus the rounding to counts.
+        # The RMS of N coefficients has the relative scatter √(1/2N), where N is twice the number of
+        # orders. The bound is four times this, plus 0.1 for the rounding to counts.
         allowed = 1.1 + 4.0 / np.sqrt(2.0 * 2.0 * row["orders"])
         assert row["left_2_sigma_arcsec"] < allowed * row["expected_2_sigma_arcsec"]
         assert row["left_2_sigma_arcsec"] > 0.5 * row["expected_2_sigma_arcsec"]
@@ -94,7 +95,7 @@ def test_the_committed_error_function_reaches_what_was_asked_for() -> None:
     every, rest = COMMITTED["error_function"]["rows"]
     assert (every["orders"], every["turns"]) == (500, 10)
     assert every["left_2_sigma_arcsec"] <= 0.045
-    # An RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %: two of these are allowed.
+    # The RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %; twice this is allowed.
     assert rest["expected_2_sigma_arcsec"] <= 0.012
     assert rest["left_2_sigma_arcsec"] <= 0.012 * (1.0 + 2.0 / np.sqrt(2.0 * 998.0))
 

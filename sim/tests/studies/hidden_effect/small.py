@@ -1,4 +1,4 @@
-"""The scale of these tests: 2¹⁸ counts, and the instrument that the other tests build too."""
+"""Settings of a small scale: 2¹⁸ counts, and the instrument that other tests also build."""
 
 from __future__ import annotations
 
@@ -27,12 +27,14 @@ def small_settings() -> HiddenSettings:
 
 
 def _generics_of_the_tests(case: Case) -> dict[str, str]:
-    """Return those of the core with every extension where the case needs one."""
+    """Return the generics of the shared core with every extension if the case needs an
+    extension."""
     return EXTENSIONS if GENERICS_OF(case) else {}
 
 
 def run_small(name: str, folder: Path) -> HiddenResult:
-    """Run the case of that name; its own generics must be those that its coefficients need."""
+    """Run the case of this name; check that the generics of the case are exactly those that its
+    coefficients need."""
     with patch.object(experiment, "_generics_of", _generics_of_the_tests):
         result = run_hidden(CASES[name], small_settings(), folder)
     extension = result.export.coefficients.extension

@@ -1,6 +1,8 @@
-"""Effects in proportion to a condition are found, exported to lanes that follow it, and removed.
+"""Tests that effects in proportion to a condition are found, exported to lanes that follow the
+condition, and removed.
 
-The further turns have another direction, speed or temperature; no coefficient is fitted to them.
+The further turns have another direction, speed or temperature than the measured set; no coefficient
+is fitted to them.
 """
 
 from __future__ import annotations
@@ -17,21 +19,23 @@ from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.table import DISC_RADIUS_M
 
 COARSER = 64
-"""Ratio of 2²⁴ to 2¹⁸ counts: the hidden effect is larger by this factor."""
+"""Factor by which the hidden effect is enlarged: 2²⁴ counts over 2¹⁸ counts."""
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 SPEED_RAD_S = np.radians(30.0)
 LATENCY_ARCSEC = 28.0 * COUNT_ARCSEC
-"""20 µs at 30°/s are 28 counts at 2²⁴; the small scale hides as many counts."""
+"""Error that the latency causes. 20 µs at 30°/s are 28 counts at 2²⁴; the small scale hides as many
+counts."""
 LAG_CLOCKS = 1.5 * (1 << 14) + 9 + 600
-"""Lag of the modulator in clocks, from two pages.
+"""Largest lag of the modulator in clocks.
 
-docs/entities/table_speed.md: one and a half windows and a period of A and B (9 clocks at half the
-speed); docs/entities/table_conditions.md: the division and two sweeps, below 600 clocks.
+docs/entities/table_speed.md gives one and a half windows and a period of A and B (9 clocks at half
+the speed); docs/entities/table_conditions.md gives the division and two sweeps, below 600 clocks.
 """
 
 
 def latency_bound_arcsec() -> float:
-    """Return two counts plus the latency for a speed that is as old as the modulator's lag."""
+    """Return the bound: two counts, plus the latency's change while the speed changes during the
+    modulator's lag."""
     scale = small_settings().revolution
     change_rad = CHANGE_TURN * 2.0 * np.pi
     change_s = change_rad / (0.5 * (1.0 + SLOW) * SPEED_RAD_S)
@@ -54,8 +58,8 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
     assert modulators(result) == ["speed"]
     left = result.judged_arcsec()
     assert left["corrected"] <= latency_bound_arcsec()
-    # Half of the delay's counts change with the speed; the mean of the turn removes half of this
-    # change.
+    # Half of the delay's counts changes with the speed, and the subtracted mean of the turn removes
+    # half of this change.
     assert left["unit_left_out"] >= 0.25 * LATENCY_ARCSEC > latency_bound_arcsec()
 
 
@@ -74,7 +78,7 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
 def test_a_wave_in_proportion_to_a_condition(
     name: str, modulator: str, size_arcsec: float, tmp_path: Path
 ) -> None:
-    """At most a count of the effect remains; without its lanes the error is the error of the
+    """At most a count of the effect remains; without its lanes the error is that of the
     geometry."""
     result = run_small(name, tmp_path)
     assert modulators(result) == [modulator]
@@ -85,11 +89,11 @@ def test_a_wave_in_proportion_to_a_condition(
 
 @pytest.mark.large
 def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
-    """The turn is downwards, warm and with a changing speed; each effect leaves as much as it does
+    """The turn is backward and warm, with a changing speed; each effect leaves as much as it does
     alone.
 
-    The lobes follow the speed squared with the same lag as the latency; they are a sixth of it and
-    change twice as fast with the speed.
+    The lobes follow the speed squared with the same lag as the latency; they are a sixth of the
+    latency and change twice as fast with the speed.
     """
     result = run_small("all_at_once", tmp_path)
     added = [step.effect for step in result.diagnosed.ladder if step.action == "add"]
@@ -104,7 +108,8 @@ def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
 
 
 def test_each_fresh_turn_has_conditions_of_its_own() -> None:
-    """Every row of the test has another speed, direction or temperature than the measured set."""
+    """Every case has a fresh turn with another speed, direction or temperature than the measured
+    set."""
     for name in ("latency", "centrifugal_lobes", "loose_centre", "all_at_once", "warm_ovality"):
         case = CASES[name]
         fresh = (case.fresh.side, case.fresh.speed, case.fresh.temperature_c)

@@ -1,4 +1,5 @@
-"""Tests of the drive: where the table stands, its direction of approach, and its temperature."""
+"""Tests of the drive: the places where the table stands, the direction of approach, and the
+temperature."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ def test_a_turning_drive_passes_both_indices_and_its_turns() -> None:
         drive = turning(speed, 2.0, temperature_c=(20.0, 24.0))
         ends = drive.state(np.array([0.0, drive.duration_s]))
         low, high = sorted(ends.angle_rad)
-        # Head 2's index is at −33°, head 1's at 0.
+        # The index of head 2 is at −33°, that of head 1 at 0.
         assert low < -np.deg2rad(33.0)
         assert high > 0.0
         assert high - low > 2.0 * 2 * np.pi + np.deg2rad(33.0)
@@ -41,10 +42,11 @@ def test_the_wind_up_goes_over_within_its_stroke_at_a_reversal() -> None:
     seconds = np.linspace(0.0, plan.drive.duration_s, 20_001)
     state = plan.drive.state(seconds)
     turn = np.asarray(ShaftWindUp(1.0, STROKE_RAD).disc_turn_rad(state))
-    # Dahl's slope is 2/stroke at most, and the speed 0.5 rad/s.
+    # The slope of Dahl's model is at most 2/stroke, and the speed is 0.5 rad/s.
     most = 2.0 / STROKE_RAD * 0.5 * (seconds[1] - seconds[0])
     assert np.max(np.abs(np.diff(turn))) < 1.001 * most
-    # At a station, 60 degrees from the last reversal, the wind-up is over: 2·exp(-60).
+    # A station is 60 degrees after the last reversal, where the wind-up has reached its end within
+    # 2·exp(-60).
     at = plan.drive.state(plan.station_s)
     stood = ShaftWindUp(1.0, STROKE_RAD).disc_turn_rad(at)
     np.testing.assert_allclose(stood, plan.direction, atol=1e-12)

@@ -1,4 +1,5 @@
-"""Lines of a drive before the table, whose phase the firmware gets from an index at probe_in."""
+"""Tests of lines from a drive in front of the table, whose phase the firmware gets from an index at
+probe_in."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from .small import INTERPOLATION, LINES, run_small
 
 COUNTS = LINES * INTERPOLATION
 SIZE_COUNTS = (1 << 24) / COUNTS * COUNTS / 1_296_000
-"""1″ at the paper's scale, enlarged with the counts: 12.9 counts at every scale."""
+"""Amplitude of a line in counts: 1″ at the paper's scale, enlarged with the size of a count, so
+that it is 12.9 counts at every scale."""
 MOST_LEFT_COUNTS = 1.0
 """Largest amplitude that may remain, in counts."""
 
@@ -36,7 +38,7 @@ def test_lines_of_the_drive_are_taken_away_forwards_and_backwards(
 ) -> None:
     result = run_small(name, tmp_path)
     left = {key: np.array(counts) for key, counts in result.lines_counts.items()}
-    # Without their lanes, all lines are in the output. A fit over two turns separates them to a
+    # Without their lanes all lines are in the output. A fit over two turns separates them to one
     # twentieth.
     assert left["without"] == pytest.approx(SIZE_COUNTS * np.array(shares), rel=0.05)
     for way in ("forwards", "backwards"):
@@ -52,7 +54,7 @@ def test_the_pulses_come_where_the_table_passes_the_index() -> None:
     times = times_at(drive, places)
     passed = (drive.state(times).angle_rad / TURN_RAD - probe.first_turns) * probe.per_turn
     assert np.abs(passed - np.rint(passed)).max() < 1e-4
-    # The table turns up over all ten edges, and back over the edges of the last two turns.
+    # The table goes forward over all ten edges, and back over the edges of the last two turns.
     top = drive.knot_times_s[3]
     assert np.count_nonzero(times < top) == 10
     assert 6 <= np.count_nonzero(times > top) <= 8

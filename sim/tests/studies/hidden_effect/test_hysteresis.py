@@ -1,4 +1,5 @@
-"""Hysteresis is named, exported to a lane that follows the direction, and removed by it."""
+"""Tests that hysteresis is named, exported to a lane that follows the direction, and removed by
+this lane."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.reference import counts_standing
 
 REVERSAL_ARCSEC = 2 * 64.0
-"""Reversal error: ±1″ at 2²⁴ counts; 64 times as much at 2¹⁸."""
+"""Reversal error: ±1″ at 2²⁴ counts, and 64 times as much at 2¹⁸ counts."""
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 
 
@@ -26,7 +27,8 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
 def test_it_is_named_with_its_size(result: HiddenResult) -> None:
     assert result.diagnosed.effect == "hysteresis"
     error = result.diagnosed.model.effects[-1].parameters["reversal_error"]
-    # Up and down are each the mean of 24 whole counts: they differ by a part of a count.
+    # The mean of each direction comes from 24 whole counts, so that the difference errs by less
+    # than a count.
     assert error.value == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
 
 
@@ -38,8 +40,8 @@ def test_it_becomes_a_lane_that_follows_the_direction(result: HiddenResult) -> N
 
 
 def test_the_output_loses_it_and_without_the_lane_keeps_it(result: HiddenResult) -> None:
-    """At new stations the whole reversal error appears without the lane, and at most 6″ with it (a
-    count is 4.9″)."""
+    """At new stations, the output shows the whole reversal error without the lane, and at most 6″
+    with it (a count is 4.9″)."""
     assert result.reversal_arcsec is not None
     without, left = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
     assert without == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
@@ -64,10 +66,11 @@ def track(position: list[int], *, dropped: int = 0) -> EdgeTrack:
 
 
 def test_levels_become_counts() -> None:
-    # The edges go up over the levels 1, 2, 3, back over 3 and 2, and up over 2 and 3 again.
+    # The edges cross the levels 1, 2, 3 upwards, then 3 and 2 downwards, then 2 and 3 upwards
+    # again.
     seen = counts_standing(track([1, 2, 3, 3, 2, 2, 3]), np.arange(7) * 10.0 + 5)
     assert seen.tolist() == [1, 2, 3, 2, 1, 2, 3]
-    # The edges move up and down over one level.
+    # The edges cross the same level upwards and downwards.
     seen = counts_standing(track([4, 4, 4, 4, 3]), np.arange(5) * 10.0 + 5)
     assert seen.tolist() == [4, 3, 4, 3, 2]
 

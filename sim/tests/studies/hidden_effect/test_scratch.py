@@ -1,4 +1,4 @@
-"""A scratch of the disc is hidden in a table that drives a gateware with LOCAL_TABLE."""
+"""Test with a hidden scratch of the disc; the table drives a gateware with LOCAL_TABLE."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .small import INTERPOLATION, LINES, run_small
 
 COUNTS = LINES * INTERPOLATION
 HEIGHT_ARCSEC = 20.0 * math.sqrt((1 << 24) / COUNTS)
-"""Height of 20″ at the paper's scale. The case keeps the slope, so that the height grows with the
-square root of the scale."""
+"""Height of the scratch: 20″ at the paper's scale. The case keeps the slope, so that the height
+grows with the square root of the scale."""
 
 
 def test_a_scratch_is_taken_away_to_a_tenth(tmp_path: Path) -> None:
-    """Captures with a sample every 0.3° show its place and width; the test compares every edge of
-    the output."""
+    """Captures with a sample every 0.3° show the place and the width of the scratch; the test
+    compares every edge of the output."""
     result = run_small("graduation_defect", tmp_path)
     assert result.diagnosed.effect == "graduation_defect"
     found = result.diagnosed.model.effects[-1].parameters

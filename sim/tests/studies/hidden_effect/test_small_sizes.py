@@ -1,4 +1,4 @@
-"""``arctrue hidden`` refuses impossible sizes, and says which ones are possible."""
+"""Tests that ``arctrue hidden`` refuses impossible sizes and states which ones are possible."""
 
 from __future__ import annotations
 

@@ -27,8 +27,9 @@ from arctrue.studies.simulate.truth import read_truth
 from arctrue.table import TableState
 
 ARCSEC_A_RADIAN = 648_000 / np.pi
-# SignalDistortion of head 1 to first order (Heydemann): offsets once a period, half the gain
-# difference and half the phase error twice; in shares of a radian of the signal period.
+# To first order (Heydemann), the offsets of head 1's SignalDistortion give an error once per signal
+# period; half the gain difference and half the phase error give one twice per period. The values
+# are shares of a radian of the signal period.
 ONCE_ARCSEC = np.hypot(0.036, 0.035) / LINES * ARCSEC_A_RADIAN
 TWICE_ARCSEC = 0.5 * np.hypot(0.016, 0.012) / LINES * ARCSEC_A_RADIAN
 COUNT_ARCSEC = 1_296_000 / (LINES * 256)
@@ -62,7 +63,7 @@ def test_the_workbench_names_it_and_sees_nothing_else(result: HiddenResult) -> N
 def test_its_size_is_that_of_the_signals(result: HiddenResult) -> None:
     found = result.diagnosed.model.effects[-1].parameters
     once, twice = found["head1_multiple_1_amplitude"], found["head1_multiple_2_amplitude"]
-    # Second order of the distortion: its square, a twentieth.
+    # The tolerance covers the second order of the distortion, its square, which is a twentieth.
     assert once.value == pytest.approx(ONCE_ARCSEC, abs=4 * once.sigma + 0.05 * ONCE_ARCSEC)
     assert twice.value == pytest.approx(TWICE_ARCSEC, abs=4 * twice.sigma + 0.05 * ONCE_ARCSEC)
 
@@ -73,17 +74,19 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     assert capture is not None
     assert reference is not None
     samples = result.settings.revolution.samples
-    # Two turns; the closing sample of the first belongs to it, and a turn may be a sample longer.
+    # The run has two turns. The closing sample of the first turn belongs to it, and a turn may be
+    # one sample longer.
     assert 2 * samples - 60 < capture.run.size < 2 * samples + 60
-    # The expected error of the same turns from the table's geometry; the constant of each turn is
-    # unknown.
+    # The expected error of these turns comes from the table's geometry; the constant of each turn
+    # is unknown.
     table = result.settings.table(result.case.build(result.settings))
     turn = np.linspace(-0.7, 5 * np.pi, 1 << 19)
     head1, head2 = (table.reading_rad(head, TableState.at_rest(turn)) for head in (0, 1))
     stations = np.deg2rad(reference.target_deg)
     error = np.interp(stations, turn, head1 - turn) * ARCSEC_A_RADIAN
     off = reference.error_arcsec - error
-    # Whole counts; edges in whole clocks, 1.14 of them a count; 0.1″ of noise twice.
+    # The readings are whole counts, the edges come in whole clocks (1.14 per count), and there is
+    # noise of 0.1″ twice.
     whole = COUNT_ARCSEC / np.sqrt(12)
     assert 0.9 * whole < np.std(off) < np.hypot(whole, whole / 1.14) + 0.2
     count_rad = table.count_rad
@@ -95,8 +98,9 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     stands = np.interp(stations, turn, head1) / count_rad
     turns = np.round((reference.head1_counts - stands) / table.counts_per_rev)
     late = reference.head1_counts - stands - turns * table.counts_per_rev
-    # A reading is cut to its count (0.5 on average). The zero is Z's edge between two kept ones,
-    # right to one count like an index mark; edges come in whole clocks, half of one late.
+    # A reading is rounded down to its count (0.5 on average). Its zero is the edge of Z between two
+    # recorded edges, which is known to one count, like an index mark. Edges come in whole clocks,
+    # half a clock late on average.
     assert abs(np.mean(late) + 0.5) < 1.0 + 0.5 / 1.14
 
 
@@ -111,19 +115,21 @@ def test_the_output_of_the_gateware_gets_better(result: HiddenResult) -> None:
     periods = (result.raw_period, result.paper_period, result.corrected_period)
     raw_signal, paper_signal, corrected_signal = (item.amplitude_arcsec[0] for item in periods)
     assert raw_signal == pytest.approx(ONCE_ARCSEC, rel=0.05)
-    # The paper's model removes the disc and leaves the signal period unchanged.
+    # The paper's model removes the error of the disc and leaves the line of the signal period
+    # unchanged.
     assert paper.amplitude_arcsec[0] < 0.01 * raw.amplitude_arcsec[0]
     assert paper_signal == pytest.approx(raw_signal, rel=0.05)
     assert corrected_signal < 0.1 * paper_signal
     assert corrected.edges_rms_arcsec < 0.5 * paper.edges_rms_arcsec
-    # The whole counts of input and output and the orders without a lane remain: 1.2″ and 0.7″.
+    # Two parts remain: the whole counts of input and output, 1.2″ each, and the orders without a
+    # lane, 0.7″.
     whole = COUNT_ARCSEC / np.sqrt(12)
     assert corrected.edges_rms_arcsec == pytest.approx(np.hypot(whole * np.sqrt(2), 1.1), rel=0.25)
 
 
 def test_the_fresh_capture_agrees_without_a_fit(result: HiddenResult) -> None:
     without, with_it = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
-    # Two heads, each with whole counts.
+    # The difference contains the readings of two heads, each in whole counts.
     assert with_it == pytest.approx(COUNT_ARCSEC / np.sqrt(6), rel=0.1)
     assert without > 4 * with_it
 

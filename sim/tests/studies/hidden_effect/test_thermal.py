@@ -1,4 +1,4 @@
-"""Tests of heat: its known effect, and one that is in no catalogue."""
+"""Tests of thermal effects: one that the catalogue has, and one that no catalogue has."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from arctrue.studies.hidden_effect.follow import follow_warming
 from arctrue.table import DISC_RADIUS_M
 
 COARSER = 64
-"""Ratio of 2²⁴ to 2¹⁸ counts: the hidden effect is larger by this factor."""
+"""Factor by which the hidden effect is enlarged: 2²⁴ counts over 2¹⁸ counts."""
 HEATED_K = FRESH_C - 20.0
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 FOLLOWED_ARCSEC = 6.0
-"""Order 1 of the corrected output while the table warms; a count is 4.9″."""
+"""Largest order 1 of the corrected output while the table warms; a count is 4.9″."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def lobes(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
 def test_thermal_eccentricity_is_named_with_its_rate(centre: HiddenResult) -> None:
     assert centre.diagnosed.effect == "thermal_eccentricity"
     rate = centre.diagnosed.model.effects[-1].parameters["amplitude"]
-    # A shift of the centre makes an error of the shift over the radius.
+    # The centre's shift over the radius is the amplitude of the error.
     geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
     assert rate.value == pytest.approx(geometry, abs=4 * rate.sigma + 0.005 * geometry)
 
@@ -44,7 +44,7 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
     centre: HiddenResult,
 ) -> None:
     geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600 * HEATED_K
-    # The paper's coefficients are those of the cold turn.
+    # The paper's coefficients were fitted to the cold turn.
     assert centre.paper.amplitude_arcsec[0] == pytest.approx(geometry, rel=0.02)
     assert centre.corrected.amplitude_arcsec[0] < 0.5 * COUNT_ARCSEC
     follows = centre.diagnosed.export(4, None).coefficients
@@ -63,7 +63,8 @@ def test_the_model_tells_a_capture_at_a_temperature_never_measured(
 ) -> None:
     result: HiddenResult = request.getfixturevalue(made)
     left = result.fresh_capture_arcsec
-    # The difference of two readings in whole counts; a tenth more for the coefficients' scatter.
+    # The difference of two readings in whole counts has this RMS; the scatter of the coefficients
+    # adds a tenth.
     whole_counts = COUNT_ARCSEC * np.sqrt(2.0 / 12.0)
     assert left["with"] < 1.1 * whole_counts
     assert left["without"] > 1.5 * left["with"]
@@ -77,25 +78,25 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
     )
     heated = np.array([turn.temperature_c for turn in ways["held"]])
     rate = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
-    # With constant coefficients, the error grows as the table warms after the first turn.
+    # With constant coefficients the error grows with the temperature after the first turn.
     np.testing.assert_allclose(np.diff(held), rate * np.diff(heated), rtol=0.1)
-    # With a calibration after every turn, the coefficients are about a turn and a half behind the
-    # warming, also at the end.
+    # With a calibration after every turn the coefficients lag the warming by about a turn and a
+    # half; the lag does not grow.
     turn_arcsec = rate * float(np.diff(heated).mean())
     assert np.all(every < 2.5 * turn_arcsec)
     assert every[-1] < 0.6 * held[-1]
-    # With coefficients at the present temperature, only the change within the turn remains, without
-    # drift.
+    # With coefficients for the present temperature only the change within a turn remains, and it
+    # does not grow.
     assert np.all(by_host < 0.15 * turn_arcsec + COUNT_ARCSEC)
-    # If the firmware follows its thermometer by itself, not even the change within the turn
-    # remains.
+    # If the firmware itself follows its thermometer, even the change within a turn is corrected.
     assert held.max() > 100.0
     assert np.all(alone < FOLLOWED_ARCSEC)
 
 
 @pytest.mark.large
 def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: HiddenResult) -> None:
-    """60 s are five turns. With an unstated lag the captured turn contradicts the model."""
+    """A lag of 60 s is five turns. If the lag is not stated, the captured turn contradicts the
+    model."""
     ways = ["by the firmware"]
     with pytest.raises(InstrumentError, match="worse_prediction"):
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)
@@ -116,7 +117,7 @@ def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -
 
 
 def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
-    # Order 2 of the cold turn is in the firmware's coefficients; the part of the heat is not.
+    # The firmware's coefficients contain the order 2 of the cold turn, but not its thermal change.
     assert lobes.paper.amplitude_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
     assert lobes.corrected.amplitude_arcsec[1] < 0.5 * COUNT_ARCSEC
     assert lobes.corrected.edges_rms_arcsec < 0.1 * lobes.paper.edges_rms_arcsec

@@ -1,4 +1,4 @@
-"""Tests of the long run: its page against its data, its model on a known table, a small run."""
+"""Tests of the long run: its page against its data, its model on a known table, and a small run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ STRATEGIES = ("single", "model")
 
 @pytest.fixture(scope="module")
 def scenario() -> Scenario:
-    """Return the shipped course on the core that the other tests build, with twice the counts."""
+    """Return the shipped scenario, shortened, with the core that other tests build and with 32
+    lines."""
     short = shortened(read_scenario(SCENARIO, lines=32), TURNS)
     scale = structs.replace(short.scale, lanes=LANES, samples=SAMPLES)
     errors = structs.replace(short.errors, noise_arcsec=4.0)
@@ -44,9 +45,9 @@ def found(scenario: Scenario) -> dict[str, Any]:
 
 
 def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: float) -> float:
-    """Return the RMS that a turn leaves with the coefficients of the turn before.
+    """Return the expected RMS that a turn leaves with the coefficients of the preceding turn.
 
-    It has three independent parts: the change of order 1 from turn to turn by the course of the
+    The sum has three independent parts: the change of order 1 from turn to turn with the
     temperature; the stated u of both components of the orders 1 to 3 that a turn applies; and the
     orders from 3 on, which a turn may leave out because they are below its noise.
     """
@@ -63,19 +64,21 @@ def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: flo
 def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     found: dict[str, Any], scenario: Scenario
 ) -> None:
-    """The disc's centre moves by 2 µm/K at the radius of its lines: plane geometry."""
+    """The disc's centre moves by 2 µm/K, which plane geometry converts to an angle at the radius of
+    the lines."""
     per_k = np.degrees(2e-6 / DISC_RADIUS_M) * 3600
     order, *_ = found["model"]["orders"]
     assert order["order"] == 1
     assert order["slope_arcsec_per_k"] == pytest.approx(per_k, abs=4 * order["u_arcsec_per_k"])
     held = found["strategies"]["held"]
-    # Warming by up to 5.4 K changes order 1 by 7.6″/K: held, its RMS is 29″ at the end.
+    # Warming by up to 5.4 K changes order 1 by 7.6″/K; with constant coefficients this leaves 29″
+    # RMS at the end.
     last = per_k * (25.4 - found["temperature_c"][0]) / np.sqrt(2)
     assert held["left_arcsec"][-1] == pytest.approx(last, rel=0.15)
-    # The test compares medians, because heat that is 33 times as fast may by chance add the weak
-    # order 11 to a turn (docs/long-run.md: 4 of 1,000 turns), which leaves 24″ in that turn.
+    # The test compares medians: heat that is 33 times as fast may by chance let a turn apply the
+    # weak order 11 (docs/long-run.md: in 4 of 1,000 turns), which leaves 24″ in that turn.
     typical = {name: np.median(found["strategies"][name]["left_arcsec"][2:]) for name in STRATEGIES}
-    # The median of sums of squares is below their mean.
+    # The median of a sum of squares is below its mean.
     expected = expected_single_arcsec(found, scenario, per_k)
     assert typical["single"] < expected < np.median(held["left_arcsec"][2:]) / 2.0
     assert typical["model"] < typical["single"] / np.sqrt(2)
@@ -88,8 +91,8 @@ def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
 
 
 def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
-    """The course has 30 turns, so that every difference of two turns contains heat that is 33 times
-    as fast."""
+    """The course has only 30 turns, and heat is 33 times as fast, so that every difference of two
+    turns contains heat."""
     for deviation in found["allan"]["deviation_arcsec"].values():
         deviation[-1] = None
     page = long_run_page(found)
@@ -98,7 +101,7 @@ def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -
 
 
 def test_lost_counts_come_back(found: dict[str, Any]) -> None:
-    """At the index the core moves its zero and, with ``heal``, puts the counts back."""
+    """At the index the core moves its zero and, with ``heal``, puts the lost counts back."""
     ((turn, _),) = found["events"].items()
     count_arcsec = 1_296_000 / found["counts_per_rev"]
     for one in found["strategies"].values():
@@ -110,7 +113,8 @@ def test_lost_counts_come_back(found: dict[str, Any]) -> None:
 
 
 def test_what_is_left_of_an_uncorrected_turn_is_its_error(scenario: Scenario) -> None:
-    """The paper's table has [−150.0″, 137.9″] at 20 °C; 5 K warmer its order 1 has grown."""
+    """The error of the paper's table is [−150.0″, 137.9″] at 20 °C; at the end of the run, 5 K
+    warmer, order 1 has grown."""
     truth = Truth(scenario)
     first, last = truth.error_arcsec(1), truth.error_arcsec(TURNS)
     assert (first.min(), first.max()) == pytest.approx((-150.0, 137.9), abs=12.0)
@@ -136,7 +140,7 @@ def test_the_model_learns_heat_and_leaves_creep_to_the_turns() -> None:
         lane = bank.at(21.0 + warmth)
         said = lane.amplitudes_counts[0] * np.exp(-1j * lane.phases_rad[0]) * count_arcsec
         expected = learned.cold_arcsec + warmth * learned.slope_arcsec_per_k
-        # Words of 2⁻¹¹ count, and of 2⁻²⁰ count a kelvin.
+        # Amplitudes are rounded to 2⁻¹¹ count, and slopes to 2⁻²⁰ count per kelvin.
         assert abs(said - expected) < 2 * count_arcsec / 2**11
 
 

@@ -1,4 +1,5 @@
-"""Tests of every method against the errors that its principle can and cannot determine."""
+"""Tests of every method against the errors that its principle can determine and those that it
+cannot."""
 
 from __future__ import annotations
 
@@ -26,14 +27,14 @@ from arctrue.studies.methods.world import MethodsSettings, World
 from arctrue.studies.stop_and_go.servo import Axis
 
 SHORT = MethodsSettings(minutes=1.0)
-"""Settings of five turns."""
+"""Settings of a measurement over five turns."""
 FOUR_DEG = (0.0, 33.0, 138.5, 279.5)
 MOTION_ORDERS = tuple(range(2, 9))
 
 
 @cache
 def left(name: str, motion_m: float = 0.1e-6) -> np.ndarray:
-    """Return the amplitudes of orders 1 to 128 that a method leaves."""
+    """Return the amplitudes of orders 1 to 128 that remain after a method."""
     method: Method = {
         "eda": equal_division(4),
         "two": TWO_HEADS_LEAST_SQUARES,
@@ -46,7 +47,7 @@ def left(name: str, motion_m: float = 0.1e-6) -> np.ndarray:
 
 
 def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
-    """The motion of order 2 is 0.38″ at the disc: 0.1 µm over 53.975 mm."""
+    """The axis motion of order 2 is 0.1 µm, which is 0.38″ at the radius of 53.975 mm."""
     limit = (
         6.0
         * 0.1
@@ -60,7 +61,7 @@ def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
 
 
 def test_equal_division_leaves_the_multiples_of_its_heads_and_no_others() -> None:
-    """Orders 4, 8, 12, 24 and 120 of the disc remain unchanged: 0.7, 0.35, 0.2, 0.3, 0.2″."""
+    """Orders 4, 8, 12, 24 and 120 of the disc remain unchanged: 0.7, 0.35, 0.2, 0.3 and 0.2″."""
     found = left("eda")
     np.testing.assert_allclose(found[[3, 7, 11, 23, 119]], [0.7, 0.35, 0.2, 0.3, 0.2], atol=0.01)
     others = np.delete(found[:40], [3, 7, 11, 15, 19, 23, 27, 31, 35, 39])
@@ -73,23 +74,27 @@ def test_two_heads_do_not_see_order_120() -> None:
 
 
 def test_a_free_spin_sees_all_but_the_torque_that_is_not_fitted() -> None:
-    """Order 5 of the torque, 10⁻⁴ of the friction, swings by τ/(n²ω²) at 40 to 63 rad/s."""
+    """Order 5 of the torque, 10⁻⁴ of the friction, moves the angle by τ/(n²ω²) at speeds of 40 to
+    63 rad/s."""
     found = left("spin")[:40]
     spin = FreeSpin()
     swing = spin.torque_rad_s2[2] / (5 * np.array([63.0, 40.0])) ** 2 * 206265.0
     assert found[4] < 1.5 * swing[1]
-    # 15 spins of two turns at 0.1″ a line leave 0.02″ where the free response looks like an order.
+    # In 15 spins of two turns, noise of 0.1″ per line leaves 0.02″ in the orders that resemble the
+    # free response.
     assert np.delete(found, 4).max() < 0.12
 
 
 def test_a_spin_that_ends_is_refused() -> None:
-    """The friction of stop-and-go stops the table from 10 turns a second after 3.1 turns."""
+    """With the friction of stop-and-go, a table that starts at 10 turns a second stops after 3.1
+    turns."""
     with pytest.raises(ValueError, match=r"comes to rest after 3.1 turns, a spin of 3 was"):
         timed_lines(World(SHORT), FreeSpin(turns_a_spin=3))
 
 
 def test_the_spin_has_the_friction_of_stop_and_go() -> None:
-    """The axis of its servo is released at 20 rad/s: LuGre in steps against the free response."""
+    """The axis of that servo is released at 20 rad/s: a stepwise solution of LuGre's model is
+    compared with the free response."""
     axis, step_s = Axis(), 1e-5
     speed, bend, gone = np.array([20.0]), np.array([0.0]), 0.0
     for _ in range(20_000):
@@ -97,15 +102,16 @@ def test_the_spin_has_the_friction_of_stop_and_go() -> None:
         speed = speed - torque / axis.inertia_kg_m2 * step_s
         gone += step_s
     _, expected = FreeSpin(start_rad_s=20.0).smooth(np.array([gone]))
-    # Bristles bend in the first 100 µrad, 5 µs; Euler's step is 2.5 Hz·10 µs.
+    # The bristles bend only in the first 100 µrad, which take 5 µs; an Euler step errs by 2.5 Hz·10
+    # µs.
     assert speed[0] == pytest.approx(expected[0], abs=0.01)
 
 
 def test_the_spin_obeys_its_equation_of_motion() -> None:
-    """The angle's second derivative from finite differences is compared with the torques.
+    """The second derivative of the angle, by finite differences, equals the sum of the torques.
 
-    Two turns into the spin the speed falls by 5 % in a tenth of a turn, and τ/(n²ω²) is exact only
-    for an even speed: a tenth of the torque is allowed.
+    After two turns the speed falls by 5 % in a tenth of a turn, while τ/(n²ω²) is exact only for a
+    constant speed: the test allows a tenth of the torque.
     """
     spin = FreeSpin(torque_orders=(1, 2), torque_shares=(0.02, 0.005))
     time = 0.1 + np.array([-1e-3, 0.0, 1e-3])
@@ -122,15 +128,16 @@ def test_the_spin_obeys_its_equation_of_motion() -> None:
 
 
 def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
-    """Heads at 180° keep the even orders, at 120° the multiples of three: W(n) = 1 there, 0
-    else."""
+    """The mean of heads at 180° keeps the even orders, that of heads at 120° the multiples of
+    three: W(n) is 1 for these and 0 for all others."""
     world = World(dataclasses.replace(SHORT, radial_motion_m=0.0))
     disc = world.score(None).amplitude_arcsec
     for heads in (2, 3):
         places = tuple(360.0 * k / heads for k in range(heads))
         found = world.score(mean_of("mean", places, "").run(world)).amplitude_arcsec
         kept = np.arange(1, 129) % heads == 0
-        # Heads 50″ off let through 2.4e-4·n of an order's share, and order 2 couples to order 1.
+        # Heads that stand 50″ off their places let 2.4e-4·n of an order through, and order 2
+        # couples to order 1.
         np.testing.assert_allclose(found[kept][1:], disc[kept][1:], atol=0.05)
         assert found[~kept].max() < 0.1
 
@@ -139,17 +146,17 @@ def test_a_calibrated_mean_stays_where_the_axis_moves_otherwise() -> None:
     world = World(MethodsSettings.compared(minutes=1.0))
     output = calibrated_mean_of("four", (0.0, 64.3, 177.0, 257.9), "every").run(world)
     score, later = world.score(output), world.score(output, later=True)
-    # Orders 47 and 77 of the disc are not fitted; five turns have gains of 2.7 of the noise.
+    # Orders 47 and 77 of the disc are not fitted; in five turns the noise has gains of up to 2.7.
     assert score.edges_rms_arcsec < 0.05
-    # 2 µm and the balls are 8.6″ on a head; on the mean only the slope of its lanes and of the
-    # disc.
+    # The shift of the disc by 2 µm and the motion of the balls change the reading of a head by
+    # 8.6″. The mean changes only by the slope of its lanes and of the disc's error.
     assert abs(later.edges_rms_arcsec - score.edges_rms_arcsec) < 0.005
     alone = TWO_HEADS_LEAST_SQUARES.run(world)
     assert world.score(alone, later=True).edges_rms_arcsec > 0.5
 
 
 def test_gain_of_two_places_is_the_transfer_function() -> None:
-    """The noise of one head is 1/√2 of the noise of the difference, which TF(n) multiplies."""
+    """The noise of one head is 1/√2 of that of the difference, which TF(n) multiplies."""
     orders = np.arange(1, 120)
     gain = order_gain(np.radians([0.0, 33.0]), orders)
     expected = np.sqrt(2.0) * noise_gain(orders, np.radians(33.0))
@@ -174,10 +181,10 @@ def test_three_places_see_nothing_of_the_disc_where_the_axis_moves() -> None:
 
 
 def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
-    """VEDA as the paper describes it makes virtual heads of sums of δ over k steps of α.
+    """VEDA, as the paper describes it, computes virtual heads as sums of δ over k steps of α.
 
-    Their mean over the 120 heads of 33° = 11/120 turn is −ε without the multiples of 120, which is
-    the transfer function of the nominal α, as the page says.
+    The mean over all 120 heads of 33° = 11/120 turn is −ε without the multiples of 120. As the page
+    states, this equals the transfer function of the nominal α.
     """
     steps, separation = 1200, Fraction(33, 360)
     angle = np.arange(steps) * (2.0 * np.pi / steps)
@@ -203,7 +210,7 @@ def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
 
 
 def test_closure_parts_table_and_polygon() -> None:
-    """For drawn errors without scatter, the closure returns the errors of polygon and table, each
+    """For random errors without scatter, the closure returns the errors of polygon and table, each
     minus its mean."""
     random = np.random.default_rng(5)
     table, faces = random.normal(size=24), random.normal(size=24)
@@ -217,7 +224,7 @@ def test_closure_parts_table_and_polygon() -> None:
 
 
 def test_the_uncertainty_of_a_closure_covers_its_error() -> None:
-    """400 draws: the RMS of (found − true)/u is 1 within 4 of its deviations."""
+    """Over 400 draws, the RMS of (found − true)/u is 1 within 4 of its standard deviations."""
     random = np.random.default_rng(6)
     face = np.array([(np.arange(24) - shift) % 24 for shift in spread_shifts(10, 24)])
     ratios = []
@@ -233,7 +240,7 @@ def test_one_position_of_the_polygon_is_refused() -> None:
 
 
 def test_closure_does_not_need_the_certificate_and_the_table_does() -> None:
-    """With errors of the faces of 2″, the closure is as accurate as before."""
+    """The errors of the faces are 2″ here, and the closure is as accurate as before."""
     world = World(dataclasses.replace(SHORT, minutes=16.0))
     polygon, autocollimator = world.instruments()
     wrong = dataclasses.replace(
@@ -252,7 +259,8 @@ def test_closure_does_not_need_the_certificate_and_the_table_does() -> None:
 
 
 def test_straight_lines_between_24_stations_leave_a_part_of_order_1() -> None:
-    """Half way between stations at 0° and 15° the chord is A·cos² 7.5°: 1.22″ below 144″·cos."""
+    """Half way between the stations at 0° and 15°, the chord has the height A·cos² 7.5°: 1.22″
+    below 144″·cos."""
     station = np.arange(24) * (2.0 * np.pi / 24)
     angle = np.linspace(0.0, 2.0 * np.pi, 2000)
     gap = 144.0 * np.cos(angle) - straight_lines(station, 144.0 * np.cos(station))(angle)

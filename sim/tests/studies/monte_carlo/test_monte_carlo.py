@@ -1,5 +1,5 @@
-"""Tests that the Monte Carlo calculation finds the true error, evaluates coverage correctly, and
-runs as a campaign."""
+"""Tests that the Monte Carlo study finds the true error, evaluates coverage correctly, and runs as
+a campaign."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def test_state_of_a_result_holds_all_that_a_trial_loads(tmp_path: Path) -> None:
 
 
 def test_truth_is_the_error_at_even_readings() -> None:
-    # Independent calculation: bisection of the geometry finds the angle at which each reading
-    # appears.
+    # The expected values are independent: bisection in the geometry finds the angle at which each
+    # reading appears.
     table = drawn_table(5, {**QUIET, **INPUTS["radial_motion"].draw(np.random.default_rng(1))})
     readings = np.arange(256) * (table.counts_per_rev / 256)
     angle = angle_of_reading(table, 0, readings)
@@ -68,13 +68,13 @@ def test_an_input_is_drawn_alike_in_every_case() -> None:
 
 def test_white_noise_alone_is_covered_and_what_is_not_stated_is_not() -> None:
     trials = [run_trial(task("noise", seed)) for seed in range(25)]
-    # χ² of two components has the mean 2; the mean of 25·32 values scatters by 2/√800 = 0.07, and
-    # the noise is estimated from eight lines of the spectrum at each order, which adds about a
-    # tenth.
+    # χ² of two components has the mean 2, and the mean of 25·32 values scatters by 2/√800 = 0.07.
+    # Because only eight lines of the spectrum determine the noise at each order, the mean rises by
+    # about a tenth.
     assert np.mean([item["square"] for item in trials]) == pytest.approx(2.0, abs=0.5)
     moved = [run_trial(task("radial_motion", seed))["square"] for seed in range(25)]
     # 0.03 µm at a radius of 54 mm are 0.1″, about the noise of an order; the calibration does not
-    # contain this uncertainty.
+    # state this uncertainty.
     assert np.mean(np.array(moved)[:, 1:8]) > 4.0
 
 
@@ -88,8 +88,9 @@ def test_what_is_left_after_the_gateware_is_its_rounding() -> None:
         orders, counts, np.arctan2(-sine, cosine), table.counts_per_rev, ORDERS
     )
     left = trial_module._left_after_gateware(coefficients, reading, error, np.linspace(0, 6, 500))
-    # Half a count of the output's rounding. A twentieth of a count, 0.004″, covers the mean of
-    # 2,048 roundings (3σ: 0.0015″), the straight pieces of the truth (0.0005″), words and CORDIC.
+    # The output is rounded by up to half a count. A twentieth of a count, 0.004″, is added for the
+    # mean of 2,048 roundings (3σ: 0.0015″), the straight pieces of the truth (0.0005″), the words
+    # and the CORDIC.
     assert np.abs(left).max() < 0.55 * table.count_rad * ARCSEC_PER_RAD
     without = trial_module._left_after_gateware(
         Coefficients.zero(table.counts_per_rev), reading, error, np.linspace(0, 6, 500)
@@ -101,7 +102,8 @@ def test_stated_separation_is_that_of_its_distribution() -> None:
     found = run_trial(task("separation"))
     values = drawn(3, "separation")
     off, u = found["alpha"]
-    # R₂ − R₁ shows the mounting and, one to one, where head 2 detects the index: a count of each.
+    # R₂ − R₁ contains the mounting error and, with the factor 1, the error of the place where head
+    # 2 detects the index. Both are known to one count.
     assert off == pytest.approx(-values["detection_arcsec"], abs=0.3)
     assert u == pytest.approx(50 / np.sqrt(3), rel=1e-4)
     assert run_trial(task("noise"))["alpha"] is None
@@ -111,7 +113,8 @@ def test_stated_separation_is_that_of_its_distribution() -> None:
     ("hits", "verdict"), [(950, ""), (940, ""), (900, "too small"), (995, "too large")]
 )
 def test_coverage_is_judged_by_its_chance(hits: int, verdict: str) -> None:
-    # For 1000 trials at 95 % the standard deviation is 6.9; 35 figures at 1 % together allow 3.6.
+    # 1000 trials at 95 % have a standard deviation of 6.9 hits. If all 35 figures together may fail
+    # with 1 %, each may deviate by 3.6 standard deviations.
     assert Covered(hits, 1000, 35).verdict == verdict
 
 
@@ -179,7 +182,8 @@ def test_every_trial_has_a_seed_of_its_own() -> None:
 
 
 def test_the_study_is_not_called_a_propagation_of_distributions() -> None:
-    """JCGM 101 uses the estimates of one measurement; here every trial has another table."""
+    """JCGM 101 propagates the estimates of one measurement; in this study every trial has another
+    table."""
     root = Path(__file__).resolve().parents[4]
     texts = {name: (root / name).read_text(encoding="utf-8") for name in (
         "docs/monte-carlo.md", "docs/architecture.md", "docs/commands.md", "README.md",

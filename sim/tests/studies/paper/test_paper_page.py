@@ -1,4 +1,4 @@
-"""The page, its JSON and the equations agree, and the drawings are made."""
+"""Tests that the page, its JSON and the equations agree, and that the drawings are made."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_page_and_json_agree() -> None:
 
 @pytest.mark.parametrize("make", EQUATIONS, ids=lambda make: make.__name__)
 def test_equations_give_what_the_json_has(make) -> None:  # type: ignore[no-untyped-def]
-    """Rounding errors differ from one machine to the next; figures do not."""
+    """Rounding errors differ from machine to machine, but the figures must not."""
     item = make()
     stored = {one["label"]: one for one in FOUND["items"]}[item.label]
     for name, value in item.values.items():
@@ -48,7 +48,7 @@ def test_every_equation_and_table_of_the_paper_is_there() -> None:
 
 
 def test_figures_of_the_experiment_come_from_its_stations() -> None:
-    """Span, largest σ, u₃ and U are computed again from the 24 stored faces."""
+    """The test computes span, largest σ, u₃ and U again from the 24 stored faces."""
     for one in FOUND["experiments"]:
         mean = np.array(one["after"]["mean_arcsec"])
         deviation = np.array(one["after"]["deviation_arcsec"])
@@ -60,7 +60,8 @@ def test_figures_of_the_experiment_come_from_its_stations() -> None:
 
 
 def test_the_first_run_has_the_paper_s_size() -> None:
-    """The run has 2²⁴ counts a turn and ten cycles; the residual is within the paper's range."""
+    """The first run has 2²⁴ counts per turn and ten cycles; its residual is within the paper's
+    range."""
     first = FOUND["experiments"][0]
     given = first["settings"]["revolution"]
     assert given["lines"] * given["interpolation"] == 1 << 24
@@ -70,13 +71,14 @@ def test_the_first_run_has_the_paper_s_size() -> None:
 
 
 def test_the_broken_line_of_fig_11_b_is_that_of_independent_faces() -> None:
-    """The test draws errors of 24 faces; order 12 has one component and is left out."""
+    """The test draws independent errors of 24 faces; it leaves out order 12, which has only one
+    component."""
     budget = PUBLISHED.budget
     face = np.hypot(budget.polygon_arcsec, budget.autocollimator_arcsec)
     drawn = np.random.default_rng(1).normal(0.0, face, (4000, PUBLISHED.faces))
     orders = np.array([residual_orders(row)[:11] for row in drawn])
     expected = expected_order_arcsec(dataclasses.asdict(PUBLISHED))
-    # 44,000 amplitudes with exponentially distributed squares: 0.24 % of their mean.
+    # The squares of 44,000 amplitudes are exponentially distributed: their RMS is known to 0.24 %.
     assert np.sqrt(np.mean(orders**2)) == pytest.approx(expected, rel=0.01)
 
 
@@ -87,7 +89,7 @@ def test_drawings_are_the_committed_ones(tmp_path: Path) -> None:
 
 
 def test_drawn_square_waves_are_those_of_the_paper() -> None:
-    """Fig. 4 has 00, 10, 11, 01 while the readings rise."""
+    """In Fig. 4 the levels are 00, 10, 11, 01 while the reading rises."""
     text = (DOCS / "images" / drawing_name("4")).read_text(encoding="utf-8")
     levels = re.findall(r">([01]{2})</text>", text)
     assert levels[0:8:2] == ["00", "10", "11", "01"]

@@ -1,4 +1,4 @@
-"""Test of a revolution at a sixteenth of the paper's size, with 4 lanes."""
+"""Test of a revolution at one sixteenth of the paper's size, with 4 lanes."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ def result() -> RevolutionResult:
 
 
 def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> None:
-    """The output's errors equal R1 − θ from the table's geometry."""
+    """The errors of the output equal R1 − θ from the table's geometry."""
     table = result.settings.table()
     state = TableState.at_rest(result.before.angle_rad)
-    # The noise depends on time: at rest it is one value for all.
+    # The noise depends on time; at rest it has a single value.
     error = np.rad2deg(table.reading_rad(0, state) - state.angle_rad) * 3600
     off = result.before.error_arcsec - (error - error.mean())
-    # Noise of 0.2″ with 8 independent values in a bin gives 0.07″; the rounding to counts of 1.2″
-    # gives a hundredth of a count.
+    # Noise of 0.2″, with 8 independent values in a bin, gives 0.07″. The rounding to counts of 1.2″
+    # adds only a hundredth of a count.
     assert np.sqrt(np.mean(off**2)) < 0.12
     assert result.before.lowest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[0], abs=1.0)
     assert result.before.highest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[1], abs=1.0)
 
 
 def test_every_edge_came_through(result: RevolutionResult) -> None:
-    # A turn has as many edges as counts; each end may be a count off.
+    # A turn has as many edges as counts; each end may differ by one count.
     assert abs(result.before.edges - result.settings.counts_per_rev) <= 2
     assert abs(result.after.edges - result.settings.counts_per_rev) <= 4
     assert not [fault for fault in result.faults if "limit" not in fault]
@@ -52,20 +52,21 @@ def test_every_edge_came_through(result: RevolutionResult) -> None:
 def test_the_corrected_turn(result: RevolutionResult) -> None:
     assert result.telemetry["result"] == "applied"
     assert result.telemetry["separation"] == "measured"
-    # The separation is 50″ off the stated 33°; the firmware measures it to its own uncertainty.
+    # The heads are 50″ off the stated separation of 33°; the firmware measures this to its own
+    # uncertainty.
     measured = (result.telemetry["separation_deg"] - 33.0) * 3600
     assert abs(measured - 50.0) < 5 * result.telemetry["u_separation_arcsec"]
     assert result.after.error_arcsec.shape == (BINS,)
     assert result.applied_orders == LANES
-    # The four largest orders of the table are removed to a tenth of a count; the others, without a
-    # lane, are unchanged.
+    # The lanes remove the four largest orders of the table to a tenth of a count. The other orders
+    # have no lane and are unchanged.
     before, after = (turn.amplitude_arcsec for turn in (result.before, result.after))
     held, left = GRADUATION_ORDERS[: LANES - 1], GRADUATION_ORDERS[LANES - 1 :]
     tenth = result.settings.arcsec_per_count / 10
     assert max(after[order - 1] for order in (1, *held)) < tenth
     for order in left:
         assert after[order - 1] == pytest.approx(before[order - 1], abs=tenth)
-    # The residual is at most the sum of all their amplitudes, and the noise of a bin (4 σ).
+    # The residual is at most the sum of all remaining amplitudes, plus the noise of a bin (4 σ).
     most = sum(GRADUATION_ARCSEC[LANES - 1 :]) + LANES * tenth + 4 * 0.07
     assert max(-result.after.lowest_arcsec, result.after.highest_arcsec) < most
 
@@ -79,12 +80,13 @@ def test_command(tmp_path: Path) -> None:
             *("--json", str(written), "--picture", str(picture)),
         ],
     )
-    # Half a count of 9.9″ and the orders without a lane are within the limit. (At 64 lines order 4,
-    # 0.7″, is 3.9 times its u from the rounding to counts: the firmware may leave it out.)
+    # Half a count of 9.9″ and the orders without a lane stay within the limit. (With 64 lines the
+    # firmware may leave out order 4: its 0.7″ is only 3.9 times the u that the rounding to counts
+    # causes.)
     assert done.exit_code == 0, done.output
     written_result = json.loads(written.read_text(encoding="utf-8"))
     assert written_result["counts_per_rev"] == 128 * 1024
-    # A step of one count, evenly distributed over the turn, has an RMS of 1/√12 count.
+    # An error that is uniformly distributed over one count has an RMS of 1/√12 count.
     assert written_result["after"]["rms_arcsec"] == pytest.approx(9.89 / np.sqrt(12), rel=0.15)
     assert "<svg" in picture.read_text(encoding="utf-8")
     assert "the paper (24 faces)" in done.output
@@ -94,9 +96,9 @@ def test_command(tmp_path: Path) -> None:
 def test_four_heads(tmp_path: Path) -> None:
     """With ``arctrue revolution --heads 4`` the firmware calibrates the mean from the first turn.
 
-    With counts of 4.94″, the uncertainty of a line of the mean is 0.13″
-    (sim/tests/instrument/test_four_heads.py); the bound is twice that. The compiled instrument is
-    that of those tests.
+    With counts of 4.94″ a line of the mean has an uncertainty of 0.13″
+    (sim/tests/instrument/test_four_heads.py); the bound is twice this. Those tests use the same
+    compiled instrument.
     """
     written = tmp_path / "turn.json"
     size = ["--lines", "256", "--lanes", "4", "--samples", "1600", "--json", str(written)]
@@ -110,5 +112,5 @@ def test_four_heads(tmp_path: Path) -> None:
     )
     assert before[0] == pytest.approx(144.0, abs=0.5)
     assert after[:4].max() < 0.26
-    # The output has whole counts: 1/√12 of one where they do not average.
+    # The output has whole counts: an error of 1/√12 count where the roundings do not average out.
     assert written_result["after"]["rms_arcsec"] < 4.94 / np.sqrt(12)

@@ -1,4 +1,4 @@
-"""Tests of the course of the table against its legs, worked out by other means."""
+"""Tests of the table's course against its legs, which the tests evaluate by other means."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ def test_travel_and_angle() -> None:
     time_s = np.linspace(0.0, course.duration_s, 20_001)
     state = course.state(time_s)
     travel = course.travel_turns(time_s)
-    # Compare with the trapezoidal integral of |speed|: exact except for steps with a bend.
+    # Compare with the trapezoidal integral of |speed|, which is exact except in steps that contain
+    # a bend.
     steps = np.abs(state.speed_rad_s)
     integral = np.concatenate([[0.0], np.cumsum(np.diff(time_s) * (steps[1:] + steps[:-1]) / 2)])
     assert np.abs(travel - travel[0] - integral / (2 * np.pi)).max() < 1e-5
@@ -51,7 +52,8 @@ def test_a_pause_is_short_for_the_motion_and_long_for_the_heat() -> None:
     course = scenario.course()
     begin = course.time_at_turn(1.5)
     state = course.state(begin + np.array([-1.0, 0.0, 0.1, 0.41, 1.0]))
-    # The executed part of the 0.4 s has whole sample periods: half a period of 10 ms more or less.
+    # The executed part of the pause, 0.4 s, has whole sample periods; it may differ by half a
+    # period of 10 ms.
     half_a_period = 0.005 / 0.4
     assert state.temperature_c == pytest.approx([20.0, 20.0, 21.5, 26.0, 26.0], rel=half_a_period)
     assert np.diff(state.since_run_start_s) == pytest.approx(
@@ -62,7 +64,8 @@ def test_a_pause_is_short_for_the_motion_and_long_for_the_heat() -> None:
 
 def test_the_side_of_approach() -> None:
     course = Course.over(LEGS)
-    # The reversal is at the end of the pause; five degrees later friction has changed its side.
+    # The reversal is at the end of the pause. Five degrees later the friction acts in the other
+    # direction.
     instants = [course.time_at_turn(turn) for turn in (0.5, 1.49, 1.5, 1.5 + 15 / 360, 1.9)]
     direction = course.state(np.array(instants)).direction
     assert direction == pytest.approx([1, 1, 1, -1, -1])
@@ -72,7 +75,7 @@ def test_the_side_of_approach() -> None:
 def test_the_turn_of_a_pause_is_its_beginning(turns: float) -> None:
     leg = Leg(turns=turns, speed_rad_s=SPEED_RAD_S)
     course = Course.over((leg, LEGS[1], leg))
-    # The knots are start, speed, end of speed, rest, end of the pause.
+    # The knots are start, speed reached, end of speed, standstill, and end of the pause.
     assert course.time_at_turn(turns) == pytest.approx(course.knot_times_s[3], abs=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""Omitted idle clocks change no turn except the one that contains the pause."""
+"""Test that omitted idle clocks change no turn except the one that contains the pause."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ PAUSED_TURN, TURNS = 3, 6
 SHORT_S, LONG_S = 0.5, 5.0
 
 SAME_RAD = 1e-9
-"""Float64 error of an instant twelve seconds later, at a speed of half a radian a second."""
+"""Largest rounding error of the angle in float64, for an instant twelve seconds later at half a
+radian a second."""
 
 SCENARIO = f"""
 format = 1
@@ -45,7 +46,7 @@ def test_the_rest_of_a_pause_may_be_left_out(tmp_path: Path) -> None:
     arcsec = np.rad2deg(SAME_RAD) * 3600
     for before, after in zip(short.turns, long.turns, strict=True):
         if before.number in (PAUSED_TURN, TURNS):
-            # One of these turns contains the pause; the run ends in the other.
+            # PAUSED_TURN contains the pause, and the run ends in the last turn.
             continue
         assert before.corrected is not None
         assert after.corrected is not None

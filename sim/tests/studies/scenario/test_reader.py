@@ -1,4 +1,4 @@
-"""Tests of scenario files: which ones are refused, and in which words."""
+"""Tests which scenario files are refused, and with which messages."""
 
 from __future__ import annotations
 
@@ -62,12 +62,13 @@ for_turns = 0.25
     (fault,) = scenario.faults
     assert fault.pins == HEAD1_A | HEAD2_Z
     begin, end = fault.span_s(scenario.course())
-    # A quarter of a turn at 30°/s.
+    # The fault lasts for a quarter of a turn at 30°/s.
     assert end - begin == pytest.approx(3.0)
 
 
 def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
-    """A relative path starts at the scenario's folder; a bad file is named with its key."""
+    """A relative path starts at the folder of the scenario; the message about a bad file names its
+    key."""
     bank = Coefficients.from_harmonics([3], [2.5], [0.4], 1 << 20, 4)
     write_coefficient_file(tmp_path / "lanes.toml", bank)
     text = LEAST + '[firmware]\ncoefficients = "lanes.toml"\nthermometer = "table"\nheal = 1\n'
@@ -81,7 +82,8 @@ def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
 
 
 def test_a_long_motion_keeps_no_more_edges_than_fit(tmp_path: Path) -> None:
-    """2²⁰ counts keep every 17th edge; 1,000 turns keep 4 million edges in all."""
+    """With 2²⁰ counts every 17th edge is recorded; for 1,000 turns 4 million edges are recorded in
+    total."""
     short = read_scenario(_file(tmp_path, LEAST))
     assert short.kept_every == 17
     long = read_scenario(_file(tmp_path, LEAST.replace("turns = 2 ", "turns = 1000 ")))
@@ -156,7 +158,7 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
 def test_every_shipped_file_can_be_read(file: Path) -> None:
     scenario = read_scenario(file)
     assert scenario.about
-    # A picture and a table show some of its turns, and it has limits.
+    # Every shipped scenario states limits.
     assert scenario.limits.without_arcsec() != scenario.limits or scenario.limits.flags_wanted
     assert scenario.table().reading_rad(0, scenario.course().state(np.array([1.0]))).shape == (1,)
 
@@ -171,16 +173,16 @@ def test_the_former_spelling_of_a_cause_is_still_read(tmp_path: Path) -> None:
 
 def test_every_effect_of_the_catalogue_has_a_file() -> None:
     names = {file.stem for file in SHIPPED}
-    # An effect that only states what is seen has no cause that could be simulated.
+    # An effect that only describes an observation has no cause that could be simulated.
     causeless = {name for name, effect in built_in().items() if effect.unspecific}
     assert causeless == {"periodic_error"}
-    # A table has no second axis, so that no cause of the table can give a pointing error of a
-    # mount.
+    # A mount's pointing error needs a second axis, which the table does not have.
     assert set(ORDER) - names == causeless | {"pointing_geometry"}
     for file in SHIPPED:
         causes = {cause.name for cause in read_scenario(file).causes}
         named = {recipe.name for recipe in REGISTRY.values() if recipe.cause in causes}
-        # One cause of the simulator covers graduation errors of any order; lost counts are a fault.
+        # In the simulator a single cause covers graduation errors of any order, and lost counts are
+        # a fault.
         if file.stem in ORDER and file.stem not in ("graduation_harmonics", "count_slip"):
             assert file.stem in named
 
@@ -192,7 +194,7 @@ def test_a_cause_that_the_instrument_cannot_honour_is_refused(tmp_path: Path, na
 
 
 def test_every_physical_cause_can_stand_in_a_scenario() -> None:
-    # Noise, sampling faults and lost counts act after the pins; all others are in the table.
+    # Noise, sampling faults and lost counts act after the pins; all other causes are in the table.
     left = set(CAUSES) - set(NAMES)
     assert left == {recipe.cause for recipe in REGISTRY.values() if recipe.kind == "noise"} | {
         "lost_counts"
@@ -204,8 +206,8 @@ def test_the_example_of_the_documentation(tmp_path: Path) -> None:
     example = text.split("```toml\n")[1].split("```")[0]
     scenario = read_scenario(_file(tmp_path, example))
     assert len(scenario.legs) == 4
-    # The table of the page has the name of each cause.
+    # The table on the page contains the name of each cause.
     assert [name for name in NAMES if f"| `{name}` |" not in text] == []
-    # The page also names every shipped file.
+    # The page also names every shipped scenario file.
     names = {file.stem for file in SHIPPED} - set(ORDER)
     assert [name for name in names if f"`{name}`" not in text] == []

@@ -1,4 +1,4 @@
-"""Tests of small scenarios on the compiled instrument, with the core of the other tests."""
+"""Tests of small scenarios on the compiled instrument, with the core that other tests also use."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ SCENARIOS = ROOT / "sim" / "scenarios"
 COUNT_ARCSEC = 1_296_000 / (64 * 1024)
 UM_PER_K = 8.0
 WARM_C = (20.0, 22.0, 25.0)
-"""Temperatures, constant in each pair of turns; the table warms in the pauses between."""
+"""Temperatures of the turns. Each is constant for several turns; the table warms in the pauses
+between them."""
 
 WARMING = f"""
 format = 1
@@ -94,7 +95,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> ScenarioResult:
 
 
 def test_temperature_of_the_turns(result: ScenarioResult) -> None:
-    # The middle of turn 3 is the beginning of the first pause.
+    # The first pause begins in the middle of turn 3.
     assert [turn.temperature_c for turn in result.turns] == pytest.approx(
         [WARM_C[0]] * 3 + [WARM_C[1]] * 2 + [WARM_C[2]] * 3
     )
@@ -102,15 +103,17 @@ def test_temperature_of_the_turns(result: ScenarioResult) -> None:
 
 
 def test_order_one_follows_the_eccentricity(result: ScenarioResult) -> None:
-    """Plane geometry gives e/r for a small offset e of the disc at the radius r of its lines."""
+    """By plane geometry, a small offset e of the disc changes the angle by e/r at the radius r of
+    its lines."""
     for turn in result.turns:
         if turn.number in (3, 5, 6):
-            # The turn contains a pause or touches one.
+            # This turn contains a pause or touches one.
             continue
         metres = (10 + UM_PER_K * (turn.temperature_c - 20.0)) * 1e-6
         expected = np.rad2deg(metres / DISC_RADIUS_M) * 3600
         assert turn.uncorrected is not None
-        # 65,536 edges, each at a clock, 0.9 of a count: 0.05″ in an amplitude, times 5.
+        # 65,536 edges are each rounded to a clock, which is 0.9 count: 0.05″ in an amplitude, and
+        # the bound is 5 times this.
         assert turn.uncorrected.amplitude_arcsec[0] == pytest.approx(expected, abs=0.25)
 
 
@@ -118,15 +121,15 @@ def test_the_calibrated_order_one_follows_too(result: ScenarioResult) -> None:
     compared = 0
     for turn in result.turns:
         for reply in turn.telemetry:
-            # The capture is the turn before; it must have one temperature.
+            # Telemetry describes the turn before; both must have the same temperature.
             if turn.number not in (2, 5, 8) or reply["result"] == "refused":
                 continue
             order, amplitude, _, uncertainty, _ = reply["harmonics"][0]
             metres = (10 + UM_PER_K * (turn.temperature_c - 20.0)) * 1e-6
             expected = np.rad2deg(metres / DISC_RADIUS_M) * 3600
             assert order == 1
-            # The steps of the counts are not white noise: a tenth of a count in addition to 4
-            # sigma.
+            # The rounding to counts is not white noise; a tenth of a count is allowed in addition
+            # to 4 sigma.
             assert abs(amplitude - expected) < 4 * uncertainty + COUNT_ARCSEC / 10
             compared += 1
     assert compared >= 2
@@ -137,7 +140,7 @@ def test_the_correction_acts(result: ScenarioResult) -> None:
     assert last.corrected is not None
     assert last.uncorrected is not None
     assert result.applied >= 3
-    # The steps of one count have an RMS of 1/√12 count.
+    # An error uniformly distributed over one count has an RMS of 1/√12 count.
     assert last.corrected.rms_arcsec < 1.2 * COUNT_ARCSEC / np.sqrt(12)
     assert last.uncorrected.rms_arcsec > 100
 
@@ -169,7 +172,7 @@ def test_command_and_its_exit_code(tmp_path: Path, limits: str) -> None:
 
 
 def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The scenario has a hung processor and a slow bus, each at its time."""
+    """The scenario has a hung processor and a slow bus, at different times."""
     stalls: list[tuple[int, int]] = []
     stall_bus = Instrument.stall_bus
 
@@ -183,12 +186,14 @@ def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     done = CliRunner().invoke(main, ["run", str(file), "--lines", "64", "--json", str(written)])
     assert done.exit_code == 0, done.output
     turns = json.loads(written.read_text(encoding="utf-8"))["turns"]
-    # It hangs from turn 3.3 to 5.3 and reports nothing in the whole turn between, row five.
+    # The processor hangs from turn 3.3 to 5.3: it reports nothing in the complete turn between
+    # these, which is row five.
     assert [bool(turn["telemetry"]) for turn in turns] == [False, *[True] * 3, False, *[True] * 3]
     (after,) = turns[5]["telemetry"]
     assert "overrun" in after["alarms"]
     assert [most for _, most in stalls] == [20, 0]
-    # The bus is slow for two turns at 30°/s; a step of the firmware may read a bank before that.
+    # The bus is slow for two turns at 30°/s; a step of the firmware may first have read a bank at
+    # the old speed.
     scenario = read_scenario(file, lines=64)
     turn_clocks = 12 * scenario.clock_hz
     assert stalls[1][0] - stalls[0][0] == pytest.approx(2 * turn_clocks, abs=0.5 * turn_clocks)
@@ -201,13 +206,12 @@ def test_a_dead_head(tmp_path: Path) -> None:
     summary = json.loads(written.read_text(encoding="utf-8"))
     assert summary["refused"] >= 1
     for turn in summary["turns"]:
-        # Head 2 is dead from turn 3.2 on; before that it reads correctly. Head 1 always reads
-        # correctly.
+        # Head 2 is dead from turn 3.2 on and reads correctly before; head 1 always reads correctly.
         wrong = [flag for flag in turn["flags"] if flag.startswith("head2")]
         assert bool(wrong) <= (turn["turn"] >= 4)
         assert not [flag for flag in turn["flags"] if flag.startswith("head1")]
     assert any(turn["flags"] for turn in summary["turns"])
-    # While head 2 is dead the corrected output continues.
+    # The corrected output continues while head 2 is dead.
     assert summary["turns"][4]["corrected"]["rms_arcsec"] < 10
 
 
@@ -221,7 +225,8 @@ def test_bad_file_ends_with_two(tmp_path: Path) -> None:
 
 
 def test_a_table_that_is_too_fast_is_told(tmp_path: Path) -> None:
-    """3600″ at 500 Hz are up to 1,900″ a clock of 6 kHz: a hundred counts."""
+    """A vibration of 3600″ at 500 Hz moves by up to 1,900″, or a hundred counts, in one clock of 6
+    kHz."""
     file = tmp_path / "fast.toml"
     start, _, _ = WARMING.partition("[motion]")
     effect = '[[cause]]\nname = "bracket_vibration"\nhead = 1\narcsec = 3600\nhz = 500\n'

@@ -1,4 +1,4 @@
-"""Tests of the score of a turn and of the effect of a wrong reference, with known errors."""
+"""Tests of the score of a turn, and of the effect of a wrong reference, with known errors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ SPEED_RAD_S = 0.5
 
 
 def _track(lost_counts: int) -> tuple[EdgeTrack, np.ndarray]:
-    """Return three turns with 30″ in order 2 that lose counts in the middle of turn 2."""
+    """Return the track of three turns with 30″ of order 2; counts are lost in the middle of turn
+    2."""
     position = np.arange(3 * COUNTS)
     reading = position * (2 * np.pi / COUNTS)
     angle = reading - 30 * RAD_PER_ARCSEC * np.cos(2 * reading + 0.4)
@@ -67,12 +68,13 @@ def test_score_of_edges_at_uneven_places_is_that_of_their_cosines() -> None:
     score = TurnScore.of_edges(angle, 3.0 + waves, 1.0)
     expected = np.zeros(64)
     expected[[1, 63]] = 1.5, 0.25
-    # The mean place of about 550 edges in a part of half a degree differs from its centre by 0.004
-    # of the part. This gives an error of 1.5 · 2 · 4e-5 for order 2 and of 0.25 · 64 · 4e-5 for
-    # order 64, halved by their signs.
+    # In a part of half a degree, the mean place of about 550 edges differs from the centre by 0.004
+    # of the part. This causes an error of 1.5 · 2 · 4e-5 for order 2 and of 0.25 · 64 · 4e-5 for
+    # order 64; the signs of the differences halve it.
     np.testing.assert_allclose(score.amplitude_arcsec, expected, atol=1e-3)
     assert score.mean_arcsec == pytest.approx(2.0, abs=5e-3)
-    # RMS about the mean of the parts, which differs from that of the edges by 0.0023.
+    # The RMS is taken about the mean of the parts, which differs by 0.0023 from the mean of the
+    # edges.
     assert score.edges_rms_arcsec == pytest.approx(np.std(waves), rel=1e-5)
     assert score.every_edge_arcsec == pytest.approx((waves.min(), waves.max()), abs=5e-3)
     assert score.edges_reach_arcsec == pytest.approx(np.abs(waves).max(), abs=5e-3)
@@ -117,7 +119,8 @@ def test_score_of_recorded_parts_is_that_of_their_edges(bins: int) -> None:
     found, expected = score_turn(recorded), TurnScore.of_edges(angle, counts * COUNT_ARCSEC)
     for name in ("error_arcsec", "lowest_edge_arcsec", "highest_edge_arcsec"):
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-6)
-    # Parts of half a degree and of a twentieth attenuate an order differently; this is corrected.
+    # Averaging over half a degree attenuates an order more than averaging over a twentieth of a
+    # degree; the score corrects this.
     np.testing.assert_allclose(found.amplitude_arcsec, expected.amplitude_arcsec, atol=2e-3)
     assert found.edges_rms_arcsec == pytest.approx(expected.edges_rms_arcsec, rel=1e-6)
     assert found.as_json().keys() == expected.as_json().keys()
@@ -166,7 +169,7 @@ def test_a_gain_of_the_autocollimator() -> None:
     scenario = _scenario(AutocollimatorScale(0.05))
     seen = seen_by_reference(scenario, scenario.course(), 1, _wave(10.0, 1))
     assert seen is not None
-    # 24 faces see a whole wave: its RMS, and 5 % more.
+    # 24 faces sample a whole wave: they show its RMS, enlarged by 5 %.
     assert seen.rms_arcsec == pytest.approx(1.05 * 10 / np.sqrt(2), rel=1e-6)
     assert np.isfinite(seen.error_arcsec).sum() == 24
 
@@ -174,8 +177,8 @@ def test_a_gain_of_the_autocollimator() -> None:
 @pytest.mark.parametrize(
     ("offset_m", "tilt_arcsec", "amplitude_arcsec"),
     [
-        # The value follows from equation (14) of the paper; an encoder with the same offset from
-        # its axis would have 2.06″.
+        # The value follows from equation (14) of the paper. An encoder with the same offset from
+        # its axis would have an error of 2.06″.
         (0.3e-6, 0.0, 8 * 0.3e-6 * 0.03e-6 / 10e-3**2 * 206_265),
         (0.0, 60.0, 60.0 * np.sin(np.deg2rad(2.0))),
     ],

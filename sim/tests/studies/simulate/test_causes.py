@@ -1,7 +1,7 @@
 """Tests of each physical cause against a first-order formula derived by hand.
 
-With e the largest displacement and R the radius of the disc the formulas neglect (e/R)²: 7e-5″ at 1
-µm, which is the bound unless stated otherwise.
+The formulas neglect (e/R)², where e is the largest displacement and R the radius of the disc. This
+is 7e-5″ at 1 µm, and it is the bound unless a test states another.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def conditions(
 
 
 def error(effect: Cause, head: int, state: Conditions) -> Float:
-    """Return the reading less that of a perfect table."""
+    """Return the reading minus the reading of a perfect table."""
     table = RotaryTable(HEADS, (effect,))
     return np.asarray(table.reading_rad(head, state) - ANGLE - (ALPHA if head else 0.0))
 
@@ -113,8 +113,8 @@ def test_bracket_shakes_with_a_phase_a_run() -> None:
 
 
 def centre_seen(x_m: Float, y_m: Float, head: int) -> Float:
-    """Return the readings of a disc centre at (x, y): y/R at head 1, (x·sin α + y·cos α)/R at head
-    2."""
+    """Return the change of a head's reading when the disc's centre is at (x, y): y/R at head 1,
+    (x·sin α + y·cos α)/R at head 2."""
     if head == 0:
         return y_m / RADIUS_M
     return np.asarray((x_m * np.sin(ALPHA) + y_m * np.cos(ALPHA)) / RADIUS_M)
@@ -199,7 +199,7 @@ def test_signal_offset_returns_once_a_period_gain_and_phase_twice() -> None:
         (SignalDistortion(0, lines, phase_error_rad=share), share * np.cos(phase) ** 2),
     )
     for effect, expected in cases:
-        # The square of the share is neglected.
+        # The formulas neglect the square of the share.
         np.testing.assert_allclose(
             error(effect, 0, conditions()), expected / lines, atol=share**2 / lines
         )
@@ -248,11 +248,13 @@ def test_errors_of_the_instrument() -> None:
 
 
 def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> None:
-    """Beam, face and sensor are vectors; the cause neglects terms of second order."""
+    """The test computes with vectors for beam, face and sensor; the cause neglects terms of second
+    order."""
     deviation = np.sin(ANGLE) * 50 * ARCSEC
     tilt, roll, phase = 60 * ARCSEC, np.deg2rad(2.0), 0.4
     offset, flatness, width = 0.5e-3, 0.03e-6, 10e-3
-    # A hollow mirror is a parabola of depth h over the width H: z = 4h(x/H)², slope 8hx/H².
+    # A hollow mirror is a parabola of depth h over the width H: z = 4h(x/H)², with the slope
+    # 8hx/H².
     x = offset * np.cos(ANGLE + phase)
     step = 1e-6
     parabola = 4.0 * flatness * ((x + step) ** 2 - (x - step) ** 2) / width**2
@@ -263,7 +265,7 @@ def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> 
     )
     beam = np.array([-1.0, 0.0, 0.0])[:, np.newaxis]
     back = beam - 2.0 * np.sum(beam * normal, axis=0) * normal
-    # The sensor turns about the line of sight; a mirror doubles the angle.
+    # The sensor is turned about the line of sight; a mirror doubles the angle.
     along = back[1] * np.cos(roll) + back[2] * np.sin(roll)
     expected = np.arctan2(along, back[0]) / 2.0 - deviation
     cause = PolygonMounting(offset, flatness, width, tilt, float(roll), phase)
@@ -273,7 +275,8 @@ def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> 
 
 
 def test_an_autocollimator_does_not_see_that_the_polygon_is_off_the_axis() -> None:
-    """0.3 µm: 8sh/H²·ρ = 0.00015″ by equation (14), not the 2.06″ of an encoder."""
+    """For an offset of 0.3 µm, equation (14) gives 8sh/H²·ρ = 0.00015″; an encoder would have
+    2.06″."""
     cause = PolygonMounting(0.3e-6, 0.03e-6, 10e-3, 0.0, np.deg2rad(1.0), 0.0)
     still = np.zeros(ANGLE.size)
     made = cause.instrument_error_rad(Stations(conditions(), np.zeros(ANGLE.size, int)), still)
@@ -284,8 +287,8 @@ def test_wind_up_goes_over_within_its_stroke() -> None:
     travel = np.linspace(0.0, 0.3, ANGLE.size)
     up = replace(conditions(), since_reversal_rad=travel)
     found = ShaftWindUp(2e-6, 0.05).disc_turn_rad(up)
-    # At the reversal the shaft is on the other side, after ln 2 strokes in the middle, and at the
-    # end on the new side.
+    # At the reversal the wind-up is still on the old side. After ln 2 strokes it is in the middle,
+    # and at the end on the new side.
     assert found[0] == pytest.approx(-2e-6)
     assert np.interp(0.05 * np.log(2), travel, found) == pytest.approx(0.0, abs=2e-9)
     assert found[-1] == pytest.approx(2e-6 * (1 - 2 * np.exp(-6)))
@@ -305,7 +308,7 @@ def test_wobbling_pitch_puts_lines_beside_the_order_of_the_teeth() -> None:
     ones = np.ones_like(angle)
     state = Conditions(ones, angle, ones, ones, ones, np.zeros(1024, dtype=np.int64), ones)
     lines = 2 * np.abs(np.fft.rfft(gear.disc_turn_rad(state))) / 1024
-    # By the Jacobi-Anger expansion, the amplitude is J0 at the tooth count and J1 at the
+    # By the Jacobi-Anger expansion the amplitude is J0 at the order of the teeth, and J1 at the
     # neighbouring lines.
     np.testing.assert_allclose(lines[[19, 20, 21]], 1e-6 * jv([1, 0, 1], 0.3), rtol=1e-3)
 

@@ -58,7 +58,7 @@ def test_simulated_again_over_itself(tmp_path: Path) -> None:
     out = tmp_path / "bench"
     simulate(str(out), "--seed", "1", "--experiment", "full")
     simulate(str(out), "--seed", "2", "--experiment", "lean")
-    # Otherwise a reference run of the earlier set would look like a part of this set.
+    # If the reference run of the earlier set stayed, it would look like a part of this set.
     assert not (out / "reference.csv").exists()
     assert read_truth(out)["seed"] == 2
 

@@ -1,4 +1,5 @@
-"""Tests of whole simulated sets: view of a cause in each channel, floor, seeds and refusals."""
+"""Tests of whole simulated sets: how a cause shows in each channel, noise floor, seeds and
+refusals."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ def test_no_size_gives_a_set_that_cannot_be_read(name: str, tmp_path: Path) -> N
     try:
         largest = simulated(LARGEST_SIZE * REGISTRY[name].high)
     except ValueError:
-        return  # a sentence of the cause itself
+        return  # the cause itself refuses this size with its own message
     write_measurement_set(tmp_path, largest)
     again = read_measurement_set(tmp_path)
     assert again.capture is not None
@@ -64,7 +65,7 @@ def reference_arcsec(measurement: MeasurementSet) -> Float:
 
 
 def both(name: str, size: float, seed: int = 5) -> tuple[MeasurementSet, MeasurementSet]:
-    """Return the sets with and without a cause, otherwise equal."""
+    """Return a set with a cause and the same set without it."""
     with_it = simulate_set([Wanted(name, size)], SMALL, seed, **QUIET)  # type: ignore[arg-type]
     without = simulate_set([], SMALL, seed, **QUIET)  # type: ignore[arg-type]
     return with_it.measurement, without.measurement
@@ -121,7 +122,7 @@ def test_a_cause_does_not_move_the_table_or_the_noise() -> None:
 
 def test_floor_is_noise_and_rounding() -> None:
     truth = simulate_set([Wanted("subdivision_error", 2.0)], full(), 2).truth
-    # Two heads, each with 0.1″ of noise and a rounding of one count.
+    # Each of the two heads has 0.1″ of noise and a rounding to one count.
     expected = np.sqrt(2 * (0.1**2 + COUNT_ARCSEC**2 / 12))
     assert truth["floor_arcsec"]["capture"] == pytest.approx(expected, rel=0.01)
     assert truth["floor_arcsec"]["reference"] == pytest.approx(0.15, rel=0.12)
@@ -133,7 +134,7 @@ def test_the_servo_brings_the_reading_to_the_target() -> None:
     assert reference is not None
     assert reference.head1_counts is not None
     target = reference.target_deg / 360 * (1 << 24)
-    # A reading is rounded down to a whole count; the solution adds 1e-6 of one.
+    # A reading is rounded down to a whole count; the solver adds 1e-6 of a count.
     below = target - reference.head1_counts
     assert np.all((below > -1e-6) & (below < 1 + 1e-6))
 
@@ -143,7 +144,7 @@ def test_hysteresis_is_in_the_reference_only() -> None:
     change = reference_arcsec(with_it) - reference_arcsec(without)
     assert with_it.reference is not None
     assert with_it.reference.direction is not None
-    # The graduation error at the turned angle differs by its slope: 6e-4 of 0.5″.
+    # At the displaced angle the graduation error differs by its slope, which is 6e-4 of 0.5″.
     np.testing.assert_allclose(np.abs(change), 0.5, atol=1e-3)
     assert np.all(np.sign(change) == np.sign(change[0]) * with_it.reference.direction)
     moved = difference_arcsec(with_it) - difference_arcsec(without)
@@ -175,7 +176,7 @@ def test_skew_follows_the_signed_speed() -> None:
     assert capture is not None
     found = np.array([change[capture.run == run].mean() for run in range(4)])
     sign = np.sign(found[0])
-    # 600 readings rounded to counts, and the error's slope of 6e-4.
+    # The tolerance covers the rounding of 600 readings to counts, and the error's slope of 6e-4.
     np.testing.assert_allclose(sign * found, expected, atol=0.02)
 
 
@@ -190,7 +191,7 @@ def test_latency_is_seen_on_the_move_only() -> None:
     change = reference_arcsec(with_it)[:standing] - reference_arcsec(without)
     np.testing.assert_allclose(change, 0, atol=1e-6)
     mean = [reference_arcsec(with_it)[reference.run == run].mean() for run in (1, 2)]
-    # Minus τ·ω up, plus τ·ω down.
+    # The error is −τ·ω in the forward run and +τ·ω in the backward run.
     assert mean[1] - mean[0] == pytest.approx(2 * 50e-6 * 360 * 3600 / 12, abs=0.1)
 
 
@@ -200,7 +201,7 @@ def test_every_recipe_can_be_measured(name: str, experiment: str) -> None:
     planned = EXPERIMENTS[experiment]().smaller(120, 1)
     recipe = RECIPES[name]
     if not planned.can_honour(recipe):
-        # A cause that only a reference instrument shows cannot be hidden in a set without one.
+        # A set without a reference run cannot hide a cause that only the reference shows.
         assert planned.reference is None
         with pytest.raises(UnhonouredCauseError, match=f"experiment {experiment} cannot honour"):
             simulate_set([Wanted(name)], planned, 11)
@@ -234,7 +235,8 @@ def test_a_noise_more_leaves_everything_else_as_it_was() -> None:
     off_counts = (after.head2_counts - after.head1_counts) - (
         before.head2_counts - before.head1_counts
     )
-    # 0.2" a head on a count of 0.077": the slow part of the 3.7 counts is constant in a run.
+    # 0.2" of noise per head, at 0.077" per count, are 3.7 counts in the difference; their slow part
+    # is constant during a run.
     assert 1.5 < off_counts.std() < 5.0
     for channel, exact in plain.exact_arcsec.items():
         np.testing.assert_array_equal(exact, noisy.exact_arcsec[channel])
@@ -279,7 +281,8 @@ def test_noise_that_is_none_is_an_error() -> None:
 
 
 def test_a_run_with_a_pause_and_a_reversal() -> None:
-    # Up, a pause, and down: the shaft keeps its wind-up in the pause and changes side after it.
+    # The table goes forward, pauses, and goes backward. The shaft keeps its wind-up during the
+    # pause and changes side after it.
     profile = ((0.0, 0.5), (4.0, 0.5), (5.0, 0.0), (7.0, 0.0), (8.0, -0.5), (12.0, -0.5))
     run = CaptureRun(0.0, 12.0, 0.5, 1200, profile=profile)
     heads = []
@@ -295,7 +298,8 @@ def test_a_run_with_a_pause_and_a_reversal() -> None:
         assert capture.capture is not None
         heads.append(capture.capture.head1_counts)
     turned_rad = (heads[1] - heads[0]) * table.count_rad
-    # It begins as if it had just reversed; 2 rad are 40 strokes, and a stroke leaves 2/e.
+    # The run starts as if the table had just reversed. 2 rad are 40 strokes, and a stroke leaves
+    # 2/e.
     assert turned_rad[[0, 400, 600, 700]] == pytest.approx([-1e-4, 1e-4, 1e-4, 1e-4], abs=4e-7)
     assert turned_rad[-1] == pytest.approx(-1e-4, abs=4e-7)
     stroke = round((7.0 + np.sqrt(2 * 0.05 / 0.5)) * 100)

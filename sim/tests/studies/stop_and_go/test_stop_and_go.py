@@ -32,8 +32,8 @@ def test_the_path_is_the_integral_of_its_speed() -> None:
 
 
 def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
-    """A steady speed has level and viscous part; below the level the axis bends by torque over
-    σ₀."""
+    """At constant speed the torque has the Stribeck level and a viscous part. Below the level the
+    axis only bends, by torque over σ₀."""
     axis, step_s = Axis(), 1e-4
     speed, bend = np.array([0.005, 0.5]), np.zeros(2)
     for _ in range(5000):
@@ -49,14 +49,15 @@ def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
         rate = rate + (pushed - torque) / axis.inertia_kg_m2 * step_s
         moved = moved + rate * step_s
     assert bend[0] == pytest.approx(0.1 / axis.bristle_n_m_rad, rel=1e-3)
-    # Slowly, z′ = v·(1 − z/z_c) integrates to x = −z_c·ln(1 − z/z_c), z_c = static torque over σ₀.
+    # For slow motion z′ = v·(1 − z/z_c) integrates to x = −z_c·ln(1 − z/z_c), where z_c is the
+    # static torque over σ₀.
     most = axis.static_n_m / axis.bristle_n_m_rad
     assert moved[0] == pytest.approx(-most * np.log1p(-bend[0] / most), rel=0.02)
 
 
 def test_the_servo_brings_the_signal_to_the_target() -> None:
-    """Without noise, the servo's error is one count of the rounding down and one count that the
-    loop does not detect."""
+    """Without noise the servo's error has two parts: one count from rounding down, and one count
+    within which the loop does not react."""
 
     def shown(angle_rad: np.ndarray) -> np.ndarray:
         return np.floor(angle_rad / COUNT_RAD) * COUNT_RAD
@@ -72,8 +73,8 @@ def test_the_servo_brings_the_signal_to_the_target() -> None:
 
 
 def test_raw_the_table_stops_where_the_geometry_says() -> None:
-    """Target − ε follows from the exact rays of the eccentric disc, to a tenth of a count's
-    mean."""
+    """The table stops at target − ε, which the test computes from the exact rays of the eccentric
+    disc."""
     table = RevolutionSettings(noise_arcsec=0.0).table()
     target = np.arange(24) * (2.0 * np.pi / 24)
     stands = target.copy()
@@ -81,12 +82,12 @@ def test_raw_the_table_stops_where_the_geometry_says() -> None:
         stands += target - table.reading_rad(0, TableState.at_rest(stands))
     expected = (target - stands) * ARCSEC_PER_RAD
     found = np.array(FOUND["raw"]["true_mean_arcsec"])
-    # σ of a mean of ten is 0.04″, times 5.
+    # The mean of ten readings has σ = 0.04″; the tolerance is 5 times this.
     np.testing.assert_allclose(found, expected - expected.mean(), atol=0.2)
 
 
 def test_corrected_the_table_stops_within_the_calibration() -> None:
-    """The bound is U of the calibration at an angle, 0.12″ (k = 2), and the scatter of a mean of
+    """The bound is U of the calibration at an angle, 0.12″ (k = 2), plus the scatter of a mean of
     ten."""
     assert np.abs(FOUND["corrected"]["true_mean_arcsec"]).max() < 0.3
     raw, corrected = (FOUND[name]["true_deviation_arcsec"] for name in ("raw", "corrected"))

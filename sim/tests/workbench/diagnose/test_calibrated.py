@@ -1,4 +1,4 @@
-"""Tests of stated probabilities: the fit is compared with drawn answers, the shrinking with an
+"""Tests of stated probabilities: the fit is compared with drawn answers, the shrinkage with an
 integral."""
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ from arctrue.workbench.diagnose.grounds import Grounds
 
 USUAL = Grounds(0.999, -30.0, 200.0, 150.0, 0.9, 0.0, 1, 0, Distance(0.1, 4, 20.0, 1.0, 0.3))
 MACKAY = 0.01
-"""Largest error of the approximation σ(μ/√(1 + πv/8)) to the mean of a logistic, v up to 9."""
+"""Largest error of the approximation σ(μ/√(1 + πv/8)) to the mean of a logistic function of a
+normal value, for variances v up to 9."""
 
 
 @pytest.mark.parametrize("variance", [0.1, 1.0, 9.0])
@@ -51,8 +52,8 @@ def test_what_is_stated_is_the_mean_over_the_uncertain_value(mean: float, varian
 
 @pytest.mark.parametrize("answers", [0, 3, 200])
 def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
-    """Laplace's rule: with n of n answers right and a flat prior, the next is right by the mean
-    share."""
+    """Laplace's rule: if n of n answers were right and the prior is flat, the next answer is right
+    with the posterior mean."""
     row = np.zeros(len(FEATURES))
     row[0] = 1.0
     share = (
@@ -65,9 +66,12 @@ def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
 
 @pytest.mark.parametrize("verdict", KINDS)
 def test_the_farther_from_the_benchmark_the_less_sure(verdict: str) -> None:
-    """Every distance from the benchmark lowers the confidence, and all distances together lower it
-    most. The test compares probabilities without the limit for few counted answers, because the
-    limit would hide a distance without effect."""
+    """Each distance from the benchmark lowers the confidence, and all distances together lower it
+    most.
+
+    The test compares probabilities without the limit for few counted answers, because this limit
+    would hide a distance that has no effect.
+    """
     away = [
         replace(USUAL.distance, untested=0.9),
         replace(USUAL.distance, left=8.0),
@@ -110,7 +114,8 @@ def _drawn(number: int, share: float, verdict: str, random: np.random.Generator)
 
 
 def test_the_fit_states_the_share_that_is_right() -> None:
-    """Fit names and classes with known shares, 4,000 answers each: within 4 binomial errors."""
+    """Fit 4,000 names and 4,000 classes with known shares of right answers; the confidences agree
+    within 4 binomial standard errors."""
     random = np.random.default_rng(7)
     rows = _drawn(4000, 0.97, "named", random) + _drawn(4000, 0.7, "ambiguous", random)
     learned = fitted(rows)
@@ -124,7 +129,8 @@ def test_the_fit_states_the_share_that_is_right() -> None:
 
 
 def test_few_answers_are_not_trusted() -> None:
-    """Three right answers of three give at most the posterior of a share with a wide prior."""
+    """After three right answers of three, the confidence stays at or below the posterior of a share
+    with a wide prior."""
     rows = _drawn(3, 1.0, "named", np.random.default_rng(1))
     (few,) = confidences(rows[:1], fitted(rows))
     assert 0.5 < few < 0.95
@@ -138,7 +144,8 @@ def test_the_table_is_read_as_it_was_written(tmp_path) -> None:  # type: ignore[
 
 
 def test_the_coefficients_in_use_are_those_of_the_table() -> None:
-    """The file equals a new fit to its rounding and to the last digits of the optimiser."""
+    """A new fit to the table agrees with the file, except for its rounding and the last digits of
+    the optimiser."""
     rows = read_stated(TABLE)
     assert json.loads(FILE.read_text(encoding="utf-8"))["features"] == list(FEATURES)
     here, used = fitted(rows), calibration()

@@ -1,5 +1,5 @@
-"""Tests of the conditions that the physics of an effect sets for its values, in addition to the
-shape of its columns."""
+"""Tests of conditions that the physics of an effect sets for its values, in addition to the shape
+of its columns."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def _of_step(counts: float, sigma: float, count_arcsec: float | None = ARCSEC_A_
 
 
 def test_faces_lapped_one_by_one_are_not_refused() -> None:
-    """At most CONTRADICTED_P of 2,000 polygons of independent faces are refused (99.9 % bound)."""
+    """At most the share CONTRADICTED_P of 2,000 polygons with independent faces is refused (99.9 %
+    bound)."""
     random = np.random.default_rng(3)
     refused = sum(_of_faces(random.normal(0.0, 0.2, FACES)) is not None for _ in range(2000))
     assert refused <= binom.isf(0.001, 2000, CONTRADICTED_P)
@@ -63,10 +64,10 @@ def test_one_face_alone_may_be_a_place_of_the_table() -> None:
 def test_a_flat_place_of_the_bearing_is_no_polygon(
     place_deg: float, width_deg: float, along: float
 ) -> None:
-    """The axis dips at one place of the turn; the columns come from the plane's equations by order.
+    """The axis dips at one place of the turn; the columns come from plane geometry, order by order.
 
-    Head 1 sees y, and R₂ − R₁ sees x·sin α + y·(cos α − 1). The graduation absorbs x·sin α + y·(cos
-    α − 1), divided by e^{jnα} − 1, up to order 20, so that the reference shows y minus the fitted
+    Head 1 reads y, and R₂ − R₁ contains x·sin α + y·(cos α − 1). Up to order 20 the fitted
+    graduation absorbs the latter, divided by e^{jnα} − 1, so that the reference shows y minus this
     graduation.
     """
     grid = np.arange(720) * np.pi / 360.0
@@ -90,7 +91,8 @@ def test_faces_that_repeat_within_a_turn_are_a_shape_of_the_table(times: int) ->
     reported = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
     assert reported is not None
     if times == 2:
-        # Twelve drawn values do not look like a wave; only their repetition contradicts the effect.
+        # Twelve random values do not look like a wave; only their repetition contradicts the
+        # effect.
         assert "repeat 2 times a turn" in reported
 
 
@@ -104,14 +106,14 @@ def test_a_counter_loses_whole_counts() -> None:
     reported = _of_step(12.4, 0.1)
     assert reported is not None
     assert "12.40" in reported
-    # A step whose uncertainty exceeds a fraction of a count gives no contradiction.
+    # If the uncertainty of a step exceeds a fraction of a count, there is no contradiction.
     assert _of_step(12.4, 0.3) is None
     assert _of_step(12.4, 0.1, count_arcsec=None) is None
 
 
 def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: ignore[no-untyped-def]
-    """Ask a line in time for a contradiction: 24 stations up and down, 4 s each, again after 192
-    s."""
+    """Return the contradiction of a line in time, for 24 stations up and down, 4 s each, so that
+    each station is visited again after 192 s."""
     up = np.arange(FACES) * 2.0 * np.pi / FACES
     target = np.tile(np.concatenate([up, up[::-1]]), visits)
     if mixed:
@@ -129,16 +131,17 @@ def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: 
 
 
 def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> None:
-    """A bracket that leans with the direction used to be named a periodic error of 192 s."""
+    """A bracket that leans with the direction was once named a periodic error of 192 s."""
     reported = _of_line(1.0 / 192.0)
     assert reported is not None
     assert "192 s" in reported
     assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
-    # A line half a resolution of ten visits away drifts against the visits and is accepted; a much
-    # slower line is refused.
+    # A line that is half a resolution of ten visits away from this frequency drifts against the
+    # visits and is accepted. A much slower line is refused.
     assert _of_line(1.0 / 192.0 + 0.5 / 1920.0) is None
     assert _of_line(0.1 / 1920.0) is None
-    # Visits in mixed order, and single visits of each station, have no frequency.
+    # If the visits are in mixed order, or each station is visited once, the visits have no
+    # frequency.
     assert _of_line(1.0 / 192.0, mixed=True) is None
     assert _of_line(1.0 / 192.0, visits=1) is None
 
@@ -152,14 +155,14 @@ def _of_order(order: float, sigma: float):  # type: ignore[no-untyped-def]
 
 
 def test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass() -> None:
-    """A belt that repeats every two turns used to be named a ball pass of order 0.499 ± 0.008."""
+    """A belt that repeats every two turns was once named a ball pass of order 0.499 ± 0.008."""
     reported = _of_order(0.4992, 0.0076)
     assert reported is not None
     assert "every two turns" in reported
     whole = _of_order(3.01, 0.004)
     assert whole is not None
     assert "every turn" in whole
-    # With a tenth of the uncertainty or less, the order differs from a half order. Without a known
+    # With a much smaller uncertainty the order differs from a half-integer order. Without a known
     # uncertainty there is no contradiction.
     assert _of_order(0.4992, 0.00012) is None
     assert _of_order(7.85, 0.003) is None

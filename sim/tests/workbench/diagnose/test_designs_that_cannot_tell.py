@@ -1,4 +1,5 @@
-"""Tests of sets in which two conditions changed together, and of readings rounded by a display."""
+"""Tests of sets in which two conditions changed together, and of readings that a display
+rounded."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ from arctrue.workbench.observations.display_step import display_step
 
 
 def _warming(seed: int, *, cools: bool = False) -> MeasurementSet:
-    """Make one run in which head 2 moves with the time by 1.2″, while the table warms by 3 K.
+    """Return a set with one run, in which head 2 drifts with time by 1.2″ while the table warms by
+    3 K.
 
     With ``cools`` the table warms and cools again, which separates temperature and time.
     """
@@ -51,7 +53,7 @@ def test_a_run_that_warms_evenly_does_not_tell_temperature_from_time(seed: int) 
     assert found.effect_class == ["thermal_head_drift"]
     assert found.described is not None
     assert found.described.effect.parts == ["time", "head2"]  # type: ignore[attr-defined]
-    # Both are equally likely, and the measurement asked for is one in which they differ.
+    # Both explanations are equally likely, and the requested measurement separates them.
     share = found.probability["thermal_head_drift"], found.probability["unknown"]
     assert share[0] == pytest.approx(share[1], abs=0.05)
     assert found.measurement is not None
@@ -66,8 +68,8 @@ def test_a_run_that_warms_and_cools_tells_them_apart() -> None:
 
 
 def _displayed(seed: int, step: float, reversal: float) -> MeasurementSet:
-    """Make a reference of 24 stations up and down five times, 0.15″ of noise, rounded to
-    ``step``."""
+    """Return a reference run over 24 stations, five times up and down, with 0.15″ of noise and
+    rounded to ``step``."""
     random = np.random.default_rng(seed)
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate([up, up[::-1]]), 5)
@@ -96,7 +98,8 @@ def test_readings_that_a_display_rounds_are_no_faulty_rows(step: float) -> None:
     assert found.named is not None
     assert found.named.name == "hysteresis"
     size = found.named.parameters()["reversal_error"]
-    # 240 rows of 0.15″ and of rounding: the mean of 24 stations keeps 0.3 of step/√12/√24.
+    # The tolerance covers 0.15″ of noise in 240 rows, and the rounding: the mean of 24 stations
+    # keeps 0.3 of step/√12/√24.
     assert abs(size.value) == pytest.approx(1.0, abs=0.06 + 0.1 * step)
 
 
@@ -104,5 +107,5 @@ def test_the_step_of_a_display_is_found_and_noise_has_none() -> None:
     values = np.random.default_rng(2).normal(0.0, 3.0, 300)
     assert display_step(values) == 0.0
     assert display_step(np.round(values * 2.0) / 2.0) == pytest.approx(0.5)
-    # Six decimals of a file are no display step.
+    # The six decimals of a file are no step of a display.
     assert display_step(np.round(values, 6)) == 0.0

@@ -1,5 +1,5 @@
-"""Tests that noise with a resonance, integrated from its equation of motion, is described but gets
-no name."""
+"""Tests that noise with a resonance is described but gets no name; the noise is integrated from an
+equation of motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from tests.workbench.noisy_logs import NULLS, clock, driven_oscillator
 from tests.workbench.small_sets import measurement_set
 
 OF_A_FREQUENCY = 0.2
-"""Relative tolerance of a frequency; a resonance of quality 8 is 1/8 wide at half power."""
+"""Relative tolerance of a frequency; a resonance of quality 8 has a relative width of 1/8 at half
+power."""
 
 
 def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
@@ -31,7 +32,8 @@ def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
 
 @pytest.mark.parametrize("period_s", [9.0, 40.0])
 def test_in_a_log(period_s: float) -> None:
-    """The oscillation is as large as the white noise and lasts an hour: 90 periods and more."""
+    """The oscillation has the size of the white noise; the log of an hour contains at least 90
+    periods."""
     random = np.random.default_rng(3)
     time_s = clock(random, 1500, 2.4, "even")
     shaken = driven_oscillator(random, time_s, period_s, 8.0)
@@ -47,7 +49,7 @@ def test_in_a_log(period_s: float) -> None:
 
 
 def test_in_a_capture() -> None:
-    """The bracket of head 2 rings at 6 Hz, quality 8, in a run of 36 s."""
+    """The bracket of head 2 oscillates at 6 Hz with quality 8, in a run of 36 s."""
     random = np.random.default_rng(4)
 
     def ringing(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
@@ -62,7 +64,7 @@ def test_in_a_capture() -> None:
 
 
 def test_a_line_in_time_is_no_oscillation() -> None:
-    """The record contains a steady sine of 6 Hz; the noise has no resonance."""
+    """The record contains a steady sine of 6 Hz, and noise without a resonance."""
     found = diagnosis_of(
         measurement_set(
             head2_only=lambda time_s, speed: 0.4 * np.sin(2.0 * np.pi * 6.0 * time_s),
@@ -77,18 +79,19 @@ def test_a_line_in_time_is_no_oscillation() -> None:
 
 @pytest.mark.parametrize("kind", ["white", "OU 30 s", "random walk", "flicker 1/f"])
 def test_noise_without_a_resonance_has_none(kind: str) -> None:
-    """Noise of kinds that wander has no resonance in the same design."""
+    """Noise that is white or wanders, in a log like those above, has no resonance."""
     random = np.random.default_rng((5, list(NULLS).index(kind)))
     time_s = clock(random, 1500, 2.4, "jitter")
     assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).findings.oscillation is None
 
 
 def test_the_frequency_is_known_within_its_uncertainty() -> None:
-    """Compare ten records of 1,200 s, quality 8 at 0.1 Hz: deviations over u with χ², and u itself.
+    """The deviations of ten records, divided by u, are compared with χ², and u is compared with its
+    theory. A record has 1,200 s with quality 8 at 0.1 Hz.
 
     Without white noise, maximum likelihood has u = √(γ/T)/(2π), γ = πf/Q (Gersch, IEEE Trans.
-    Autom. Control 19 (1974) 558). White noise of half the size adds to u, and the scatter of an
-    estimated damping changes it by some 20 %.
+    Autom. Control 19 (1974) 558). White noise of half the size increases u, and the scatter of the
+    estimated damping changes it by about 20 %.
     """
     hz, quality, time_s = 0.1, 8.0, np.arange(1200.0)
     none, one = np.zeros((time_s.size, 0)), np.zeros(time_s.size, dtype=np.int64)
@@ -103,6 +106,6 @@ def test_the_frequency_is_known_within_its_uncertainty() -> None:
         assert found is not None
         deviations.append((found.hz - hz) / found.sigma_hz)
         sigmas.append(found.sigma_hz)
-    # Quantiles of χ² with 10 degrees of freedom at 0.1 and 99.9 %.
+    # These are the 0.1 and 99.9 % quantiles of χ² with 10 degrees of freedom.
     assert 1.48 < np.sum(np.square(deviations)) < 29.6
     assert 0.8 * least < np.median(sigmas) < 2.0 * least

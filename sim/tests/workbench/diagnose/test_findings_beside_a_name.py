@@ -1,8 +1,8 @@
-"""A finding is listed only if it remains with the named effect in the model.
+"""Tests that a finding is listed only if it remains with the named effect in the model.
 
-The set is written from the geometry: a rotary reference at 360 stations sees an error at the signal
-period (16,384 lines). There k · 16,384 periods a turn look like order |k · 16,384 − 360 m|: 176 for
-k = 1.
+The set is computed from the geometry: a rotary reference at 360 stations shows an error with the
+signal period (16,384 lines). At these stations k · 16,384 periods per turn look like order |k ·
+16,384 − 360 m|: 176 for k = 1.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def _found(belt_arcsec: float = 0.0) -> Diagnosis:
 
 
 def _set(belt_arcsec: float) -> MeasurementSet:
-    """Make one run of two turns; ``belt_arcsec`` is the size of a line of the reference, order
-    61.3."""
+    """Return a set with one run of two turns; ``belt_arcsec`` is the size of a line of order 61.3
+    in the reference."""
     random = np.random.default_rng(1)
 
     def reading(disc: np.ndarray, phase: float) -> np.ndarray:
@@ -99,7 +99,7 @@ def test_the_alias_is_stated_to_be_the_named_effect() -> None:
 
 
 def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
-    """0.5″ is five standard uncertainties of each of 360 rows: far above every limit."""
+    """0.5″ are five standard uncertainties of each of 360 rows, far above every limit."""
     found = _found(belt_arcsec=0.5)
     assert [found.verdict, *found.effect_class] == ["named", "subdivision_error"]
     orders = [line.rate for cause in found.findings.causes for line in cause.lines]
@@ -107,8 +107,8 @@ def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
 
 
 def test_an_error_that_follows_the_speed_does_not_jump_from_run_to_run() -> None:
-    """Four runs of a turn each have an error that grows with the speed squared, 8″ at the
-    fastest."""
+    """The set has four runs of a turn each; its error grows with the speed squared, to 8″ in the
+    fastest run."""
     random = np.random.default_rng(3)
     speeds = (5.0, 10.0, 20.0, 40.0)
     rows = 200

@@ -1,5 +1,5 @@
-"""Tests that every further numeric column is a condition, which compare and diagnose use by
-name."""
+"""Tests that every further numeric column is a condition, which compare and diagnose use by the
+column's name."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def _base() -> Term:
 
 
 def _loaded() -> MeasurementSet:
-    """Make a set whose disc has two lobes that grow with a load of 12 ± 8 N·m, three periods a
-    run."""
+    """Return a set in which the disc has two lobes that grow with a load of 12 ± 8 N·m; the load
+    has three periods per run."""
     measurement = measurement_set(seed=7)
     capture = measurement.capture
     assert capture is not None
@@ -91,7 +91,7 @@ def test_the_adopted_file_has_the_column_and_its_zero(loaded: Diagnosis, tmp_pat
 
 
 def test_compare_bins_the_residual_by_every_column() -> None:
-    """The error of a reference grows by 0.02″ a degree of elevation; another column has no
+    """The error of the reference grows by 0.02″ per degree of elevation; the other column has no
     influence."""
     random = np.random.default_rng(3)
     size = 720

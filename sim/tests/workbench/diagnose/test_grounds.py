@@ -1,4 +1,5 @@
-"""Tests of the grounds of a stated probability, against counts and tests of a set made here."""
+"""Tests of the grounds of a stated probability, against numbers counted and tested by hand for a
+set made here."""
 
 from __future__ import annotations
 
@@ -10,8 +11,8 @@ from arctrue.studies.benchmark.diagnosis import diagnosed
 
 
 def test_grounds_of_stations_state_visits_and_what_was_tested() -> None:
-    """The grounds of 24 stations, 5 cycles and a reversal of 20 σ of the noise match a hand
-    count."""
+    """The set has 24 stations, 5 cycles and a reversal error of 20 σ of the noise; its grounds
+    equal those counted by hand."""
     random = np.random.default_rng(3)
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate([up, up[::-1]]), 5)
@@ -33,11 +34,12 @@ def test_grounds_of_stations_state_visits_and_what_was_tested() -> None:
     assert (grounds.distance.runs, grounds.distance.visits) == (0, 10.0)
     tested, untestable = len(found.candidates), len(found.untestable)
     assert grounds.distance.untested == pytest.approx(untestable / (tested + untestable), abs=0.1)
-    # With the named effect in the model only the noise of the repeats remains.
+    # With the named effect in the model, only the noise of the repeats remains.
     assert grounds.distance.left == pytest.approx(1.0, abs=0.15)
     assert grounds.ways == len(found.unlike)
     assert grounds.class_size == len(found.effect_class)
-    # White noise alone gives twice a rise of n/2·log(1 + 1²/0.1²); slow noise reduces it.
+    # With white noise, twice the log likelihood would rise by n·log(1 + 1²/0.1²); slow noise
+    # reduces this.
     assert 100.0 < grounds.delta_bic < 240 * np.log(101.0)
     assert grounds.log_p < -50.0
     assert grounds.evidence > 0.99

@@ -53,7 +53,7 @@ def _base() -> Term:
 
 
 def _reference(error: NDArray[np.float64], target_deg: NDArray[np.float64]) -> Observations:
-    """Make a reference of one run with a row every tenth of a second."""
+    """Return a reference of one run with a row every tenth of a second."""
     rows = Reference(
         target_deg=target_deg, error_arcsec=error, time_s=0.1 * np.arange(error.size),
         direction=np.where(np.gradient(target_deg) < 0.0, -1, 1),
@@ -61,11 +61,12 @@ def _reference(error: NDArray[np.float64], target_deg: NDArray[np.float64]) -> O
     return observations_of(MeasurementSet(Table(), None, rows, title="guards"))
 
 
-# Probabilities.
+# Probabilities
 
 
 def test_every_place_that_was_looked_at_is_charged() -> None:
-    """The p of a χ² of 30 with two columns is corrected after Šidák: 1 − (1 − p)^m."""
+    """A χ² of 30 with two columns has the probability p; after m places were searched, Šidák's
+    correction gives 1 − (1 − p)^m."""
     single = float(chi2.sf(30.0, 2))
     assert corrected_p_value(30.0, 2, 5000.0, 1) == pytest.approx(
         1.0 - (1.0 - single) ** 5000, rel=1e-6
@@ -77,8 +78,8 @@ def test_every_candidate_is_charged() -> None:
 
 
 def test_every_survey_of_a_diagnosis_is_charged() -> None:
-    """The surveys that are repeated with one name and with two names in the model also count their
-    trials."""
+    """A diagnosis repeats the survey with one name and with two names in the model; the trials of
+    all surveys count."""
     made = measurement_set(runs=3, turns=1, reversal_arcsec=0.1)
     residuals = Residuals(fit([_base()], observations_of(made)))
     effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
@@ -103,7 +104,7 @@ def test_shares_of_the_false_alarms_of_products_add_up_to_one() -> None:
     assert sum(condition_shares([ALWAYS, TEMPERATURE])) == pytest.approx(1.0)
 
 
-# Rows that are left out.
+# Rows that are left out
 
 
 def _improvement(gain: float, information: float) -> list[Improvement]:
@@ -111,13 +112,14 @@ def _improvement(gain: float, information: float) -> list[Improvement]:
 
 
 def test_a_fall_within_two_standard_errors_is_none() -> None:
-    """Information of 100: a real gain has the mean 50, and its standard error is 10."""
+    """An information of 100 means that a real gain has the mean 50 and the standard error 10."""
     assert not holds_out(_improvement(15.0, 100.0))
     assert holds_out(_improvement(25.0, 100.0))
 
 
 def test_what_left_out_rows_cannot_show_must_not_get_worse() -> None:
-    """Information of 16: a real gain has the mean 8, twice its standard error."""
+    """An information of 16 means that a real gain has the mean 8, which is twice its standard
+    error."""
     assert holds_out(_improvement(-7.0, 16.0))
     assert not holds_out(_improvement(-9.0, 16.0))
 
@@ -128,17 +130,18 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
     assert folds is not None
     rounds = folds.reshape(-1, 4)
     assert np.all(np.sort(rounds, axis=1) == np.arange(4))
-    # 24 stations are a multiple of the four folds: if the folds took rows in turn, each station
-    # would be in one fold only.
+    # 24 stations are a multiple of the four folds: folds that took the rows in turn would put all
+    # visits of a station into one fold.
     of_stations = folds.reshape(8, 24)
     assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
 
 
-# Noise.
+# Noise
 
 
 def _slow_noise(seed: int) -> NDArray[np.float64]:
-    """Draw slow noise of 0.3″ and 4 s with 0.1″ of white noise, 600 rows of a tenth of a second."""
+    """Return slow noise of 0.3″ and 4 s plus 0.1″ of white noise, in 600 rows a tenth of a second
+    apart."""
     clock = 0.1 * np.arange(600)
     drawn = RowNoise(
         clock,
@@ -154,14 +157,14 @@ def test_slow_noise_is_a_part_of_the_noise_and_no_effect() -> None:
     assert noise is not None
     slow = float(sum(spectrum.variances.sum() for spectrum in noise.spectra))
     assert slow > 0.5 * sum(spectrum.variance for spectrum in noise.spectra)
-    # After whitening, neighbours are no longer correlated.
+    # After whitening, neighbouring rows are no longer correlated.
     left = noise.whiten(_slow_noise(2))
     assert abs(float(np.corrcoef(left[1:], left[:-1])[0, 1])) < 0.15
 
 
 def test_the_noise_with_an_effect_is_estimated_anew() -> None:
-    """Slow noise absorbed a ramp of 6″; if the noise is estimated with the ramp in the model, the
-    ramp is significant."""
+    """The slow noise has absorbed a ramp of 6″. If the noise is estimated with the ramp in the
+    model, the ramp is significant."""
     random = np.random.default_rng(4)
     ramp = np.linspace(-3.0, 3.0, 600) + random.normal(0.0, 0.1, 600)
     target = np.tile(np.arange(60) * 6.0, 10)
@@ -173,7 +176,7 @@ def test_the_noise_with_an_effect_is_estimated_anew() -> None:
 
 
 def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
-    """24 readings and 41 coefficients leave a residual of 0, which does not show the scatter."""
+    """24 readings with 41 coefficients have a residual of 0, which does not show their scatter."""
     target = np.arange(24) * 15.0
     error = np.random.default_rng(1).normal(0.0, 0.2, 24)
     terms = [Term(EFFECTS["graduation_harmonics"](), {})]
@@ -181,7 +184,7 @@ def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
 
 
 def test_four_runs_do_not_know_the_index_better_than_the_prior_allows() -> None:
-    """Four offsets agree by chance; the prior of ±1 count per head still has the weight of six
+    """The four offsets agree by chance; the prior of ±1 count per head still has the weight of six
     runs."""
     observations = observations_of(measurement_set(runs=1, turns=1, reference=False))
     prior = observations.index_sigma_arcsec**2
@@ -197,7 +200,7 @@ def test_what_is_known_from_the_runs_has_the_freedom_of_the_runs() -> None:
     assert share == 1.0
 
 
-# Lack of fit.
+# Lack of fit
 
 
 def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
@@ -209,13 +212,13 @@ def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
 
 
 def test_a_line_pays_for_all_frequencies() -> None:
-    """In some 5 % of the sets, white noise has a line with p of 5 %: below 16 of 120 sets, by four
-    standard deviations."""
+    """A line with p below 5 % occurs in about 5 % of the sets of white noise. Fewer than 16 of 120
+    sets may have one, which allows four standard deviations."""
     random = np.random.default_rng(9)
     assert sum(fisher_p(random.normal(size=256)) < 0.05 for _ in range(120)) < 16
 
 
-# Effects that occur once.
+# Effects that occur once
 
 
 def _candidate(base: Solution, term: Term) -> Any:
@@ -241,9 +244,10 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
 
 
 def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> None:
-    """Order 1 is 10″ larger in one of two runs: with other noise the fit follows that run.
+    """Order 1 is 10″ larger in one of two runs: with other noise the fit follows this run.
 
-    Order 25 is in both runs. The change of order 1 by the noise must not count against it.
+    Order 25 is in both runs. The noise also changes order 1 of the fit; this change must not count
+    against order 25.
     """
 
     def uneven(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -266,8 +270,10 @@ def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> N
 
 
 def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
-    """Head 2 stands 9″ from its place in all rows, which the offsets of the runs have absorbed. The
-    rows of one run are 0.03″ higher, like a scatter of the index."""
+    """Head 2 stands 9″ off its place in all rows, which the offsets of the runs have absorbed.
+
+    The rows of one run are 0.03″ higher, as a scatter of the index would make them.
+    """
     made = measurement_set(
         runs=3, turns=1, reference=False, head2_only=lambda time, speed: 9.0 + 0.0 * time
     )
@@ -282,9 +288,12 @@ def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
 
 
 def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
-    """Waves that the set does not contain have the size that noise gives a reference: 1.2 σ in each
-    run. The run with the largest such wave shows noise, so that the other runs cannot contradict
-    it."""
+    """The test gives waves that the set does not contain a size of 1.2 σ in each run, as noise
+    would.
+
+    The run with the largest such wave shows only noise; therefore the other runs do not contradict
+    the wave.
+    """
     base = fit([_base()], observations_of(measurement_set(turns=1, reference=False)))
     for order in range(21, 61):
         wave = Term(EFFECTS["high_order_graduation"](), {"order": float(order)})
@@ -321,9 +330,10 @@ def test_a_frequency_of_one_speed_alone_is_no_vibration() -> None:
 def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A delay of 40 ms on a ramp to 40°/s and back: 5,760″ that rise and fall once in a minute."""
-    # With 20 orders in the model and the noise estimated without the effect, its p is 0.31, far
-    # from a name.
+    """A delay of 40 ms on a ramp to 40°/s and back causes 5,760″, which rise and fall once in a
+    minute."""
+    # With 20 orders in the model, and noise estimated without the effect, its p is 0.31, which is
+    # far from a name.
     monkeypatch.setattr(weighing, "NEAR_P", 0.0)
     time = np.arange(0.0, 60.0, 0.1)
     speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
@@ -334,15 +344,17 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     assert found.named is not None
     assert found.named.name == "latency"
     latency = found.named.parameters()["latency"]
-    # The speed is a slope over 65 rows, at the ends and at the top up to 3.3 s away from the row.
+    # The speed of a row is the slope over 65 rows, which at the ends and at the top lie up to 3.3 s
+    # away.
     assert latency.value == pytest.approx(40_000.0, rel=0.05)
 
 
-# Other effects that fit the same rows.
+# Other effects that fit the same rows
 
 
 def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
-    """The set goes up and back at one speed, where a delay would look like the reversal error."""
+    """The set goes up and back at one speed, at which a delay would look like the reversal
+    error."""
     random = np.random.default_rng(7)
     up = np.arange(360.0)
     target = np.tile(np.concatenate([up, up[::-1]]), 2)
@@ -356,14 +368,14 @@ def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
 
 @pytest.mark.parametrize(("cycles", "verdict"), [(1, "ambiguous"), (2, "named")])
 def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) -> None:
-    """All stations are visited upwards, then downwards: a change between the two looks like the
-    reversal error."""
+    """All stations are visited first upwards and then downwards, so that a change between the two
+    looks like a reversal error."""
     made = measurement_set(cycles=cycles, reversal_arcsec=2.0, turns=1)
     found = diagnose(observations_of(made), [_base()], EFFECTS)
     assert found.verdict == verdict
     assert found.effect_class[0] == "hysteresis"
-    # By its definition, the effect is a product of the direction alone, so that the answer adds no
-    # description.
+    # The effect itself is by definition a product of the direction alone; therefore the answer adds
+    # no description.
     assert found.described is None
 
 
@@ -394,7 +406,7 @@ def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
     assert _without_idle_conditions([warm, plain], order, 1000) == [plain]
 
 
-# Tests the ordered rules with figures from this file.
+# Ordered rules, tested with figures from this file
 
 
 def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:
@@ -405,7 +417,8 @@ def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -
 
 def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
     assert rules.left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
-    # √(0.201² − 0.2²) is a tenth of the noise; an excess of 0.3″ does not count where 1″ matters.
+    # √(0.201² − 0.2²) is a tenth of the noise. Where 1″ matters, an excess of 0.3″ does not count
+    # either.
     assert rules.left_undescribed(_left(1e-6, 0.201, 0.20)) is None
     assert rules.left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
     assert rules.left_undescribed(_left(1e-3, 0.30, 0.20)) is None

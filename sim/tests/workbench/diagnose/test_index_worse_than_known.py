@@ -1,8 +1,8 @@
-"""Tests that offsets which scatter more than the index is expected to are not named as an effect.
+"""Tests that offsets which scatter more than the index should are not named as an effect.
 
-±20 counts stand for a mark detection of ±1.5″; the prior of an index is ±1 count. Four runs have
-four offsets; so few values with this scatter do not show an influence of speed or temperature, or a
-mean.
+±20 counts correspond to a mark detection of ±1.5″; the prior of an index is ±1 count. Four runs
+have four offsets. So few values with this scatter show neither an influence of speed or temperature
+nor a mean.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ OF_THE_RUNS = {"timing_skew", "head_angle_error", "thermal_head_drift"}
 
 
 def _scattered(offsets: list[int]) -> MeasurementSet:
-    """Return the plain set with these counts added to head 2 in each run."""
+    """Return the plain set with these counts added to head 2, one value per run."""
     made = measurement_set(turns=2, cycles=4)
     capture = made.capture
     assert capture is not None
@@ -36,8 +36,8 @@ def test_offsets_of_a_poor_index_have_no_name(offsets: list[int]) -> None:
 
 
 def test_a_skew_within_a_good_index_keeps_its_name() -> None:
-    """3 µs at 30, −30 and 90 °/s are 0.32, −0.32 and 0.97″, four to twelve counts: offsets that
-    fit."""
+    """A skew of 3 µs gives 0.32, −0.32 and 0.97″ at 30, −30 and 90 °/s, which are four to twelve
+    counts; the offsets fit this skew."""
     found = diagnosis_of(measurement_set(head2_only=lambda time, speed: 0 * time + 0.62 * speed))
     assert found.named is not None
     assert found.named.name == "timing_skew"

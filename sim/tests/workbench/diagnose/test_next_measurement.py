@@ -1,4 +1,4 @@
-"""Tests that the requested measurement of a diagnosis, simulated and added to the set, separates
+"""Tests that the measurement which a diagnosis requests, simulated and added to the set, separates
 the effects of the class."""
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ def asked(
     samples: int = SAMPLES,
     verdict: str = "ambiguous",
 ) -> tuple[Diagnosis, Diagnosis]:
-    """Return the diagnosis of a set, and the diagnosis with the requested measurement added.
+    """Return the diagnosis of a set, and the diagnosis after the requested measurement was added.
 
-    ``share`` is the place of the size within the logarithm of its range.
+    ``share`` is the place of the size within its range, on a logarithmic scale.
     """
     size = RECIPES[name].low ** (1 - share) * RECIPES[name].high ** share
     planned = EXPERIMENTS[experiment]().smaller(samples, CYCLES)
@@ -60,15 +60,15 @@ def asked(
 @pytest.mark.parametrize(
     ("name", "experiment", "share", "seed", "rival", "kind"),
     [
-        # With one run, a head angle and a skew are both constants, and a line is one in time or in
-        # angle.
+        # In a single run a head angle and a skew are both constants, and a line may be one in time
+        # or in angle.
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
         ("timing_skew", "lean", 0.8, 3, "head_angle_error", "speed"),
         pytest.param(
             "bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed", marks=pytest.mark.large
         ),
-        # At 24 faces, 90 teeth look like order 6; stations between the faces separate them. The
-        # seed was selected: it draws 90 teeth and a small wobble of the pitch.
+        # At 24 faces, 90 teeth look like order 6; stations between the faces separate the two. The
+        # seed was selected because it draws 90 teeth and a small wobble of the pitch.
         ("drive_gear_error", "full", 0.15, 58, "radial_error_motion", "polygon_turned"),
     ],
 )
@@ -91,8 +91,8 @@ def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
 
 
 def test_a_half_order_of_one_run_is_no_line_of_any_frequency() -> None:
-    """The line is within a thousandth of a half order, where only one vibration in thousands would
-    be. The diagnosis requests another speed nevertheless."""
+    """The line is within a thousandth of a half-integer order, and only one vibration in thousands
+    would be so near. The diagnosis still requests another speed."""
     first, after = asked("half_order", "lean", 0.5, 20_093, 6000, "unknown")
     assert first.effect_class == []
     assert first.probability["vibration"] < 0.05
@@ -116,17 +116,19 @@ def _reference_chi_square(model: Model, measurement: MeasurementSet) -> float:
 def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
     hidden: str, size: float, moves: bool
 ) -> None:
-    """An eccentric polygon in the direction of the disc's own eccentricity looks like a gain."""
+    """An eccentric polygon looks like a gain if its eccentricity has the direction of the disc's
+    own."""
     wanted, planned = [Wanted(hidden, size)], full().smaller(SAMPLES, CYCLES)
     first = simulate_set(wanted, planned, 418).measurement
     again = simulate_set(wanted, planned, 418, again=1, further=["polygon_reindexed"]).measurement
     for name in ("polygon_eccentricity", "autocollimator_gain"):
         model, _ = add_effect(default_model(), name, {}, observations_of(first), EFFECTS, "first")
         left = [_reference_chi_square(model, item) for item in (first, again)]
-        # 240 rows: χ² of 240 ± 22, and 24 more for the fit to the noise of the other set.
+        # χ² of 240 rows is 240 ± 22; the model was fitted to the noise of the other set, which adds
+        # 24.
         assert left[0] == pytest.approx(48 * CYCLES, abs=90)
         if moves:
-            # The eccentricity moved by 90°: 0.5″ RMS on 240 rows of 0.15″.
+            # The eccentricity has moved by 90°, which gives 0.5″ RMS in 240 rows of 0.15″.
             assert left[1] > 48 * CYCLES + 1000
         else:
             assert left[1] == pytest.approx(48 * CYCLES, abs=120)
@@ -140,7 +142,7 @@ def test_every_kind_that_is_asked_for_can_be_simulated() -> None:
 
 @pytest.mark.parametrize(
     "plan",
-    # The simulator always goes both ways.
+    # The simulator always measures in both directions, so that it cannot make this plan.
     [plan for plan in PLANS if plan.kind != "reference_back"],
     ids=lambda plan: plan.kind,
 )
@@ -174,7 +176,7 @@ def test_planned_rows_are_like_those_that_the_simulator_measures(plan) -> None: 
 
 @pytest.mark.parametrize("condition", [*SIMPLE_CONDITIONS, settling_condition(5.0, True)])
 def test_every_condition_has_a_measurement_of_its_own(condition) -> None:  # type: ignore[no-untyped-def]
-    # One run at one speed and temperature.
+    # The set has one run at one speed and one temperature.
     bare = observations_of(measurement_set(runs=1, turns=1, reference=False))
     asked = measurement_for_parts(ProductOfParts.of(condition, (2.0,), "disc"), bare)
     assert asked.kind == OF_PARTS[condition.part][0]

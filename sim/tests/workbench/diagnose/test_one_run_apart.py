@@ -1,5 +1,5 @@
-"""Tests sets in which a head drifts in the only warm run of four; the index repeats as well as the
-counts."""
+"""Tests of sets in which a head drifts in the only warm run of four, while the index repeats to
+within the counts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ COUNT_ARCSEC = 1_296_000.0 / COUNTS_PER_REV
 
 
 def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> MeasurementSet:
-    """Make runs at 20, 20, 20 and 24 °C; head 2 begins each run within some counts of its place."""
+    """Return a set with runs at 20, 20, 20 and 24 °C; head 2 begins each run within some counts of
+    its place."""
     measured = measurement_set(seed=seed, reference=False)
     capture = measured.capture
     assert capture is not None
@@ -25,7 +26,7 @@ def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> Me
     index = np.round(scatter_counts * random.normal(size=4))
     warm = np.where(capture.run == 3, warm_arcsec / COUNT_ARCSEC, 0.0)
     moved = np.round(capture.head2_counts + index[capture.run] + warm).astype(np.int64)
-    # The sensor scatters by 5 mK: no drift follows that scatter.
+    # The temperature sensor scatters by 5 mK; the drift does not follow this scatter.
     temperature = np.where(capture.run == 3, 24.0, 20.0) + 0.005 * random.normal(size=moved.size)
     return replace(
         measured, capture=replace(capture, head2_counts=moved, temperature_c=temperature)
@@ -35,7 +36,8 @@ def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> Me
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 @pytest.mark.parametrize("warm_arcsec", [3.4, -2.0])
 def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> None:
-    """Head 2 moves by 25 counts or more in one run; the other three scatter by half a count."""
+    """Head 2 moves by 25 counts or more in one run, while the other three scatter by half a
+    count."""
     found = diagnosis_of(_four_runs(warm_arcsec, seed))
     assert "thermal_head_drift" in found.effect_class
     assert found.effect_class[0] == "thermal_head_drift"
@@ -45,6 +47,6 @@ def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> 
     "seed", [pytest.param(3, marks=pytest.mark.large), 4, pytest.param(5, marks=pytest.mark.large)]
 )
 def test_an_index_that_scatters_is_no_drift(seed: int) -> None:
-    """Head 2 begins each run elsewhere, with a scatter of 20 counts."""
+    """Head 2 begins each run at another place, with a scatter of 20 counts."""
     found = diagnosis_of(_four_runs(0.0, seed, scatter_counts=20.0))
     assert "thermal_head_drift" not in found.effect_class

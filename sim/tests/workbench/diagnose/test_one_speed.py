@@ -1,6 +1,8 @@
-"""Tests that two speeds separate a disc that the speed stretches from an axis motion. With one
-speed, the diagnosis still wrongly names the stretched disc radial_error_motion; docs/benchmark.md
-lists such sets."""
+"""Tests that two speeds separate an axis motion from a disc that the speed stretches.
+
+With one speed, the diagnosis still wrongly names the stretched disc radial_error_motion;
+docs/benchmark.md lists such sets.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,8 @@ from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 Float = NDArray[np.float64]
 LOBES_ARCSEC_S2 = 2.0
-"""0.55″ at 30°/s, four times the noise of a row; the reference stands still and shows none."""
+"""Error per squared speed: 0.55″ at 30°/s, four times the noise of a row. The reference is read at
+standstill and shows none of it."""
 
 
 def _lobes(disc: Float, temperature: Float, speed: float) -> Float:
@@ -20,6 +23,6 @@ def _lobes(disc: Float, temperature: Float, speed: float) -> Float:
 
 
 def test_a_disc_that_stretches_with_the_speed_is_no_axis_motion() -> None:
-    """The third of three runs is three times as fast."""
+    """The last of three runs is three times as fast as the others."""
     found = diagnosis_of(measurement_set(_lobes, runs=3))
     assert found.verdict == "unknown"

@@ -1,5 +1,5 @@
-"""Tests that causes outside the catalogue, written from the physics, get no name although they look
-like an effect."""
+"""Tests that causes outside the catalogue, computed from their physics, get no name although they
+look like an effect."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from tests.workbench.small_sets import measurement_set, paper_error
 
 @pytest.mark.parametrize("pairs", [6, pytest.param(7, marks=pytest.mark.large)])
 def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
-    """Every second sector has an error of 0.8″: a square wave, with 3, 5 and 7 times its order."""
+    """Every second sector has an error of 0.8″: a square wave, which contains 3, 5 and 7 times its
+    order."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.sign(np.sin(pairs * disc + 0.3))
@@ -33,7 +34,7 @@ def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
 
 
 def test_one_order_keeps_its_name() -> None:
-    """A single wave above the orders of the model is named."""
+    """A single wave of an order above those of the model gets the name."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.cos(37.0 * disc)
@@ -67,7 +68,8 @@ def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> Non
 
 @pytest.mark.parametrize("size_arcsec", [1.0, pytest.param(5.0, marks=pytest.mark.large)])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
-    """Runs at 30, −30, 90 and 30°/s: three equal offsets, and 1.73 times that in the fast run."""
+    """Runs at 30, −30, 90 and 30°/s have three equal offsets, and 1.73 times as much in the fast
+    run."""
 
     def bracket(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
         share = np.sqrt(abs(speed_rad_s) / np.radians(30.0))
@@ -76,12 +78,13 @@ def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> No
     found = diagnosis_of(measurement_set(head2_only=bracket, seed=4, reference=False))
     assert found.named is None
     assert found.verdict == "unknown"
-    # The runs alone leave no candidate; a product of parts describes the offsets.
+    # Either an effect that resembles the offsets remains, or a product of parts describes them.
     assert found.decision.resembles is not None or found.description is not None
 
 
 def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
-    """Return a set of a capture and a polygon, with a cubic part in the autocollimator's scale."""
+    """Return a set with a capture and a polygon; the scale of the autocollimator has a cubic
+    part."""
     measured = measurement_set(seed=seed)
     assert measured.reference is not None
     error = measured.reference.error_arcsec
@@ -92,14 +95,15 @@ def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("size_arcsec", [pytest.param(0.5, marks=pytest.mark.large), -1.0])
 def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
-    """The cubic part looks like errors of faces, an axis motion or a gain, but is none of these."""
+    """The cubic part looks like face errors, an axis motion or a gain, but is none of them."""
     found = diagnosis_of(_bent(size_arcsec, 5))
     assert found.effect_class == []
     assert found.verdict == "unknown"
 
 
 def _log_that_divides_the_turn(extra: np.ndarray, turn: np.ndarray, noise: float) -> MeasurementSet:
-    """Make a log at 12°/s and 30 Hz of two turns up and two down, which meets 900 angles a turn."""
+    """Return a log at 12°/s and 30 Hz over two turns up and two down, whose samples fall on 900
+    angles per turn."""
     random = np.random.default_rng(4)
     angle = 2.0 * np.pi * turn
     error = 20.0 * np.cos(angle + 0.4) + 3.0 * np.cos(2.0 * angle) + 0.5 * np.cos(7.0 * angle)
@@ -120,7 +124,8 @@ UP_AND_DOWN = np.concatenate([np.arange(1800), np.arange(1799, -1, -1)]) / 900.0
 
 
 def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
-    """Its samples meet the same angles on each turn, but it is a log and no set of stations."""
+    """The samples fall on the same angles in each turn, but the set is a log and no set of
+    stations."""
     line = 3.0 * np.cos(31.4 * 2.0 * np.pi * UP_AND_DOWN)
     _, found = diagnosed(_log_that_divides_the_turn(line, UP_AND_DOWN, 1.0))
     assert [round(cause.lines[0].rate, 1) for cause in found.findings.causes] == [31.4]
@@ -129,7 +134,8 @@ def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
 
 
 def test_a_square_wave_over_the_turn_is_no_line() -> None:
-    """It jumps at six places of the turn; orders 3, 9 and 15 are the model's, 21, 27 … are left."""
+    """The wave jumps at six places of the turn. The model contains its orders 3, 9 and 15; the
+    orders 21, 27, … remain."""
     wave = 12.0 * np.sign(np.sin(3.0 * 2.0 * np.pi * UP_AND_DOWN + 0.5))
     _, found = diagnosed(_log_that_divides_the_turn(wave, UP_AND_DOWN, 1.0))
     assert found.verdict == "unknown"
@@ -137,7 +143,7 @@ def test_a_square_wave_over_the_turn_is_no_line() -> None:
 
 
 def _causes(lines: dict[float, float], turns: float = 4.0) -> list[RegularCause]:
-    """Make regular causes of these orders and amplitudes."""
+    """Return regular causes with these orders and amplitudes."""
     return [
         RegularCause(
             PeriodicError(),
@@ -155,12 +161,12 @@ def _causes(lines: dict[float, float], turns: float = 4.0) -> list[RegularCause]
     [
         ({order: 1.0 / order for order in (21.0, 27.0, 33.0, 39.0, 45.0)}, True),
         ({order: 1.0 / order**2 for order in (21.0, 23.02, 24.99, 29.0, 31.0)}, True),
-        # Ten odd orders of 17, with sizes at the limit of the search.
+        # Ten of the 17 odd orders from 21 to 53, with sizes at the limit of the search.
         ({float(n): n**-0.5 for n in (21, 23, 25, 27, 29, 31, 33, 39, 41, 53)}, True),
         ({float(n): n**-0.5 for n in (21, 23, 26, 27, 29, 31, 33, 39, 41, 53)}, False),
-        # Stator slots and their multiples: the base order is a line itself.
+        # The orders of stator slots and their multiples: the base order is a line itself.
         ({72.0: 400.0, 144.0: 90.0, 216.0: 40.0, 288.0: 20.0}, False),
-        # Poles, teeth and slots of a motor: multiples of 4 far apart.
+        # The orders of a motor's poles, teeth and slots: multiples of 4 that are far apart.
         ({100.0: 340.0, 56.0: 61.0, 300.0: 35.0, 48.0: 29.0}, False),
         ({21.0: 1.0, 27.0: 0.3, 33.0: 1.1, 39.0: 0.2}, False),
         ({21.4: 1.0, 27.0: 0.8, 33.0: 0.6, 39.0: 0.5}, False),
@@ -168,5 +174,6 @@ def _causes(lines: dict[float, float], turns: float = 4.0) -> list[RegularCause]
     ],
 )
 def test_lines_of_one_shape(lines: dict[float, float], is_one: bool) -> None:
-    """Four whole orders in even steps whose sizes fall evenly are one shape with corners."""
+    """Four integer orders at equal distances, whose sizes fall steadily, form one shape with
+    corners."""
     assert (shape_with_corners(_causes(lines)) is not None) == is_one

@@ -15,7 +15,8 @@ SEEDS = 8
 
 
 def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> MeasurementSet:
-    """Make a polygon log: ε of orders 1 to 3 at equal stations and 0.15″ of noise, nothing else."""
+    """Return the log of a polygon with only an error ε of orders 1 to 3 at equal stations, and
+    0.15″ of noise."""
     random = np.random.default_rng(seed)
     up = np.arange(stations) * 360.0 / stations
     target = np.tile(np.concatenate([up, up[::-1]]), cycles)
@@ -40,8 +41,8 @@ def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> Meas
 @pytest.mark.parametrize("counts", [False, True])
 @pytest.mark.parametrize("stations", [3, 6, 12])
 def test_nothing_is_taken_for_a_subdivision_error(stations: int, counts: bool) -> None:
-    """The noise of 0.1″ is a thousandth of a signal period: a wave computed from it is noise
-    too."""
+    """The noise of 0.1″ is a thousandth of a signal period. A wave computed from this phase
+    contains noise too."""
     for seed in range(SEEDS):
         _, found = diagnosed(_polygon(stations, seed, counts=counts))
         assert "subdivision_error" not in found.effect_class
@@ -53,11 +54,13 @@ def test_nothing_is_taken_for_a_subdivision_error(stations: int, counts: bool) -
 
 
 LATTICE_LINES = 5_000
-"""Two and a half lines a sample at 2,000 samples a turn: the signal is met at two phases only."""
+"""Lines of the scale. With 2,000 samples per turn there are two and a half lines per sample, so
+that the samples have only two phases of the signal."""
 
 
 def _capture_at_two_phases(seed: int) -> MeasurementSet:
-    """Make runs of two heads with ε of orders 1 to 3 and 0.2″ of white noise a head."""
+    """Return runs of two heads with an error ε of orders 1 to 3 and 0.2″ of white noise per
+    head."""
     random = np.random.default_rng(seed)
     columns: dict[str, list[np.ndarray]] = {"run": [], "time": [], "one": [], "two": []}
     counts, places = 1 << 22, (0.0, np.radians(41.0))
@@ -78,8 +81,8 @@ def _capture_at_two_phases(seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_at_two_phases_is_no_subdivision_error(seed: int) -> None:
-    """Next to a small ε the model explains most of a wave of two phases; the noise of the phase is
-    most of the remainder, and 41″ of the wave would explain all noise."""
+    """If ε is small, the model explains most of a wave with only two phases. The remainder comes
+    mostly from the noise of the phase, and 41″ of such a wave would explain all noise."""
     _, found = diagnosed(_capture_at_two_phases(seed))
     assert found.verdict in ("adequate", "cannot_tell")
     assert found.decision.resembles is None

@@ -1,4 +1,4 @@
-"""Tests of the probabilities of a diagnosis against dense Gaussian integrals, and of their
+"""Tests of the probabilities of a diagnosis, against dense Gaussian integrals, and of their
 agreement with the verdict."""
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from arctrue.workbench.diagnose.rules import too_improbable_for_a_name, unknown_
 
 @pytest.mark.parametrize("columns", [1, 3])
 def test_evidence_is_the_ratio_of_two_dense_gaussian_densities(columns: int) -> None:
-    """The evidence compares y ~ N(0, C) with y ~ N(0, C + n·X(XᵀC⁻¹X)⁻¹Xᵀ), coefficients
-    integrated."""
+    """The evidence compares y ~ N(0, C) with y ~ N(0, C + n·X(XᵀC⁻¹X)⁻¹Xᵀ), in which the
+    coefficients are integrated out."""
     random = np.random.default_rng(5)
     rows = 40
     distance = np.abs(np.subtract.outer(np.arange(rows), np.arange(rows)))
@@ -50,25 +50,26 @@ def test_evidence_is_the_ratio_of_two_dense_gaussian_densities(columns: int) -> 
         measured, cov=covariance
     )
     assert log_evidence(Weighed(gain, columns, 1.0, rows)) == pytest.approx(expected, abs=1e-6)
-    # Searched places share the prior.
+    # The places that were searched share the prior probability.
     searched = log_evidence(Weighed(gain, columns, 50.0, rows))
     assert searched == pytest.approx(expected - np.log(50.0), abs=1e-6)
 
 
 def test_a_stated_half_of_the_sets_has_the_effect() -> None:
-    """Sets are drawn from the prior: among the sets that state the probability p, the share p has
-    the effect."""
+    """Sets are drawn from the prior. Of the sets for which the probability p is stated, the share p
+    has the effect."""
     random = np.random.default_rng(8)
     rows, sets = 30, 4000
     there = random.random(sets) < 0.5
-    # One column with XᵀC⁻¹X = n: the coefficient has the prior N(0, 1), its estimate σ² = 1/n.
+    # For one column with XᵀC⁻¹X = n, the coefficient has the prior N(0, 1), and its estimate has σ²
+    # = 1/n.
     estimate = np.where(there, random.normal(size=sets), 0.0) + random.normal(size=sets) / rows**0.5
     evidence = [log_evidence(Weighed(rows * value**2, 1, 1.0, rows)) for value in estimate]
     stated = 1.0 / (1.0 + np.exp(-np.array(evidence)))
     for low, high in ((0.0, 0.25), (0.25, 0.6), (0.6, 0.95), (0.95, 1.0)):
         inside = (stated >= low) & (stated < high + 1e-9)
         share, expected = float(there[inside].mean()), float(stated[inside].mean())
-        # Four standard deviations of a binomial share.
+        # The tolerance is four standard deviations of a binomial share.
         assert abs(share - expected) < 4.0 * np.sqrt(0.25 / inside.sum())
 
 
@@ -80,7 +81,8 @@ def test_little_known_noise_makes_a_gain_worth_less() -> None:
 
 
 def test_p_values_become_bounds_of_odds() -> None:
-    # Sellke, Bayarri and Berger (2001), table 1: p of 0.05 and 0.01 bound 1/B by 0.407 and 0.125.
+    # Sellke, Bayarri and Berger (2001), table 1: for p of 0.05 and 0.01 the bounds of 1/B are 0.407
+    # and 0.125.
     assert np.exp(-log_evidence_of_p(0.05)) == pytest.approx(0.407, abs=5e-4)
     assert np.exp(-log_evidence_of_p(0.01)) == pytest.approx(0.125, abs=5e-4)
     assert log_evidence_of_p(0.5) == 0.0
@@ -94,8 +96,7 @@ def _candidate(name: str, gain: float, p: float, rank: int = 1):  # type: ignore
 
 
 def _verdict(verdict, effect_class, offered):  # type: ignore[no-untyped-def]
-    """Return the verdict after the rules of the probabilities were applied to that of the
-    survey."""
+    """Return the verdict of the survey after the rules of the probabilities were applied to it."""
     item = SimpleNamespace(name="latency", delta_bic=50.0)
     case = SimpleNamespace(ranked=[item], excluded=frozenset())
     said = Decision(verdict, effect_class=effect_class)
@@ -118,8 +119,11 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
 
 
 def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> None:
-    """Six runs determine a reversal error well, and exclude a drift with a smaller gain. Without
-    its own noise estimate, the drift would use 1,000 rows: 250 in log odds, against 140."""
+    """Six runs determine a reversal error well; they exclude a drift, which has a smaller gain.
+
+    The drift has no noise estimate of its own. If it therefore counted 1,000 rows, it would have
+    250 in log odds, against 140.
+    """
     first, drift = _candidate("hysteresis", 647.0, 1e-90), _candidate("drift", 513.0, 1e-52)
     first.freedom, first.evidence = 2.0, SimpleNamespace()
     found = _posterior(
@@ -127,7 +131,7 @@ def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> 
         [first, drift],
         effect_class=["hysteresis"],
         excluded=frozenset({"drift"}),
-        # Lack of fit of the model without the first effect, which explains it.
+        # Lack of fit of the model without the first effect, which removes it.
         lack_of_fit_p=1e-71,
     )
     assert found["hysteresis"] > found["unknown"]
@@ -145,7 +149,7 @@ def test_two_hypotheses_give_bayes_theorem() -> None:
 
 @pytest.mark.parametrize("gain", [14.0, 40.0, 1e4])
 def test_what_is_named_has_the_largest(gain: float) -> None:
-    # The other effect has a larger gain with more coefficients, but its residual was sufficient to
+    # The other effect has a larger gain with more coefficients, but its residual was enough to
     # exclude it.
     others = [_candidate("vibration", gain + 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     product = _candidate("product_of_parts", gain + 20.0, 1e-3)
@@ -161,8 +165,8 @@ def test_what_is_named_has_the_largest(gain: float) -> None:
 
 @pytest.mark.parametrize("verdict", ["named", "ambiguous", "unknown", "adequate"])
 def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
-    """The answer gets the confidence if it then still has the largest probability; the sum remains
-    1."""
+    """The answer gets the confidence as its probability, if this is then still the largest one; the
+    sum stays 1."""
     others = [_candidate("vibration", 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     found = _posterior(
         verdict, [_candidate("latency", 1e6 if verdict != "adequate" else 0.0, 1e-9), *others],
@@ -191,8 +195,8 @@ def test_faulty_data_state_what_was_probable_beforehand() -> None:
 
 
 def test_an_answer_that_cannot_tell_gives_none_what_was_counted() -> None:
-    """The state ``none`` gets the counted share, but keeps the largest probability; all others keep
-    their ratios."""
+    """The state ``none`` gets the counted share, but at least the largest probability; all others
+    keep their ratios."""
     found = _posterior("cannot_tell", [_candidate("latency", 900.0, 1e-9)])
     said = stated(found, "cannot_tell", [], 0.9)
     assert said["none"] == pytest.approx(0.9)
@@ -204,7 +208,8 @@ def test_an_answer_that_cannot_tell_gives_none_what_was_counted() -> None:
 
 
 def test_the_first_of_a_class_is_no_less_probable_than_the_others() -> None:
-    """The faces of a polygon come first as one family; their evidence pays for 23 sizes."""
+    """The faces of a polygon come first as one family, although their evidence pays for 23
+    sizes."""
     faces, motion = (
         _candidate("polygon_face_error", 250.0, 1e-9, rank=23),
         _candidate("x", 230.0, 0),
@@ -226,8 +231,8 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
 
 @pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
 def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
-    """The benchmark counts such answers by the first effect of the class; the class has at least
-    the probability of this effect."""
+    """The benchmark counts a class by its first effect; the class has at least the probability of
+    this effect."""
     members = ["hysteresis", "latency"]
     found = {"hysteresis": 0.5, "latency": 0.3, "vibration": 0.05, "unknown": 0.1, "none": 0.05}
     said = stated(found, "ambiguous", members, confidence)
@@ -247,7 +252,7 @@ def test_verdicts_without_a_name_agree_with_their_probabilities() -> None:
     strange = _posterior("unknown", fits, product=_candidate("product_of_parts", 950.0, 1e-12))
     assert max(strange, key=strange.__getitem__) == "unknown"
     silent = _posterior("cannot_tell", fits)
-    # The set cannot test two of three effects, so that their prior probability remains.
+    # The set cannot test two of the three effects, which therefore keep their prior probability.
     assert silent["latency"] == pytest.approx(prior(3))
     assert silent["none"] == pytest.approx(PRIOR_NONE)
 
@@ -259,7 +264,8 @@ def test_weights_far_apart_have_a_sum_of_one() -> None:
 
 
 def test_faces_pay_for_the_rows_that_know_them() -> None:
-    """23 sizes come from 480 readings of the polygon; the capture's 24,000 rows do not count."""
+    """480 readings of the polygon determine the 23 sizes; the 24,000 rows of the capture do not
+    count."""
     faces = _candidate("polygon_face_error", 332.0, 1e-60, rank=23)
     line = _candidate("periodic_error", 120.0, 1e-12, rank=2)
     faces.rows = 480
@@ -272,15 +278,16 @@ def test_faces_pay_for_the_rows_that_know_them() -> None:
 def _assert_the_largest_is_said(
     verdict: str, members: list[str], probability: dict[str, float]
 ) -> None:
-    """Assert that the answer has the largest probability (of a class: its first, among the
-    effects)."""
+    """Assert that the answer has the largest probability; for a class, its first effect has the
+    largest one among the effects."""
     said = (SAID.get(verdict) or members)[0]
     rivals = set(probability) - ({NONE, UNKNOWN} if verdict == "ambiguous" else set())
     assert probability[said] == max(probability[name] for name in rivals), (verdict, said)
 
 
 def test_no_verdict_contradicts_its_probabilities() -> None:
-    """Draw evidences of any size: after the last rule of the probabilities all answers agree."""
+    """For drawn evidences of any size, the answer agrees with the probabilities after the last
+    rule."""
     random = np.random.default_rng(12)
     names = ["latency", "vibration", "count_slip", "hysteresis", "timing_skew"]
     changed = 0
@@ -310,15 +317,17 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
             assert _verdict(last, members, said) == last, verdict
         _assert_the_largest_is_said(last, members, said)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-    # The last rule changed a sufficient number of these draws.
+    # The last rule has changed enough of these draws to be tested.
     assert changed > 100
 
 
 def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
-    """A line at the only speed competes with a half order that is a hundred times as likely."""
+    """A line at the only speed competes with a half-integer order that is a hundred times as
+    likely."""
     said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
     assert _verdict("ambiguous", ["vibration"], said) == "unknown"
-    # The more probable of the two is the answer; several similar effects share their half.
+    # The more probable of the two becomes the answer; several similar effects share their
+    # probability.
     for share, verdict in ((0.51, "unknown"), (0.49, "ambiguous")):
         both = {"vibration": 1.0 - share, "unknown": share, "none": 0.0}
         assert _verdict("ambiguous", ["vibration"], both) == verdict
@@ -327,7 +336,8 @@ def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
 
 
 def test_effects_that_explain_the_rows_alike_keep_their_class() -> None:
-    """A gear at 24 faces is a wave of order 9; so is a product of parts with fewer coefficients."""
+    """At 24 faces a gear is a wave of order 9, and so is a product of parts with fewer
+    coefficients."""
     members = [_candidate(name, 1000.0, 1e-200, rank=6) for name in ("gear", "faces")]
     product = _candidate("product_of_parts", 1000.0, 1e-200, rank=2)
     found = _posterior("ambiguous", members, effect_class=["gear", "faces"], product=product)

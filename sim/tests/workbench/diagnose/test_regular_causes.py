@@ -1,5 +1,5 @@
-"""Tests that diagnoses of dense logs, written in this file, name the largest regular cause
-first."""
+"""Tests that diagnoses of dense logs name the largest regular cause first; the module computes the
+logs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ ROWS, STEP_S = 1600, 1.2
 def _diagnosed(
     time_s: np.ndarray, error: np.ndarray, *, teeth: float | None = None, speed: float = 1.0
 ) -> Diagnosis:
-    """Diagnose a guide star's log; the axis follows the sky at ``speed`` times its rate."""
+    """Diagnose the log of a guide star; the axis follows the sky at ``speed`` times the sidereal
+    rate."""
     reference = Reference(
         target_deg=speed * SIDEREAL_DEG_S * time_s,
         error_arcsec=error,
@@ -48,8 +49,8 @@ def _noise(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_worm_is_named_before_smaller_lines() -> None:
-    """The log has 8″ of the worm and its second multiple, 3″ of a gear before it and 0.5″ of 6
-    s."""
+    """The log has 8″ of the worm and 1.5″ of its second multiple, 3″ of a gear in front of the
+    worm, and 0.5″ with a period of 6 s."""
     time_s, noise = _noise(1)
     lines = [(8.0, WORM_S), (1.5, WORM_S / 2.0), (3.0, 131.0), (0.5, 6.0)]
     found = _diagnosed(time_s, with_lines(time_s, lines) + noise, teeth=TEETH)
@@ -59,8 +60,8 @@ def test_the_worm_is_named_before_smaller_lines() -> None:
     assert [cause.effect.name for cause in causes[:2]] == ["drive_gear_error", "periodic_error"]
     assert [line.multiple for line in causes[0].lines] == [1, 2]
     assert causes[1].period_s(causes[1].lines[0]) == pytest.approx(131.0, rel=0.01)
-    # RMS of both sines of the worm: √((8² + 1.5²)/2); OU noise of 0.8″ and 20 s changes it by a
-    # tenth.
+    # The RMS of both sines of the worm is √((8² + 1.5²)/2); Ornstein–Uhlenbeck noise of 0.8″ and 20
+    # s changes it by a tenth.
     assert causes[0].taken_arcsec == pytest.approx(np.sqrt((64.0 + 2.25) / 2.0), rel=0.1)
     assert [item.name for item in found.further][:1] == ["periodic_error"]
     data = diagnosis_data(found, ["graduation_harmonics"])["findings"]
@@ -82,8 +83,8 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
 
 
 def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> None:
-    """An error of 9″ that rises and falls three times is no line; a line of 1″ with a tenth of that
-    RMS is named."""
+    """An error of 9″ that rises and falls three times is no line; a line of 1″, with a tenth of
+    this RMS, is named."""
     time_s, noise = _noise(3)
     found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
     assert found.named is not None
@@ -103,8 +104,8 @@ def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -
 
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.large)])
 def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
-    """A resonance of Q 15 keeps its phase for a fifth of the log: neighbours predict it as a
-    line."""
+    """A resonance of quality 15 keeps its phase for a fifth of the log, so that neighbouring blocks
+    predict it as they would predict a line."""
     random = np.random.default_rng(seed)
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 2.0 * driven_oscillator(random, time_s, 80.0, 15.0) + 0.3 * random.normal(size=ROWS)
@@ -124,7 +125,7 @@ def test_a_slow_curve_is_no_line() -> None:
 
 
 def test_a_jump_is_reported_as_a_jump() -> None:
-    """A set with a jump of 3″ at 700 s, seven times the scatter of neighbours, gets neither the
+    """The log has a jump of 3″ at 700 s, seven times the scatter of neighbours. It gets neither the
     verdict adequate nor a line."""
     random = np.random.default_rng(6)
     time_s = clock(random, ROWS, STEP_S, "even")
@@ -133,14 +134,15 @@ def test_a_jump_is_reported_as_a_jump() -> None:
     assert found.verdict != "adequate"
     assert found.findings.causes == ()
     (jump,) = found.findings.steps
-    # The search averages rows, so that the time is determined to one averaged row.
+    # The search averages rows, so that the instant is known only to one averaged row.
     assert jump.time_s == pytest.approx(700.0, abs=2.0 * STEP_S)
     assert jump.size_arcsec == pytest.approx(3.0, abs=0.1)
     assert any("jumped at" in text for text in sentences(found))
 
 
 def test_white_noise_is_adequate_or_cannot_tell() -> None:
-    """The diagnosis finds nothing; a log of one axis has too few columns for most effects."""
+    """The diagnosis finds nothing; but the log of one axis has too few columns to test most
+    effects."""
     random = np.random.default_rng(7)
     time_s = clock(random, ROWS, STEP_S, "even")
     found = _diagnosed(time_s, 0.4 * random.normal(size=ROWS))

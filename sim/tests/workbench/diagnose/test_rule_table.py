@@ -1,4 +1,4 @@
-"""Tests of single rules on made-up surveys, and of the evidence of a family of coefficients."""
+"""Tests of single rules on constructed surveys, and of the evidence of a family of coefficients."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ WORKBENCH = Path(arctrue.workbench.__file__).parent
 
 
 def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: bool = False):  # type: ignore[no-untyped-def]
-    """Return a candidate with the properties that the rules use; ``real``: held-out rows and all
-    passes show it."""
+    """Return a candidate with the properties that the rules use; with ``real`` the held-out rows
+    and all passes show it."""
     effect = SimpleNamespace(
         unspecific=False, search_kind=None, step_at=("run", "instant") if step else None
     )
@@ -58,7 +58,7 @@ def _case(*items, further: Decision | None = None) -> Case:  # type: ignore[no-u
 
 
 def test_no_rule_knows_an_effect_by_its_name() -> None:
-    """Effects declare the properties that the rules use, so that a user's own effect can declare
+    """Effects declare the properties that the rules use; a user's own effect can therefore declare
     them too."""
     names = set(catalogue())
     found = [
@@ -112,7 +112,7 @@ def test_what_is_refused_and_not_ahead_leaves_the_name_to_the_other() -> None:
 
 
 def test_one_speed_is_no_reason_where_something_refused_is_far_ahead() -> None:
-    """A line at one of several speeds absorbs a part of a loose head's error in one run."""
+    """At one of several speeds a line absorbs a part of the error of a loose head in one run."""
     line = _item("vibration", 130.0)
     for gain, said in ((420.0, None), (135.0, "ambiguous")):
         case = _case(_item("count_slip", gain, real=False), line)
@@ -138,7 +138,7 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
     assert found is not None
     assert found.resembles is best
     assert leaves_its_own_kind(_case(best, further=_unknown(small))) is None
-    # The rule also holds after a second effect.
+    # The rule also holds if a second effect has been added.
     second = Decision("named", first=best, further=_unknown(large))  # type: ignore[arg-type]
     assert leaves_its_own_kind(_case(best, further=second)) is not None
     assert leaves_its_own_kind(_case(best, further=Decision("adequate"))) is None
@@ -148,10 +148,11 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
 def test_what_nothing_describes_takes_the_name_by_its_size(
     after_arcsec: float, taken: bool
 ) -> None:
-    """The reference had 1″: 0.2″ left are 4 % of the removed variance, 0.4″ are 19 %."""
+    """The reference had an error of 1″. The remaining 0.2″ are 4 % of the removed variance, and
+    0.4″ are 19 %."""
     best = _item("hysteresis", 900.0)
     best.moved_arcsec = {"capture": 0.0, "reference": 1.0}
-    # The rows show the effect, not only the offsets of the runs.
+    # The rows themselves show the effect, not only the offsets of the runs.
     best.evidence = None
     case = _case(best, further=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}))
     fit = FitOfChannel(float(np.hypot(1.0, 0.1)), 0.1, None)
@@ -160,8 +161,8 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
 
 
 def _again(*events) -> bool:  # type: ignore[no-untyped-def]
-    """Tell whether the answer says that the event recurs, if the next of ``events`` follows
-    each."""
+    """Tell whether the answer says that the event recurs. When one of ``events`` has been fitted,
+    the residual still contains the next one."""
     following = iter([*events[1:], None])
 
     def with_first(before: object, _: object) -> object:
@@ -185,22 +186,23 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
     assert AGAIN == 3
     assert _again(*slips(100.0, 80.0, 60.0))
     assert not _again(*slips(100.0, 80.0))
-    # Two small events after a large one are not a repetition; a line may have as many other events.
+    # Two small events after a large one do not count as a repetition. A periodic line may have as
+    # many others.
     assert not _again(*slips(100.0, 5.0, 5.0))
     assert not _again(*(_item("periodic_error", gain) for gain in (100.0, 80.0, 60.0)))
-    # Left-out rows may fail to show the event where slow noise of their neighbours predicts them.
+    # Left-out rows may fail to confirm an event if slow noise predicts them from their neighbours.
     assert _again(*slips(100.0, 80.0, 60.0, real=False))
     assert not _again(*slips(100.0, 80.0, 60.0, real=False, p=2.0 * REFUSED_P))
 
 
 def test_the_page_has_the_rules_of_the_table() -> None:
-    """The list in docs/workbench.md equals the rules as the program applies them."""
+    """The list in docs/workbench.md has the rules as the program applies them."""
     page = (Path(__file__).parents[4] / "docs" / "workbench.md").read_text(encoding="utf-8")
     assert "\n".join(rule_table()) in page, "python -m scripts.make_docs writes the table anew"
 
 
 def test_family_gain_is_the_largest_of_dense_gaussian_evidences() -> None:
-    """Compare y ~ N(0, 1) with y ~ N(0, 1 + s²·XXᵀ) for s on a dense grid."""
+    """Compare with the ratio of y ~ N(0, 1) to y ~ N(0, 1 + s²·XXᵀ), for s on a dense grid."""
     random = np.random.default_rng(4)
     design = random.normal(size=(30, 5))
     measured = design @ random.normal(0.0, 0.6, 5) + random.normal(size=30)
@@ -214,13 +216,13 @@ def test_family_gain_is_the_largest_of_dense_gaussian_evidences() -> None:
 
 
 def test_many_equal_coefficients_are_one_family_and_one_large_one_is_none() -> None:
-    """Equal gains: spread over 23 columns they support the family, in one column the single
-    effect."""
+    """A gain that is spread over 23 columns supports the family; the same gain in one column
+    supports the single effect."""
     spread = SimpleNamespace(information=np.eye(23), moment=np.full(23, np.sqrt(6.0)))
     alone = SimpleNamespace(information=np.eye(1), moment=np.array([np.sqrt(0.6 * 138.0)]))
     single = SimpleNamespace(information=np.eye(23), moment=np.r_[np.sqrt(138.0), np.zeros(22)])
     one = SimpleNamespace(information=np.eye(1), moment=np.array([np.sqrt(138.0)]))
     assert family_gain(single) < family_gain(one)  # type: ignore[arg-type]
-    # Σ z² − 1 − log z² of 23 directions with z² = 6 each.
+    # The expected gain is Σ z² − 1 − log z² over 23 directions with z² = 6 each.
     assert family_gain(spread) == pytest.approx(23.0 * (5.0 - np.log(6.0)), rel=1e-3)  # type: ignore[arg-type]
     assert family_gain(alone) == pytest.approx(81.8 - np.log(82.8), rel=1e-2)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Tests of single rules of the verdict, each on a set made for that rule."""
+"""Tests of single rules of the verdict; each rule has a set made for it."""
 
 from __future__ import annotations
 
@@ -27,14 +27,16 @@ COUNT_ARCSEC = 1_296_000 / (1 << 24)
 
 
 def _weak(name: str, size: float, seed: int) -> Diagnosis:
-    """Diagnose four runs of 2,000 samples, ten cycles; sizes below half a count matter too."""
+    """Diagnose a set of four runs with 2,000 samples and ten cycles; sizes below half a count also
+    count as significant."""
     made = simulate_set([Wanted(name, size)], full().smaller(2000, 10), seed)
     _, found = diagnosed(made.measurement, 0.0)
     return found
 
 
 def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
-    """A line free in every run could absorb an order of the warm run, but other runs lack it."""
+    """A line that is free in every run could absorb an order of the warm run, but the other runs do
+    not have it."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         warmer = temperature - 20.0
@@ -52,8 +54,8 @@ def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
 
 
 def test_a_step_in_the_last_turn_can_be_held_out() -> None:
-    """A step of 16 counts comes after 2.6 of 3 turns of the last run; every fold has fitted rows on
-    both sides of the step."""
+    """A step of 16 counts comes after 2.6 of the 3 turns of the last run; with every fold left out,
+    rows remain on both sides of the step."""
     counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
     measurement = measurement_set(
         head2_only=lambda time, speed: counts * COUNT_ARCSEC * (time > 1800.0 + 31.2),
@@ -70,15 +72,15 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
     assert before is not None
     assert after is not None
     assert before > 1.2 * noise
-    # 14,400 rows and 41 coefficients determine the noise to a percent; the rounding of both heads
-    # is included.
+    # 14,400 rows with 41 coefficients determine the noise to a percent; the noise includes the
+    # rounding of both heads.
     assert after == pytest.approx(np.hypot(noise, COUNT_ARCSEC / np.sqrt(6.0)), rel=0.03)
 
 
 @pytest.mark.parametrize("size", [3.0, 3.5])
 def test_a_step_pays_for_all_its_instants(size: float) -> None:
-    """Compare the charge with the largest step of drawn white noise: two heads, one run, an
-    offset."""
+    """Compare the charge for the search with the largest step in drawn white noise: two heads, one
+    run, an offset."""
     sets, rows = 4_000, 500
     noise = np.random.default_rng(15).normal(size=(sets, rows))
     before = np.arange(LEAST_STEP_ROWS, rows - LEAST_STEP_ROWS + 1)
@@ -86,15 +88,16 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
     bridge = total[:, before - 1] - total[:, -1:] * (before / rows)
     largest = np.max(np.abs(bridge) / np.sqrt(before * (1.0 - before / rows)), axis=1)
     share = float(np.mean(largest > size))
-    # The formula holds to a tenth for large steps; the count has four standard deviations more.
+    # For large steps the formula is right to a tenth; four standard deviations of the counted share
+    # are allowed in addition.
     reported = step_trials(size**2, rows) * 2.0 * float(ndtr(-size))
     assert share == pytest.approx(reported, abs=0.1 * reported + 4.0 * np.sqrt(reported / sets))
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3])
 def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
-    """The rows are too few to separate a step from single wrong rows, and with 5 σ each too small
-    to be masked."""
+    """There are too few rows to separate a step from single wrong rows, and 5 σ are too little to
+    be masked."""
     made = measurement_set(reference=False)
     assert made.capture is not None
     made.capture.head2_counts[-rows:] += round(5.0 * CAPTURE_NOISE * np.sqrt(2.0) / COUNT_ARCSEC)
@@ -107,16 +110,16 @@ def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
 
 
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
-    """The errors of a polygon's faces contain a part of order 4 by chance; the other 19 sizes do
-    not result from chance."""
+    """By chance the errors of a polygon's faces contain a part of order 4; the other 19 sizes are
+    not a matter of chance."""
     found = _weak("polygon_face_error", 0.1, 50_000)
     assert found.named is not None
     assert found.named.name == "polygon_face_error"
 
 
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
-    """Only the first two multiples are in the set; up to the fourth, the effect would have four
-    more columns, which fit noise."""
+    """The set contains only the first two multiples. With four multiples, the effect would have
+    four more columns, which fit noise."""
     found = _weak("subdivision_error", 0.015, 50_000)
     assert found.named is not None
     assert found.named.name == "subdivision_error"
@@ -124,8 +127,7 @@ def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> 
 
 
 def test_a_near_tie_between_a_step_and_a_settling_is_said() -> None:
-    """An error of 0.15″ fades within the first run, and a slip of two counts fits almost as
-    well."""
+    """An error of 0.15″ settles within the first run; a slip of two counts fits almost as well."""
     found = _weak("settling_bracket", 0.15, 50_000)
     assert found.verdict in ("ambiguous", "unknown")
     assert found.candidates[0].name == "count_slip"
@@ -141,12 +143,14 @@ def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -
     assert found.verdict == "unknown"
     assert found.described is not None
     condition = found.described.effect.condition  # type: ignore[attr-defined]
-    # 2″ over 0.15″ of noise, some hundred rows while it fades: a few percent.
+    # The error of 2″ lasts for some hundred rows with 0.15″ of noise, which determine the time
+    # constant to a few percent.
     assert condition.time_constant_s == pytest.approx(truth["time_constant_s"], rel=0.1)
 
 
 def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
-    """101.5 Hz sampled at 167 Hz is 65.2 Hz in the slow runs; the fast run, at 500 Hz, differs."""
+    """In the slow runs a line of 101.5 Hz, sampled at 167 Hz, appears at 65.2 Hz; the fast run, at
+    500 Hz, shows a difference."""
     made = simulate_set([Wanted("vibration", 0.02)], full().smaller(6000, 10), 40_005)
     _, found = diagnosed(made.measurement, 0.0)
     assert found.verdict == "ambiguous"
@@ -158,8 +162,8 @@ def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
 
 
 def test_what_is_missing_with_the_named_one_is_said() -> None:
-    """The set has 0.4″/K of order 1 and 0.8″ of reversal: the answer names one and also reports the
-    other."""
+    """The set has 0.4″/K of order 1 and a reversal error of 0.8″: the answer names one of them and
+    also reports the other."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc)
@@ -176,7 +180,7 @@ def test_what_is_missing_with_the_named_one_is_said() -> None:
 
 
 def test_runs_of_two_turns_are_enough_for_a_ball_pass() -> None:
-    """The last sample of two turns stands one step before their end."""
+    """The last sample of two turns lies one step before their end."""
     observations = observations_of(measurement_set(turns=2))
     assert observations.longest_run_turns < 2.0
     assert EFFECTS["bearing_ball_pass"]().missing(observations) == []
@@ -185,7 +189,8 @@ def test_runs_of_two_turns_are_enough_for_a_ball_pass() -> None:
 def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
     """Three turns resolve 1/6 of an order; the model's order 12 absorbs a part of a line at 11.82.
 
-    The residual is highest at 11.72; 0.01 is a twentieth of the resolution of three turns.
+    The residual has its maximum at 11.72. The tolerance of 0.01 is about a twentieth of the
+    resolution.
     """
     order, turn_s = 11.82, 12.0
     observations = observations_of(
@@ -207,7 +212,8 @@ def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
     """Signals that differ by ψ from quadrature give ψ/2·(1 ± cos 2φ): a wave of 1″ and a constant
     of 1″.
 
-    Both heads have 1″ here, so that up to 2″ of R₂ − R₁ do not prove a misplaced head.
+    Here both heads have this constant of 1″, so that up to 2″ of R₂ − R₁ do not prove a misplaced
+    head.
     """
     made = measurement_set(electrical=lambda phase: np.cos(2.0 * phase), reference=False)
     assert made.capture is not None

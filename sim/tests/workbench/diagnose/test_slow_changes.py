@@ -1,5 +1,4 @@
-"""Tests that a slow change of unknown form is reported as a slow change, with its size and
-duration."""
+"""Tests that a slow change of unknown form is reported as such, with its size and duration."""
 
 from __future__ import annotations
 
@@ -25,8 +24,8 @@ def _reference(error_arcsec: np.ndarray, step_s: float, turns: float) -> Measure
 @pytest.mark.parametrize(("rows", "turns"), [(144, 4.0), (1500, 0.01)])
 @pytest.mark.parametrize("periods", [1.6, 2.3])
 def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> None:
-    """The error rises and falls by 3″ in 0.3″ of noise; the search removes a straight drift
-    first."""
+    """The error rises and falls by 3″ in 0.3″ of noise; the search first removes a straight
+    drift."""
     random = np.random.default_rng(3)
     share = np.arange(rows) / rows
     error = 1.5 * np.cos(2.0 * np.pi * periods * share) + 0.3 * random.normal(size=rows)
@@ -35,8 +34,8 @@ def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> No
     assert slow is not None
     assert slow.length == pytest.approx(3.0 * (rows - 1))
     drift = np.polyval(np.polyfit(share, error, 1), share)
-    # The size is between the size of the curve and the size of the part that the model's slow
-    # orders leave.
+    # The size is smaller than the whole curve, and larger than half of the part that remains after
+    # the removal of a straight line.
     assert 0.5 * float(np.ptp(error - drift)) < slow.size_arcsec < float(np.ptp(error))
     assert any(text.startswith("A slow change of unknown form") for text in sentences(found))
     assert diagnosis_data(found, [])["findings"]["slow_change"]["length_s"] == slow.length
@@ -50,8 +49,8 @@ def test_white_noise_has_none(rows: int) -> None:
 
 
 def test_a_chirp_is_not_silent() -> None:
-    """A chirp of 1″ from 12 to 36 periods an hour in 0.3″ of noise is neither a line nor known
-    noise."""
+    """A chirp of 1″, from 12 to 36 periods per hour in 0.3″ of noise, is neither a line nor noise
+    of a known kind."""
     random = np.random.default_rng(5)
     time_s = np.arange(1500) * 2.4
     share = time_s / 3600.0

@@ -1,4 +1,4 @@
-"""Tests that a model whose residuals have more variance than the rows gives no statements."""
+"""Tests that a model gives no statements if its residuals have a larger variance than the rows."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ROWS = 512
 
 
 def _half_a_turn() -> Solution:
-    """Fit 300″ of order 1, 480″ of order 100 and 20″ of noise over 180°."""
+    """Return a fit to 300″ of order 1, 480″ of order 100 and 20″ of noise over 180°."""
     target = np.arange(ROWS) * 180.0 / ROWS
     angle = np.radians(target)
     error = 300.0 * np.cos(angle + 1.0) + 480.0 * np.cos(100.0 * angle)
@@ -41,7 +41,7 @@ def test_a_model_that_leaves_twice_the_measured_variance_is_not_determined(facto
     left = solution.reference_residual_arcsec()
     assert left is not None
     assert undetermined(solution) is None
-    # Change one coefficient so that the residual variance is ``factor`` times the limit.
+    # Change one coefficient until the variance of the residuals is ``factor`` times the limit.
     more = np.zeros(solution.coefficients.size)
     more[0] = 1.0
     wave = (

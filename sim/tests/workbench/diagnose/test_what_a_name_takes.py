@@ -1,4 +1,4 @@
-"""Tests that an effect gets its name for the error that it removes, and that a further error is a
+"""Tests that an effect is named for the error that it removes, and that a further error is a
 separate finding."""
 
 from __future__ import annotations
@@ -40,13 +40,14 @@ EFFECTS = built_in()
 def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:
-    """Because the repeats have little noise, the variation of a fifth is as significant as the
-    whole error: a second finding."""
+    """The repeats have so little noise that a variation by a fifth is as significant as the whole
+    error; it becomes a second finding."""
     _, found = diagnosed(reversal_set(stations=stations, noise=noise))
     assert found.named is not None
     assert found.named.name == "hysteresis"
     size = found.named.parameters()["reversal_error"].value
-    # The sizes at the places were drawn with a mean of 1: the mean of all stations is the size.
+    # The sizes at the places were drawn with the mean 1, so that the mean over all stations is the
+    # size.
     assert abs(size) == pytest.approx(REVERSAL, rel=0.02)
     assert found.second is not None
     assert found.second.channel == "reference"
@@ -54,7 +55,7 @@ def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     reported = " ".join(sentences(found))
     assert "differs from place to place by ±20 %" in reported
     assert diagnosis_data(found, [])["second_finding"]["variation"] == found.second.variation
-    # The set has both directions already.
+    # The set already has both directions.
     assert "other direction" not in reported
 
 
@@ -65,7 +66,7 @@ def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() ->
 
 
 def test_the_variation_is_that_which_was_drawn() -> None:
-    """Compare with a direct draw: ±1 times (1 + δ of the place), 40 places, 6 visits each."""
+    """The set is drawn directly: ±1 times (1 + δ of the place), at 40 places with 6 visits each."""
     random = np.random.default_rng(5)
     place = np.repeat(np.arange(40), 6)
     side = np.tile([1.0, -1.0], 120)
@@ -73,17 +74,18 @@ def test_the_variation_is_that_which_was_drawn() -> None:
     noise = random.normal(0.0, 0.1, 240)
     found = varies(side, factor[place] * side + noise, place, 0.1)
     assert found is not None
-    # The standard deviation of 40 draws scatters by 11 %; this test knows the draws themselves.
+    # A standard deviation from 40 draws would scatter by 11 %; the test therefore compares with the
+    # draws themselves.
     assert found == pytest.approx(float(np.sqrt(np.mean(factor**2))), rel=0.05)
     assert varies(side, noise, place, 0.1) is None
-    # An error independent of the direction is no variation of the effect.
+    # An error that is independent of the direction is no variation of this effect.
     assert varies(factor[place], factor[place] + noise, place, 0.1) is None
 
 
 @pytest.mark.parametrize("condition", SIMPLE_CONDITIONS)
 def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: ignore[no-untyped-def]
-    """The set already has two directions, two speeds and a warm run, so that the advice requests
-    none of these."""
+    """The set already has two directions, two speeds and a warm run; therefore the advice requests
+    none of them."""
     whole = observations_of(measurement_set(turns=1, cycles=1))
     for part in ("direction", "speed", "temperature"):
         assert has_already(part, whole)
@@ -92,7 +94,8 @@ def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: igno
 
 
 def _blocks(coefficients: np.ndarray, columns: np.ndarray, noise: float = 1.0, seed: int = 0):  # type: ignore[no-untyped-def]
-    """Return normal matrices and moments of blocks with their own coefficients, (blocks, q)."""
+    """Return the normal matrices and the moments of blocks, each of which has its own coefficients,
+    (blocks, q)."""
     random = np.random.default_rng(seed)
     block = np.arange(columns.shape[0]) * BLOCKS // columns.shape[0]
     measured = np.sum(columns * coefficients[block], axis=1)
@@ -111,7 +114,8 @@ def test_what_is_the_same_in_all_blocks_is_predicted_and_what_changes_is_not() -
     shares = [share_of(*_blocks(same, columns, seed=seed)) for seed in range(40)]
     found = np.array([item.share for item in shares if item is not None])
     assert found.size == 40
-    # χ² of the disagreement: 12 degrees of freedom times 1.2 against a χ² of 300: σ of 0.02 each.
+    # The disagreement is a χ² with 12 degrees of freedom, times 1.2, relative to a gain of about
+    # 300: σ is 0.02 for each set.
     assert float(found.mean()) == pytest.approx(1.0, abs=0.02)
     assert float(found.min()) > LEAST_HELD_OUT
     turning = 0.7 * np.array(
@@ -120,7 +124,8 @@ def test_what_is_the_same_in_all_blocks_is_predicted_and_what_changes_is_not() -
     for seed in range(10):
         changing = share_of(*_blocks(turning, columns, seed=seed))
         assert changing is not None
-        # The mean of the other five is a fifth of the block's own and has the opposite sign.
+        # The mean of the other five blocks is a fifth as large as the block's own value, with the
+        # opposite sign.
         assert changing.share < 0.0
 
 
@@ -133,7 +138,8 @@ def test_blocks_do_not_judge_what_happens_once_or_is_weak() -> None:
 
 
 def test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks() -> None:
-    """A resonance driven by noise is coherent over a few periods; a line has the same frequency."""
+    """A resonance driven by noise is coherent over only a few periods; the line has the same
+    frequency."""
     frequency, size = 1.3, 0.6
 
     def line(time, speed):  # type: ignore[no-untyped-def]
@@ -220,8 +226,8 @@ def test_a_name_after_which_the_error_rises_is_refused(
 
 
 def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_larger() -> None:
-    """The set has a line of 3.8″ at 122 s and a slow change of 9″, which the table's orders fit
-    slightly worse with the line in the model."""
+    """The set has a line of 3.8″ with a period of 122 s, and a slow change of 9″. With the line in
+    the model, the table's orders fit the slow change slightly worse."""
     line = _case(_left(3.915), _left(3.924))
     assert makes_it_worse(line) is not None
     line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
@@ -229,7 +235,8 @@ def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_lar
 
 
 def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
-    """Where two causes are missing, the first may raise the residual of the other."""
+    """If two causes are missing, adding the first may raise the residual that the other one
+    leaves."""
     before, after = _left(1.254, reference=3.63), _left(0.144, reference=4.41)
     assert makes_it_worse(_case(before, after)) is None
 
@@ -241,13 +248,14 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         after = _left(float(np.sqrt(noise**2 + excess**2 * (1.0 - share))))
         found = takes_little(_case(before, after))
         assert (found is not None) is refused
-        # Where slow noise explains the residual, a small effect keeps its name.
+        # If slow noise can explain the residual, a small effect keeps its name.
         assert takes_little(_case(before, after, 2.0 * LACK_OF_FIT)) is None
-        # One of many lines removes a small part of the whole error, but other blocks predict it.
+        # One of many lines removes only a small part of the whole error, but other blocks predict
+        # it.
         confirmed = _case(before, after)
         confirmed.best.share = SimpleNamespace(share=0.9)  # type: ignore[union-attr]
         assert takes_little(confirmed) is None
-        # A line of a forward search, which has no share, is kept only if other blocks predict it.
+        # A line from a forward search has no share; other blocks must have predicted it to be kept.
         line = _case(before, after)
         line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
         assert takes_little(line) is None
@@ -256,10 +264,11 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
 
 
 def test_a_head_angle_keeps_its_name_with_an_order_that_does_not_matter() -> None:
-    """40″ between the heads are in the offsets of the runs, which the RMS of the rows does not
+    """The offsets of the runs contain the 40″ between the heads, which the RMS of the rows does not
     show.
 
-    The effect does not reduce a sure excess of the rows, here 0.5″ of one order where 2″ matters.
+    The rows also have a certain excess that the effect does not reduce, 0.5″ of one order, but only
+    2″ and more matter.
     """
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:

@@ -1,8 +1,9 @@
-"""A table with four heads, written from the geometry without any code of the effects.
+"""A table with four heads, computed from the geometry without any code of the effects.
 
-The disc's centre C moves in the frame. Head i stands at R·(cos pᵢ, −sin pᵢ) and reads the disc
-turned by θ at ψᵢ = θ − arg(hᵢ − C), which is θ + pᵢ without motion. The reading is ψᵢ plus the
-disc's error there, in whole counts from an index mark that is found to within a count.
+The disc's centre C moves in the frame. Head i stands at R·(cos pᵢ, −sin pᵢ). When the disc has
+turned by θ, the head reads it at ψᵢ = θ − arg(hᵢ − C), which is θ + pᵢ without motion. The reading
+is ψᵢ plus the disc's error there, in whole counts from an index mark that is found to within a
+count.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from arctrue.measurement import Capture, MeasurementSet, Table
 
 Float = NDArray[np.float64]
 Motion = Callable[[Float], Float]
-"""Motion of the axis in complex metres over the unwrapped angle of the table."""
+"""Motion of the axis in metres, as a complex function of the table's unwrapped angle."""
 
 PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 COUNTS = 1 << 24
@@ -26,14 +27,15 @@ RADIUS_M = 0.054
 ARCSEC = np.pi / 648_000
 NOISE_ARCSEC = 0.1
 DISC = ((1, 80.0, 0.4), (2, 1.1, 2.0), (3, 0.6, -1.0), (5, 0.3, 0.2), (11, 0.2, 1.5))
-"""Order, amplitude in arcseconds, phase in radians."""
+"""Error of the disc: (order, amplitude in arcseconds, phase in radians)."""
 RUNS = ((0.5, 0.0), (-0.5, 0.5), (1.5, 1.0), (0.5, 3.0))
-"""Speed of each run in rad/s, and its degrees above the first run's temperature at the start."""
+"""For each run, its speed in rad/s and its temperature at the start, in kelvin above that of the
+first run."""
 
 
 @dataclass
 class FourHeads:
-    """A table that turns, with the errors and motions to be added."""
+    """A table that turns, with its errors and motions."""
 
     motion: Motion = field(default=lambda angle: np.zeros_like(angle, dtype=np.complex128))
     disc: tuple[tuple[float, float, float], ...] = DISC
@@ -41,12 +43,13 @@ class FourHeads:
     """Creep of each head's bracket along the disc, in arcseconds per kelvin."""
     places_deg: tuple[float, ...] = PLACES_DEG
     slip: tuple[int, int, int] | None = None
-    """Run, head (1, 2, …) and number of counts lost in the middle of the run."""
+    """Run, head (1, 2, …) and number of counts that the head loses in the middle of the run."""
     settling: tuple[int, float, float] | None = None
-    """Head, arcseconds and seconds of a bracket that bends at each start and settles."""
+    """Head, size in arcseconds and time constant in seconds of a bracket that bends at each start
+    and settles."""
     turns: float = 2.0
     samples: int = 800
-    """Number of samples of a run."""
+    """Number of samples per run."""
 
     def measured(self, seed: int) -> MeasurementSet:
         """Return a capture of four runs."""
@@ -102,10 +105,10 @@ class FourHeads:
 
 
 def ball_pass(size_m: float, order: float) -> Motion:
-    """Return a forward circle at an order that is not whole."""
+    """Return a motion on a forward circle with a non-integer order."""
     return lambda angle: size_m * np.exp(1j * order * angle)
 
 
 def orders_2_and_3(second_m: float, third_m: float) -> Motion:
-    """Return order 2 along a line in x and order 3 on a backward circle."""
+    """Return a motion with order 2 along a line in x and order 3 on a backward circle."""
     return lambda angle: second_m * np.cos(2.0 * angle + 0.7) + third_m * np.exp(-3j * angle + 0.2j)

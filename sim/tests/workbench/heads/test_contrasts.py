@@ -1,4 +1,5 @@
-"""The contrasts of the heads equal those of a Cholesky factor of the differences' covariance."""
+"""Tests that the contrasts of the heads follow from a Cholesky factor of the differences'
+covariance."""
 
 from __future__ import annotations
 
@@ -17,12 +18,13 @@ from tests.workbench.heads.four_heads import PLACES_DEG, FourHeads
 Float = NDArray[np.float64]
 
 EXACT = 1e-14
-"""Tolerance of weights of the order of one in float64."""
+"""Tolerance of weights that are near one, in float64."""
 
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_weights_are_the_inverse_cholesky_factor(heads: int) -> None:
-    """Differences to head 1 have the covariance σ²(I + 1·1ᵀ), while R₂ − R₁ has 2σ²."""
+    """The differences to head 1 have the covariance σ²(I + 1·1ᵀ); the contrasts are scaled to the
+    variance 2σ² of R₂ − R₁."""
     further = heads - 1
     covariance = np.eye(further) + np.ones((further, further))
     expected = np.sqrt(2.0) * np.linalg.inv(np.linalg.cholesky(covariance))
@@ -30,7 +32,8 @@ def test_weights_are_the_inverse_cholesky_factor(heads: int) -> None:
 
 
 def test_rows_are_the_contrasts_of_the_readings() -> None:
-    """Each row is √(2(k − 1)/k) times reading k less the mean of the readings before it."""
+    """Each row is √(2(k − 1)/k) times the reading of head k minus the mean of the readings of the
+    heads before it."""
     table = FourHeads(samples=50)
     measurement = table.measured(1)
     assert measurement.capture is not None
@@ -51,12 +54,12 @@ def test_rows_are_the_contrasts_of_the_readings() -> None:
             wanted = readings[head - 1] - readings[: head - 1].mean(axis=0)
             wanted *= np.sqrt(2.0 * (head - 1) / head)
             found = rows.difference_arcsec[rows.run == 3 * run + head - 2]
-            # Readings of some 10⁷″ in float64.
+            # The readings are about 10⁷″, in float64.
             assert np.abs(found - wanted).max() < 1e-7
 
 
 class Seen:
-    """Error that head i shows at every sample, written from the physics, with random sizes."""
+    """Errors that each head shows at every sample, computed from the physics with random sizes."""
 
     def __init__(self, rows: CaptureRows, places_rad: Float, random: np.random.Generator) -> None:
         self.rows, self.places = rows, places_rad
@@ -119,5 +122,5 @@ def test_columns_are_the_contrasts_of_what_each_head_shows(name: str, heads: int
         inside = slice(None) if rows.channel is None else rows.channel == head - 2
         wanted = shown[head - 1] - shown[: head - 1].mean(axis=0)
         wanted *= np.sqrt(2.0 * (head - 1) / head)
-        # Sums of forty waves of the order of one, with powers of e^{jx} up to the 20th.
+        # The values are sums of forty waves near one, with powers of e^{jx} up to the 20th.
         assert np.abs(found - wanted)[inside].max() < 1e-11

@@ -17,7 +17,7 @@ from tests.workbench.heads.four_heads import FourHeads, ball_pass
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Write the set of a table with a ball pass of 0.25 µm."""
+    """Write the set of a table whose axis has a ball-pass motion of 0.25 µm."""
     path = tmp_path_factory.mktemp("sets") / "ball"
     world = FourHeads(motion=ball_pass(0.25e-6, 4.37), samples=500)
     write_measurement_set(path, world.measured(7))
@@ -48,7 +48,8 @@ def test_the_command_reads_four_heads(command: str, folder: Path, tmp_path: Path
 
 
 def test_a_fresh_set_is_judged_by_the_stored_model(explained: Path, tmp_path: Path) -> None:
-    """The model is not fitted to the set, so that only the noise of the readings remains."""
+    """The stored model is not fitted to this set, and still only the noise of the readings
+    remains."""
     fresh = tmp_path / "fresh"
     world = FourHeads(motion=ball_pass(0.25e-6, 4.37), samples=500)
     write_measurement_set(fresh, world.measured(8))
@@ -58,7 +59,7 @@ def test_a_fresh_set_is_judged_by_the_stored_model(explained: Path, tmp_path: Pa
     )
     assert answer.exit_code == 0, answer.output
     left = json.loads(figures.read_text())["channels"]["capture"]["rms_arcsec"]
-    # Noise of R₂ − R₁: two readings of 0.1″, each rounded to counts of 0.077″.
+    # R₂ − R₁ contains the noise of two readings of 0.1″ and their rounding to counts of 0.077″.
     assert left < 1.1 * 2**0.5 * (0.1**2 + 0.077**2 / 12.0) ** 0.5
 
 
@@ -73,12 +74,12 @@ def test_the_mean_takes_the_motion_away(explained: Path, folder: Path, tmp_path:
     by = {item["effect"]: item for item in became["effects"]}
     assert by["bearing_ball_pass"]["by"] == "the mean"
     assert by["bearing_ball_pass"]["left_arcsec"] == 0.0
-    # The y component of a circle of 0.25 µm at a radius of 54 mm stays in head 1.
+    # In head 1 the y component of a circle of 0.25 µm remains, at a radius of 54 mm.
     assert became["left_arcsec"] == pytest.approx(0.955 / 2**0.5, rel=0.05)
 
 
 def test_the_page_opens_four_heads(folder: Path, tmp_path: Path) -> None:
-    """The page lists a run of each head, and states the set's own numbers of the runs."""
+    """The page lists a run for each head, and states the run numbers of the set itself."""
     settings = PageSettings(folder.parent, tmp_path / "state")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Jobs, "start", lambda *_: None)

@@ -1,4 +1,5 @@
-"""Tests of the rows of a capture of four heads: used, faulty, and added by a plan."""
+"""Tests of the rows of a capture with four heads: rows that are used, rows that are faulty, and
+rows that a plan adds."""
 
 from __future__ import annotations
 
@@ -35,13 +36,13 @@ def test_a_sample_with_one_wrong_head_is_left_out_with_all_heads() -> None:
     counts = _counts(measurement, 4)
     counts[100] += 400
     observations = observations_of(_with(measurement, 4, counts))
-    # The header is line 1.
+    # The header is line 1 of the file.
     assert [(row.channel, row.row) for row in observations.masked] == [("capture", 102)]
     assert observations.capture is not None
     assert observations.capture.run.size == 3 * (4 * 300 - 1)
     assert observations.capture_line(99) == 101
     assert observations.capture_line(100) == 103
-    # The row is in the second channel of the first run, which has 299 rows.
+    # This row is in the second channel of the first run, where each channel has 299 rows.
     assert observations.capture_line(299 + 100) == 103
 
 
@@ -77,9 +78,9 @@ def test_a_capture_without_a_place_for_each_head_is_refused() -> None:
 def test_the_part_of_a_long_capture_has_every_head(
     size: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The capture exceeds 150,000 rows: 4 runs of 14,000 samples with three differences each.
+    """The full capture exceeds 150,000 rows: 4 runs of 14,000 samples with three differences each.
 
-    The small one has a tenth of the rows, of the limit and of the rows that a turn keeps.
+    The small capture has a tenth of the rows, of the limit, and of the rows that a turn keeps.
     """
     samples = round(14_000 * size)
     for name in ("MOST_ROWS", "LEAST_ROWS_A_TURN"):
@@ -90,7 +91,7 @@ def test_the_part_of_a_long_capture_has_every_head(
     assert found.decision.first is not None
     values = found.decision.first.parameters()
     assert (values["run"].value, values["head"].value) == (1.0, 3.0)
-    # The step lies half-way between two samples in the middle of the run.
+    # The step lies in the middle of the run, half way between two samples.
     duration = 2.0 * 2.0 * np.pi / 0.5
     assert abs(values["instant"].value - (400.0 + 0.5 * duration)) < duration / samples
     assert abs(values["counts"].value - 40.0) < 5.0 * values["counts"].sigma
@@ -114,7 +115,8 @@ def test_a_planned_run_has_every_head() -> None:
         assert after.recorded_runs == observations.recorded_runs + 1
         columns = capture_block(motion, rows, {}, FitContext())
         assert columns is not None
-        # The contrast of head 4 with the mean of the others, for a motion in y: cos pᵢ of each.
+        # For a motion in y, each head sees the share cos pᵢ; the contrast is head 4 minus the mean
+        # of the others.
         shares = np.cos(np.radians(PLACES_DEG))
         share = np.sqrt(1.5) * (shares[3] - shares[:3].mean())
         new = rows.run == before.runs + 2

@@ -1,5 +1,5 @@
-"""Tests that sets of four heads show causes that two heads without a reference cannot show; numpy
-alone draws each set."""
+"""Tests that sets of four heads show causes that two heads without a reference cannot show; only
+numpy is used to draw the sets."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.workbench.heads.four_heads import (
 
 ARCSEC_A_METRE = 648_000.0 / np.pi / RADIUS_M
 SIGMAS = 5.0
-"""Largest accepted deviation in stated σ: p < 10⁻⁶ for each value."""
+"""Largest accepted deviation in stated standard uncertainties; a value exceeds it with p < 10⁻⁶."""
 
 
 def _named(world: FourHeads, effect: str) -> tuple[Diagnosis, dict[str, Parameter]]:
@@ -43,7 +43,7 @@ def test_nothing_is_adequate() -> None:
 
 
 def test_a_ball_pass_is_named_with_what_head_1_sees() -> None:
-    """0.25 µm at the radius of the disc is named, although no reference has measured it."""
+    """A ball-pass motion of 0.25 µm at the disc's radius is named without a reference."""
     _, values = _named(FourHeads(motion=ball_pass(0.25e-6, 4.37)), "bearing_ball_pass")
     _close(values["head1_amplitude"], 0.25e-6 * ARCSEC_A_METRE)
     assert abs(values["order"].value - 4.37) < 1e-3
@@ -70,7 +70,7 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
 
 
 def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
-    """A forward circle would be an eccentric disc."""
+    """A forward circle would look like an eccentric disc."""
     backward = FourHeads(motion=lambda angle: 0.1e-6 * np.exp(-1j * angle))
     _, values = _named(backward, "radial_error_motion")
     assert {name[-1] for name in values} == {"1"}
@@ -90,7 +90,7 @@ def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
 def test_lost_counts_are_named_with_their_head(head: int) -> None:
     _, values = _named(FourHeads(slip=(1, head, 40)), "count_slip")
     assert (values["run"].value, values["head"].value) == (1.0, float(head))
-    # A step of head 1 appears in every Rᵢ − R₁, downwards.
+    # A step of head 1 appears in every Rᵢ − R₁ with a negative sign.
     expected = -40.0 if head == 1 else 40.0
     _close(values["counts"], expected)
 
@@ -105,7 +105,7 @@ def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
 
 
 def test_an_order_that_two_heads_do_not_see_is_named() -> None:
-    """120 · 33° are eleven turns: R₂ − R₁ does not show the order, and the other differences do."""
+    """120 · 33° are eleven turns: R₂ − R₁ does not show the order, but the other differences do."""
     disc = (*DISC, (120, 0.3, 0.5))
     found, values = _named(FourHeads(disc=disc), "high_order_graduation")
     assert values["order"].value == 120.0
@@ -128,9 +128,10 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
 def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
     order: int, size_arcsec: float
 ) -> None:
-    """The 80″ of order 1 move the phase of order 200 by 0.08 at each head in its own way.
+    """The 80″ of order 1 shift the phase of order 200 by 0.08, differently at each head.
 
-    A line with a size and a phase for each head describes that too, so that it gains more.
+    A line with an amplitude and a phase for each head also describes this, and therefore has a
+    larger gain.
     """
     found, values = _named(
         FourHeads(disc=(*DISC, (order, size_arcsec, 0.5)), samples=1200), "high_order_graduation"
@@ -143,20 +144,23 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
 
 @pytest.mark.parametrize("order", [97.0, pytest.param(97.02, marks=pytest.mark.large)])
 def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
-    """The axis moves by 0.2 µm along x: each head sees its own share, and the disc has no order."""
+    """The axis moves by 0.2 µm along x: each head sees its own share, and the disc does not have
+    this order."""
     world = FourHeads(motion=lambda angle: 0.2e-6 * np.cos(order * angle) + 0j)
     _, values = _named(world, "periodic_error")
     assert values["order"].value == pytest.approx(order, abs=SIGMAS * values["order"].sigma)
 
 
 def test_a_line_with_a_whole_order_is_not_the_whole_order() -> None:
-    """The phase of 0.02 periods a turn advances by 14° over the two turns of each run."""
+    """The order differs by 0.02 from an integer order: over the two turns of each run, the phase
+    advances by 14°."""
     _, values = _named(FourHeads(disc=(*DISC, (97.02, 0.6, 0.5))), "periodic_error")
     assert values["order"].value == pytest.approx(97.02, abs=SIGMAS * values["order"].sigma)
 
 
 def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
-    """The motion is synchronous like a disc error; only the further heads can separate the two."""
+    """The motion is synchronous, like an error of the disc; only further heads can separate the
+    two."""
     world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:2])
     decision = diagnosis_of(world.measured(7)).decision
     assert decision.first is None or decision.first.name != "radial_error_motion"

@@ -1,4 +1,4 @@
-"""Tests of whitening and prediction against the covariance matrix written out."""
+"""Tests of whitening and prediction against a complete covariance matrix."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Tests that scales of the runs which represent a missing effect become 1 with the effect in the
-model, and that the spectra remain right."""
+model, and that the spectra stay right."""
 
 from __future__ import annotations
 
@@ -16,13 +16,17 @@ from arctrue.workbench.noise.spectrum_fit import WhiteBounds
 
 ROWS = 360
 STEPS_S = (1.0 / 30.0, 1.0 / 15.0, 1.0 / 21.0)
-"""Row intervals of three speeds over the same stations: three spectra."""
+"""Intervals between rows at three speeds over the same stations; each has its own spectrum."""
 TRUE = Spectrum(2.6, np.array([0.4]), np.array([2.3]))
 SCALES = np.array([1.3, 1.5, 0.5])
-"""Scales of the runs that represent a missing delay of 280″ per rad/s in a reference at these
-speeds; with the spectra and without the scales, each run has its true variance."""
+"""Scales of the runs when a delay of 280″ per rad/s is missing in the model of a reference at these
+speeds.
+
+With these spectra, but without the scales, each run has its true variance.
+"""
 TOLERANCE = 0.02
-"""Relative tolerance of a variance: a quarter of √(2/360), its uncertainty from 360 rows."""
+"""Relative tolerance of a variance: a quarter of √(2/360), the uncertainty of a variance from 360
+rows."""
 NO_FIXED_TERMS = FixedTerms(np.zeros((0, 0)), np.zeros(0))
 BOUNDS = WhiteBounds(1e-12)
 
@@ -44,10 +48,13 @@ def _rows(seed: int) -> ChannelRows:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_search_begins_at_the_scatter_that_the_runs_have(seed: int) -> None:
-    """A few steps from the noise of the model without the effect reach the same result as many
-    steps. If the search starts without the scales but with the spectra, it starts at 0.4 to 4 times
-    the variance. It then ends with a tenth too much variance in slow parts, which absorb the
-    offsets between the runs, so that a delay gains less than a line of low frequency."""
+    """From the noise of the model without the effect, a few steps lead to the same result as many
+    steps.
+
+    A start with the spectra but without the scales would begin at 0.4 to 4 times the variance. It
+    would end with a tenth too much variance in slow parts, which absorb the offsets between the
+    runs; a delay would then gain less than a line of low frequency.
+    """
     rows = _rows(seed)
     alone, _ = estimated_law(rows, NO_FIXED_TERMS, BOUNDS, None, FIRST_ROUNDS)
     np.testing.assert_array_equal(alone.run_scale, 1.0)

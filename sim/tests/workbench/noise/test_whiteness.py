@@ -1,4 +1,5 @@
-"""Tests of whitened residuals: the level on white noise is right, and other noise is detected."""
+"""Tests of whitened residuals: white noise fails at the stated level, and other noise is
+detected."""
 
 from __future__ import annotations
 
@@ -14,13 +15,14 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
     tests = [whiteness(random.normal(size=800)) for _ in range(300)]
     for name in ("autocorrelation_p", "successive_differences_p", "normality_p"):
         rare = sum(getattr(item, name) < 0.1 for item in tests)
-        # 30 are expected with a standard deviation of 5.2: four of these.
+        # 30 are expected with a standard deviation of 5.2; the bounds are four of these away.
         assert 9 < rare < 51, name
 
 
 @pytest.mark.parametrize(("rows", "turns"), [(60, 1), (120, 1), (400, 1), (1600, 1), (300, 2)])
 def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
-    """Orders 1 to 20 of an even log take the noise of their frequencies, up to all below 20/60."""
+    """In an evenly spaced log, orders 1 to 20 absorb the noise of their frequencies, at most all
+    noise below 20/60."""
     random = np.random.default_rng(8)
     angle = 2.0 * np.pi * turns * np.arange(rows) / rows
     phase = np.outer(angle, np.arange(1, 21))
@@ -30,9 +32,9 @@ def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
     tests = [whiteness(values, model) for values in draws - draws @ own @ own.T]
     for name in ("autocorrelation_p", "successive_differences_p"):
         p_values = np.array([getattr(item, name) for item in tests])
-        # 30 are expected with a standard deviation of 5.2: four of these.
+        # 30 are expected with a standard deviation of 5.2; the bounds are four of these away.
         assert 9 < np.count_nonzero(p_values < 0.1) < 51, name
-        # 1 is expected at the level of a third of 0.01: 8 or more have p < 1e-4 (Poisson).
+        # At a third of the level 0.01, 1 is expected; 8 or more have p < 1e-4 (Poisson).
         assert np.count_nonzero(p_values < 0.01 / 3.0) < 8, name
 
 
@@ -90,7 +92,7 @@ def test_normality_is_the_test_of_jarque_and_bera() -> None:
 
 
 def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
-    """A ratio that deviates from its mean by the RMS deviation of drawn ratios (one σ) has p =
+    """If a ratio differs from its mean by the standard deviation of drawn ratios, its p must be
     0.317."""
     random = np.random.default_rng(6)
     draws = random.normal(size=(4000, 24))
@@ -101,7 +103,8 @@ def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
     for values, expected in ((middle, 1.0), (fixed_terms, 0.317)):
         found = whiteness(values)
         assert found is not None
-        # 4,000 draws determine the mean to 1.6 % of the scatter, and the scatter to 1.1 %.
+        # 4,000 draws determine the mean to 1.6 % of the standard deviation, and the standard
+        # deviation to 1.1 %.
         assert found.successive_differences_p == pytest.approx(expected, abs=0.06)
 
 

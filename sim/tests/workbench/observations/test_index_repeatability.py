@@ -1,5 +1,5 @@
-"""Tests of the repeatability of an index mark: the value that the set states, or ±1 count of each
-head."""
+"""Tests of the repeatability of an index mark, which is the value that the set states, or ±1 count
+of each head."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ STATED_COUNTS = 3.0
 
 
 def test_the_stated_repeatability_is_that_of_both_heads() -> None:
-    """Two heads of σ each differ by σ√2; whole counts from −1 to 1 have a variance of 2/3."""
+    """Two heads with σ each differ by σ√2. Without a stated value, the counts −1, 0 and 1 have a
+    variance of 2/3 per head."""
     made = measurement_set(runs=1, turns=1, reference=False)
     stated = replace(made, table=replace(made.table, index_repeatability_counts=STATED_COUNTS))
     assert made.table.counts_per_rev is not None
@@ -25,7 +26,7 @@ def test_the_stated_repeatability_is_that_of_both_heads() -> None:
     assert by_default.index_sigma_arcsec == pytest.approx(count_arcsec * np.sqrt(4.0 / 3.0))
     expected = STATED_COUNTS * count_arcsec * np.sqrt(2.0)
     assert as_stated.index_sigma_arcsec == pytest.approx(expected)
-    # Four runs that agree by chance change a stated value less than an assumed one.
+    # Four runs that agree by chance lower a stated value less than an assumed one.
     left = [
         index_variance(item, np.zeros(4))[0] / item.index_sigma_arcsec**2
         for item in (by_default, as_stated)

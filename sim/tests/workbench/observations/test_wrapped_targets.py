@@ -1,4 +1,4 @@
-"""A log whose recorder writes the angle modulo one turn is the same log."""
+"""Tests that a log whose recorder writes the angle modulo one turn is read as the unwrapped log."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def test_angles_continue_past_the_turn(deg_s: float) -> None:
 @pytest.mark.parametrize(
     "target",
     [
-        # Already unwrapped, one turn, an arc up and down, and a polygon's stations.
+        # The targets are unwrapped already, or within one turn, or an arc up and down, or the
+        # stations of a polygon.
         40.0 + 0.97 * np.arange(1500),
         0.5 * np.arange(720),
         np.concatenate([np.arange(100.0), np.arange(99.0, -1.0, -1.0)]),

@@ -25,10 +25,10 @@ class Conditions:
     direction: Float
     """Direction of approach to the angle, +1 or −1."""
     warming_k: Float
-    """Temperature above that at which the table has no thermal error."""
+    """Temperature minus the temperature at which the table has no thermal error."""
     run: Integer
     station: Integer
-    """Number of the station, or −1 for rows of a moving table."""
+    """Number of the station; −1 in rows of a moving table."""
 
     @property
     def rows(self) -> int:
@@ -82,7 +82,7 @@ class Sweep:
 
     @property
     def end_rad(self) -> float:
-        """Return the table's angle at that time."""
+        """Return the table's angle at ``end_s``."""
         last = np.array([self.end_s - self.begin_s])
         return float(self.conditions(last).turned_rad[0])
 
@@ -98,7 +98,7 @@ class Stations:
 def sweeps(
     speeds_rad_s: list[float], rows: int, turns: float, warming_k: list[float] | None = None
 ) -> list[Sweep]:
-    """Make consecutive runs; each starts where the previous one ended, one minute later.
+    """Make consecutive runs; each starts one minute after the previous one, at its last angle.
 
     Each run has ``rows`` rows over ``turns`` turns. ``warming_k``: temperature above nominal in
     each run, constant during the run.
@@ -128,9 +128,9 @@ def stations(
     seconds_a_station: float = 5.0,
     begin_s: float = 0.0,
 ) -> Stations:
-    """Visit all targets upwards in every cycle; with ``both_ways`` also downwards.
+    """Visit all targets upwards in every cycle, and with ``both_ways`` also downwards.
 
-    The pass in each direction is a run. The temperature is constant.
+    Each pass in one direction is a run. The temperature is constant.
     """
     turned: list[Float] = []
     direction: list[Float] = []

@@ -1,4 +1,5 @@
-"""Designs that several worlds share, and one catalogue cause for each design."""
+"""Designs that several worlds share; for each design, a function draws one cause of the
+catalogue."""
 
 from __future__ import annotations
 
@@ -45,7 +46,7 @@ def four_runs(rows: int) -> list[Sweep]:
 
 
 def head_noise(random: Random, runs: list[Sweep]) -> StateNoise:
-    """Draw noise of any kind, 0.03 to 0.2″ in each head."""
+    """Draw noise of any kind; its standard deviation in each head is 0.03 to 0.2″."""
     length_s = runs[-1].end_s
     step_s = float(runs[0].time_s[1] - runs[0].time_s[0])
     return any_noise(random, float(np.exp(random.uniform(np.log(0.03), np.log(0.2)))),
@@ -53,13 +54,14 @@ def head_noise(random: Random, runs: list[Sweep]) -> StateNoise:
 
 
 def polygon(cycles: int, both_ways: bool, faces: int = 24, begin_s: float = 0.0) -> Stations:
-    """Visit every face in every cycle."""
+    """Make visits of every face in every cycle."""
     targets = np.arange(faces) * (2 * np.pi / faces)
     return stations(targets, cycles, both_ways, 8.0, begin_s)
 
 
 def capture_cause(random: Random, runs: list[Sweep]) -> Cause:
-    """Draw one catalogue cause that four runs of two heads show, all with equal probability."""
+    """Draw, with equal probabilities, one of the catalogue's causes that four runs of two heads
+    show."""
     first = runs[0]
     step_s = max(float(run.time_s[1] - run.time_s[0]) for run in runs)
     run_s = float(first.time_s[-1])
@@ -88,7 +90,8 @@ def slip(random: Random, runs: list[Sweep]) -> Slip:
 
 
 def reference_cause(random: Random, faces: int, length_s: float) -> Cause:
-    """Draw one catalogue cause that a polygon with a capture shows, all with equal probability."""
+    """Draw, with equal probabilities, one of the catalogue's causes that polygon and capture
+    show."""
     draws: list[Callable[[], Cause]] = [
         lambda: Faces.drawn(random, faces),
         lambda: FirstOrderOfReference.drawn(random),

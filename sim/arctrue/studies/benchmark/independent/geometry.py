@@ -21,8 +21,8 @@ from arctrue.studies.benchmark.independent.conditions import Conditions, Sweep
 Float = NDArray[np.floating[Any]]
 Random = np.random.Generator
 SERVO_STEPS = 4
-"""Number of fixed-point iterations of the servo; each reduces the remainder by a factor ε′ < 10⁻²,
-to 10⁻¹¹ rad at most after four."""
+"""Number of fixed-point iterations of the servo: each multiplies the remaining distance by the
+slope ε′ < 10⁻², so that at most 10⁻¹¹ rad remain after four."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Disc:
     lines: int = 16_384
     counts_per_rev: int = 1 << 24
     separation_rad: float = float(np.radians(33.0))
-    """Nominal separation; the heads have it unless a cause turns a bracket."""
+    """Nominal separation of the heads; the true one differs only if a cause turns a bracket."""
     eccentricity_m: complex = 0j
     """Eccentricity: the disc's centre relative to the axis, in the disc's frame at θ = 0."""
     orders: Float = field(default_factory=lambda: np.zeros(0, dtype=complex))
@@ -41,7 +41,7 @@ class Disc:
 
     @property
     def arcsec_per_count(self) -> float:
-        """Return the arcseconds in one count of a reading."""
+        """Return the size of a count of the reading in arcseconds."""
         return 1_296_000 / self.counts_per_rev
 
     def graduation_rad(self, label_rad: Float) -> Float:
@@ -53,7 +53,7 @@ class Disc:
 
 
 def any_disc(random: Random, counts_per_rev: int = 1 << 24) -> Disc:
-    """Draw a disc with 5 to 40 µm eccentricity; orders 2 to 12 fall as 1/n² from 3 to 20″."""
+    """Draw an eccentricity of 5 to 40 µm, and orders 2 to 12 that fall as 1/n² from 3 to 20″."""
     off = np.exp(random.uniform(np.log(5e-6), np.log(40e-6)))
     number = np.arange(1, 13)
     sizes = np.radians(random.uniform(3, 20) / 3600) / number**2 * random.rayleigh(1.0, 12)
@@ -93,13 +93,15 @@ def head_reading_rad(disc: Disc, at: Conditions, head: int, causes: Sequence[Cau
 
 
 def swept_reading_rad(disc: Disc, sweep: Sweep, head: int, causes: Sequence[Cause]) -> Float:
-    """Return a head's readings at each row of a sweep: the table's angle one delay earlier."""
+    """Return a head's reading at each row of a sweep: it shows the angle one delay before the
+    row."""
     delay = sum(cause.delay_s(head) for cause in causes)
     return head_reading_rad(disc, sweep.conditions(sweep.time_s - delay), head, causes)
 
 
 def servo_error_rad(disc: Disc, at: Conditions, causes: Sequence[Cause]) -> Float:
-    """Return reading minus true angle of head 1 if a servo holds the reading at ``turned_rad``."""
+    """Return head 1's reading minus the true angle while a servo holds the reading at
+    ``turned_rad``."""
     error = np.zeros(at.rows)
     for _ in range(SERVO_STEPS):
         there = at.moved(-error)

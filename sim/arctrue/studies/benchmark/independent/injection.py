@@ -44,15 +44,16 @@ Random = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """The scene in which a diagnosis searches for an effect, and the effect's cause."""
+    """An effect to inject: the scene in which a diagnosis searches for it, and its cause."""
 
     scene: Callable[[Random, int], Scene]
-    """Makes a scene without any cause, from a random generator and the most rows of a run."""
+    """Function that makes a scene without any cause, from a random generator and the largest number
+    of rows in a run."""
     cause: Callable[[Random, Scene], Cause]
 
 
 def rms_arcsec(scene: Scene, cause: Cause) -> dict[str, float]:
-    """Return the RMS of the cause by channel; in the reference without its mean."""
+    """Return the RMS of the cause by channel; the mean over the reference is removed first."""
     shown, without = scene.channels([cause]), scene.channels([])
     found = {}
     for channel, values in shown.items():
@@ -68,7 +69,8 @@ def _world(name: str) -> Callable[[Random, int], Scene]:
 
 
 def _geared(random: Random, rows: int) -> Scene:
-    """Draw 72 unevenly spaced stations, both ways, and a drive with a stated tooth count."""
+    """Draw a scene of 72 unevenly spaced stations, approached from both sides, and a drive whose
+    tooth count is stated."""
     places = np.arange(72) + random.uniform(-0.3, 0.3, 72)
     at = stations(places * (2 * np.pi / 72), 4, True, 6.0)
     sigma = float(random.uniform(0.05, 0.4))

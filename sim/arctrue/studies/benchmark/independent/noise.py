@@ -1,7 +1,8 @@
 """Noise processes of the second generator: each draws noise, and whitens columns exactly.
 
-A process is either a sum of white noise and linear Gaussian states (:class:`StateNoise`), whitened
-by a Kalman filter, or a fractional difference (:class:`FlickerNoise`), whitened by its inverse.
+A process is either a sum of white noise and linear Gaussian states (:class:`StateNoise`), which a
+Kalman filter whitens, or a fractional difference (:class:`FlickerNoise`), which its inverse filter
+whitens.
 """
 
 from __future__ import annotations
@@ -30,14 +31,15 @@ class NoiseProcess(Protocol):
         """Return the same process with its standard deviation multiplied by ``factor``."""
 
     def with_white(self, sigma_arcsec: float) -> NoiseProcess:
-        """Add independent white noise (rounding) to the process, for whitening only."""
+        """Return the process plus independent white noise for the rounding; used for whitening
+        only."""
 
     def rms_arcsec(self, time_s: Float) -> float:
-        """Return the expected standard deviation of one row about the mean of the run."""
+        """Return the expected standard deviation of a row about the mean of its run."""
 
     @property
     def oscillators(self) -> tuple[DrivenOscillator, ...]:
-        """Return the damped oscillators in the process, which noise drives."""
+        """Return the damped oscillators, driven by noise, that the process contains."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,16 +112,16 @@ State = Relaxation | RandomWalk | DrivenOscillator
 
 @dataclass(frozen=True)
 class StateNoise:
-    """White noise, normal or of Student's t, plus any states."""
+    """White noise, with a normal or a Student's t distribution, plus any states."""
 
     white_arcsec: float
     states: tuple[State, ...] = ()
     freedom: float = float("inf")
-    """Degrees of freedom of Student's t, above 2, whose standard deviation is ``white_arcsec``;
-    infinite: normal."""
+    """Degrees of freedom (above 2) of the Student's t distribution of the white noise, whose
+    standard deviation is ``white_arcsec``; infinite: normal distribution."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
-        """Draw white noise and the states, each with its own noise, (n,)."""
+        """Draw white noise plus each state, which its own noise drives, (n,)."""
         if np.isinf(self.freedom):
             found = self.white_arcsec * random.standard_normal(time_s.size)
         else:
@@ -132,8 +134,8 @@ class StateNoise:
     def whiten(self, columns: Float, time_s: Float) -> Float:
         """Return the innovations of a Kalman filter over the rows.
 
-        White noise of Student's t counts with the variance of the normal noise that has the same
-        Fisher information of a shift: scale²·(ν + 3)/(ν + 1).
+        The filter takes Student's t noise as normal noise with the same Fisher information about a
+        shift: its variance is scale²·(ν + 3)/(ν + 1).
         """
         white = self.white_arcsec**2
         if np.isfinite(self.freedom):
@@ -152,13 +154,13 @@ class StateNoise:
         )
 
     def with_white(self, sigma_arcsec: float) -> StateNoise:
-        """Return the process with more variance in the white part."""
+        """Return the process with this variance added to the white part."""
         return replace(self, white_arcsec=float(np.hypot(self.white_arcsec, sigma_arcsec)))
 
     def rms_arcsec(self, time_s: Float) -> float:
         """Compute the RMS from the covariances of the parts.
 
-        A random walk over T counts with σ²·T/6, its variance about its mean.
+        A random walk over the duration T contributes σ²·T/6, its variance about its mean.
         """
         variance = self.white_arcsec**2
         for state in self.states:
@@ -174,10 +176,10 @@ class StateNoise:
         return tuple(state for state in self.states if isinstance(state, DrivenOscillator))
 
     def mean_periodogram(self, rows: int, step_s: float) -> Float:
-        """Return the mean of |Σ x_n·e^(−2πikn/N)|²/N at k = 1 … ⌈N/2⌉ − 1 of N even rows.
+        """Return the mean of |Σ x_n·e^(−2πikn/N)|²/N at k = 1 … ⌈N/2⌉ − 1 for N evenly spaced rows.
 
-        Σ_l (1 − |l|/N)·C(l)·e^(−2πikl/N) over the covariances C. Raises ValueError for a random
-        walk, which has no such mean.
+        The mean is Σ_l (1 − |l|/N)·C(l)·e^(−2πikl/N), with the covariance C(l) at the lag l. Raises
+        ValueError for a random walk, which has no such mean.
         """
         covariance = np.zeros(rows)
         covariance[0] = self.white_arcsec**2
@@ -195,13 +197,14 @@ class StateNoise:
 
 @dataclass(frozen=True)
 class FlickerNoise:
-    """1/f^a noise by fractional integration of white noise (Kasdin 1995), 0 < a ≤ 1; f per row."""
+    """1/f^a noise, 0 < a ≤ 1, by fractional integration of white noise (Kasdin 1995); f is per
+    row."""
 
     innovation_arcsec: float
     exponent: float
     white_arcsec: float = 0.0
-    """Rounding noise; it is added to the innovation, so that the oracle's sensitivity is a little
-    too low."""
+    """Rounding noise. Its variance is added to that of the innovation, which makes the oracle's
+    sensitivity a little too low."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
         """Filter white noise with (1 − z⁻¹)^(−a/2), (n,)."""
@@ -222,7 +225,7 @@ class FlickerNoise:
         )
 
     def with_white(self, sigma_arcsec: float) -> FlickerNoise:
-        """Return the process with rounding noise."""
+        """Return the process with this rounding noise added."""
         return replace(self, white_arcsec=float(np.hypot(self.white_arcsec, sigma_arcsec)))
 
     def rms_arcsec(self, time_s: Float) -> float:
@@ -238,7 +241,8 @@ class FlickerNoise:
 
 
 def any_noise(random: Random, sigma_arcsec: float, length_s: float, step_s: float) -> StateNoise:
-    """Draw white noise and, mostly, a relaxation, a random walk, heavy tails or two of them."""
+    """Draw one of five kinds: white noise alone, with a relaxation, a random walk or both, or heavy
+    tails."""
     kind = int(random.integers(5))
     tau_s = float(np.exp(random.uniform(np.log(5 * step_s), np.log(length_s / 5))))
     relaxation = Relaxation(sigma_arcsec * random.uniform(0.3, 1.0), tau_s)
@@ -300,7 +304,8 @@ def _innovations(
 
 
 def _seconds(time_s: Float) -> list[float]:
-    """Return the seconds before each row, to the nanosecond: even steps share a transition."""
+    """Return the time step before each row, rounded to the nanosecond so that equal steps share one
+    transition matrix."""
     steps: list[float] = np.round(np.diff(time_s, prepend=time_s[:1]), 9).tolist()
     return steps
 

@@ -1,4 +1,4 @@
-"""One experiment with its hidden causes, made into a measurement set with its truth."""
+"""One experiment with its hidden causes; makes it into a measurement set with its truth."""
 
 from __future__ import annotations
 
@@ -29,14 +29,15 @@ SENSOR_NOISE_K = 0.005
 
 @dataclass(frozen=True)
 class Accepted:
-    """Further right answers, in addition to the names of the known hidden causes."""
+    """Further accepted answers, in addition to the names of the hidden causes in the catalogue."""
 
     names: tuple[str, ...] = ()
-    """Names that are right if the answer puts them first: other names of the same cause."""
+    """Other names of the same cause; an answer that puts one of them first is right."""
     alike: tuple[str, ...] = ()
-    """Names that are neither right nor false: they describe only a part of the hidden cause."""
+    """Names that describe only a part of the hidden cause; they count as neither right nor
+    false."""
     verdicts: tuple[str, ...] = ()
-    """Verdicts that are right for this design, independent of the oracle."""
+    """Verdicts that are right for this design, whatever the oracle finds."""
 
 
 @dataclass
@@ -55,24 +56,24 @@ class Scene:
     """Noise of each head."""
     reference_noise: NoiseProcess = field(default_factory=lambda: StateNoise(0.15))
     index_counts: int = 0
-    """Largest random shift of an index mark from run to run, in whole counts."""
+    """Largest random shift of an index mark between two runs, in whole counts."""
     display_arcsec: float = 0.0
     """Resolution of the reference's display; 0: continuous."""
     table: dict[str, Any] = field(default_factory=dict)
-    """Further keys of the description."""
+    """Further keys of the table's description."""
     reference: dict[str, Any] = field(default_factory=dict)
-    """Instrument, faces, standard uncertainty."""
+    """Instrument, faces, and standard uncertainty of the reference."""
     temperature: bool = True
     columns: tuple[str, ...] = ("run", "time_s", "cycle", "direction")
     """Optional columns of the reference file."""
     lost: float = 0.0
-    """Share of the rows that are missing, at random."""
+    """Share of the rows that are missing at random."""
     accepted: Accepted = Accepted()
     adverse_conditions: tuple[str, ...] = ()
-    """Descriptions of the bad data in this set."""
+    """Names of the kinds of bad data in this set."""
 
     def channels(self, causes: Sequence[Cause]) -> dict[str, Float]:
-        """Return the signals of the channels without noise and rounding, arcseconds."""
+        """Return the signal of each channel without noise and rounding, arcseconds."""
         found: dict[str, Float] = {}
         if self.runs:
             first, second = (self._heads_rad(head, causes) for head in (1, 2))
@@ -100,7 +101,7 @@ class Scene:
         return found
 
     def reference_at(self) -> Conditions:
-        """Return the conditions of the reference rows; at a station the reading is held."""
+        """Return the conditions of the reference rows; at a station the servo holds the reading."""
         return self.stations.at if self.stations is not None else _joined(self.passes)
 
 
@@ -146,7 +147,7 @@ def made(scene: Scene, random: Random) -> tuple[MeasurementSet, dict[str, Any]]:
 
 
 def _alone(scene: Scene, number: int, shown: dict[str, Float]) -> dict[str, Float]:
-    """Return the difference that one cause makes, if all other causes act."""
+    """Return the signal of a set with all causes minus the signal without this one cause."""
     others = [cause for place, cause in enumerate(scene.causes) if place != number]
     without = scene.channels(others)
     return {channel: whole - without[channel] for channel, whole in shown.items()}
@@ -278,9 +279,9 @@ def _oscillations(channel: Channel) -> list[dict[str, Any]]:
 
 
 def _resolution(channels: Sequence[Channel]) -> dict[str, float]:
-    """Return the smallest resolved distance of two lines, in order and in frequency.
+    """Return the resolution of two lines: their smallest distance in order and in frequency.
 
-    It is one over the longest run or log in turns, and in seconds.
+    It is the reciprocal of the longest run's or log's length, in turns and in seconds.
     """
     turned, lasted = 0.0, 0.0
     for channel in channels:

@@ -14,9 +14,10 @@ from arctrue.studies.benchmark.independent.world import HIDDEN, independent_worl
 def independent_set(
     world: str, content: str, seed: int, samples: int
 ) -> tuple[MeasurementSet, dict[str, Any]]:
-    """Make the measurement set and its truth; ``samples``: the most rows of a run or a log.
+    """Make the measurement set and its truth.
 
-    Raises KeyError for an unknown world, ValueError for a content that the world does not have.
+    ``samples``: the largest number of rows in a run or a log. Raises KeyError for an unknown world,
+    ValueError for a content that the world does not have.
     """
     chosen = independent_worlds()[world]
     if content not in chosen.contents:

@@ -1,9 +1,8 @@
-"""The oracle's test of a cause: its projected error relative to the noise with which the rows were
-drawn.
+"""The oracle's test of a cause: it compares the error that the base cannot absorb with the noise.
 
-The oracle knows the exact form of each cause and of all others, the noise process and the scatter
-of the index. It also fits 20 orders of the disc, an offset for each run and a zero of the
-reference. Its threshold includes the look-elsewhere effect of an order, a frequency or an instant.
+The oracle knows the exact form of all causes, the noise process and the scatter of the index. It
+also fits 20 orders of the disc, an offset for each run and a zero of the reference. Its threshold
+includes the look-elsewhere effect of a search for an order, a frequency or an instant.
 """
 
 from __future__ import annotations
@@ -24,9 +23,10 @@ from arctrue.studies.benchmark.independent.noise import NoiseProcess, StateNoise
 Float = NDArray[np.floating[Any]]
 BASE_ORDERS = 20
 FALSE_ALARM, POWER = 0.01, 0.95
-"""Values that the benchmark states for every generator."""
+"""False-alarm probability of the oracle's test and its power, equal for both generators."""
 DEPENDENT = 1e-8
-"""Singular values of the scaled base below this share of the largest count as zero."""
+"""Ratio to the largest singular value of the scaled base below which a singular value counts as
+zero."""
 OSCILLATOR_PARAMETERS = 3
 """Number of parameters of a damped oscillator: size, frequency and quality."""
 EXACT_INDEX_ARCSEC = 1e-6
@@ -35,21 +35,21 @@ EXACT_INDEX_ARCSEC = 1e-6
 
 @dataclass(frozen=True)
 class Channel:
-    """The rows of one file as the oracle uses them."""
+    """The rows of one file in the form that the oracle uses."""
 
     name: str
     angle_rad: Float
-    """Angle of head 1, or the target."""
+    """Angle of head 1 in a capture, target angle in a reference."""
     time_s: Float
     noise: NoiseProcess
     run: NDArray[np.int64] | None
-    """Number of the run of each row of a capture; None: a reference."""
+    """Number of the run of each row of a capture; None for a reference."""
     kept: NDArray[np.int64]
-    """Indices of the kept rows of the exact signal."""
+    """Indices, in the exact signal, of the rows that the file keeps."""
     separation_rad: float = 0.0
 
     def base(self) -> Float:
-        """Return orders 1 to 20 as this channel shows them, (n, 40)."""
+        """Return orders 1 to 20 in the form in which this channel measures them, (n, 40)."""
         here = _waves(self.angle_rad)
         if self.run is None:
             return here
@@ -61,16 +61,20 @@ class Sight:
     """The oracle's result for one cause."""
 
     noncentrality: float
-    """Square of the signal that no base column and no other cause absorbs, over the noise."""
+    """Square, in units of the noise, of the signal's part that no base column and no other cause
+    absorbs."""
     needed: float
-    """Noncentrality at which the cause is found in 95 % of such sets at a false alarm of 1 %."""
+    """Noncentrality at which the test finds the cause in 95 % of such sets at a false alarm of 1
+    %."""
     rms_arcsec: float
-    """Largest RMS, over the channels, of the residual after the base; includes offsets of runs."""
+    """Largest RMS over the channels of the part that the base does not absorb; offsets of runs
+    count."""
 
 
 @cache
 def needed_noncentrality(columns: int, places: int) -> float:
-    """Return λ at which a noncentral χ² with ``columns`` exceeds the threshold with POWER."""
+    """Return the λ at which a noncentral χ² with ``columns`` degrees of freedom exceeds the
+    threshold with probability POWER."""
     threshold = chi2.isf(FALSE_ALARM / places, columns)
     return float(brentq(lambda value: ncx2.sf(threshold, columns, value) - POWER, 1e-3, 1e5))
 
@@ -81,7 +85,8 @@ def look(
     causes: Sequence[Cause],
     index_arcsec: float,
 ) -> list[Sight]:
-    """Return a sight of each cause; ``alone``: the cause's own signal by channel."""
+    """Return the oracle's result for each cause; ``alone``: the signal of each cause alone, by
+    channel."""
     if not causes:
         return []
     bases = [_base(channel, channels) for channel in channels]
@@ -122,11 +127,12 @@ def look(
 
 
 def look_at_oscillators(channel: Channel) -> Sight | None:
-    """Return the oracle's sight of the damped oscillators in the noise of a channel with even rows.
+    """Return the oracle's result for the damped oscillators in the noise of a channel.
 
-    The oracle uses the true spectrum of the noise and compares it with the nearest spectrum that
-    never rises with frequency; white noise and relaxations have such spectra. The noncentrality is
-    twice the mean log likelihood ratio (Whittle) over all runs. None without an oscillator.
+    The rows are evenly spaced. The oracle uses the true spectrum of the noise and compares it with
+    the nearest spectrum that never rises with frequency; white noise and relaxations have such
+    spectra. The noncentrality is twice the mean log likelihood ratio (Whittle), summed over all
+    runs. Returns None without an oscillator.
     """
     noise = channel.noise
     if not noise.oscillators:
@@ -150,7 +156,8 @@ def _runs(channels: Sequence[Channel]) -> int:
 
 
 def _base(channel: Channel, channels: Sequence[Channel]) -> Float:
-    """Return orders, offset of each run, zero of the reference: (n, 40 + runs + 1)."""
+    """Return the base columns: orders, offset of each run, zero of the reference, (n, 40 + runs +
+    1)."""
     runs, rows = _runs(channels), channel.angle_rad.size
     offsets = np.zeros((rows, runs + 1))
     if channel.run is None:

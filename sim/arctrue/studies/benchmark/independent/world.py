@@ -19,17 +19,17 @@ NOTHING, HIDDEN = "nothing", "hidden"
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """One kind of set."""
+    """One world: a kind of measurement from which sets are drawn."""
 
     name: str
     about: str
     """Description of the measurement and of what may be hidden: the first paragraph of the world's
     file."""
     draw: Draw
-    """Function that draws a scene from a random generator, whether anything is hidden, and the most
-    rows of a run or a log."""
+    """Function that draws a scene. Its arguments are a random generator, whether anything is
+    hidden, and the largest number of rows in a run or a log."""
     contents: tuple[str, ...]
-    """Contents that the world has."""
+    """Contents that sets of the world may have: ``nothing``, ``hidden``."""
 
 
 @cache

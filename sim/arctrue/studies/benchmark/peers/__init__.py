@@ -1,4 +1,4 @@
-"""Simple rivals of the diagnosis, for comparison with its figures.
+"""Simple rival programs, whose scores are compared with those of the diagnosis.
 
-They read the same folders, and share no code with the workbench.
+They read the same folders as the diagnosis, and share no code with the workbench.
 """

@@ -1,5 +1,4 @@
-"""Tests with a Gaussian process over the conditions whether there is a discrepancy that noise does
-not explain.
+"""Tests with a Gaussian process whether the residual contains a discrepancy in addition to noise.
 
 The discrepancy of Kennedy and O'Hagan (2001) is a smooth function of the conditions, added to the
 model.
@@ -29,11 +28,10 @@ CYCLES_TOGETHER = 2
 
 
 def gaussian_process(folder: Path) -> dict[str, Any]:
-    """Answer ``unknown`` if a smooth function has a lower BIC than white noise; this rival gives no
-    names.
+    """Answer ``unknown`` if a smooth function has a lower BIC than white noise, else ``adequate``.
 
-    The computing time grows with the cube of the number of rows, so a run is averaged over 48
-    stretches, and the reference over two cycles.
+    This rival gives no names. The computing time grows with the cube of the number of rows, so a
+    run is averaged over 48 stretches, and the reference over two cycles.
     """
     fit = Fit(problem(folder))
     left = fit.left()
@@ -41,14 +39,14 @@ def gaussian_process(folder: Path) -> dict[str, Any]:
         _capture(fit.given, left[fit.part(0)]),
         _reference(fit.given, left[fit.part(1)]),
     )
-    # The capture comes first; the reference need not show the same effect.
+    # The capture is tested first; the reference need not show the same effect.
     sees = any(_beats_noise(*channel) for channel in channels if channel[1].size > 4)
     verdict = "unknown" if sees else "adequate"
     return {"verdict": verdict, "named": None, "class": [], "further": []}
 
 
 def _capture(given: Problem, left: Float) -> tuple[Float, Float]:
-    """Average each run over stretches: conditions ``(n, c)`` and residual ``(n,)``."""
+    """Average each run over 48 stretches; return conditions ``(n, c)`` and residual ``(n,)``."""
     if not left.size:
         return np.zeros((0, 4)), left
     order = np.zeros(left.size, dtype=np.int64)
@@ -63,7 +61,7 @@ def _capture(given: Problem, left: Float) -> tuple[Float, Float]:
 
 
 def _reference(given: Problem, left: Float) -> tuple[Float, Float]:
-    """Average a station's rows, approached from one side, over neighbouring cycles."""
+    """Average the rows of a station that were approached from one side over neighbouring cycles."""
     if not left.size:
         return np.zeros((0, 4)), left
     station = np.unique(np.round(np.degrees(given.target), 6), return_inverse=True)[1]
@@ -94,11 +92,12 @@ def _beats_noise(conditions: Float, values: Float) -> bool:
         warnings.simplefilter("ignore", ConvergenceWarning)
         found = GaussianProcessRegressor(smooth, random_state=0).fit(inputs, outputs)
     gain = float(found.log_marginal_likelihood_value_) - _white_log_likelihood(outputs)
-    # The process has one amplitude and one length per condition more than white noise.
+    # In addition to the parameter of white noise, the process has an amplitude, and a length for
+    # each condition.
     return gain > 0.5 * (1 + lengths.size) * float(np.log(values.size))
 
 
 def _white_log_likelihood(values: Float) -> float:
-    """Return the log likelihood of white noise with the variance that fits best."""
+    """Return the log likelihood of white noise with the most likely variance."""
     variance = float(np.mean(values**2))
     return -0.5 * values.size * (float(np.log(2 * np.pi * variance)) + 1.0)

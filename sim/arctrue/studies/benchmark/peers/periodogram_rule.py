@@ -1,4 +1,4 @@
-"""The rule of thumb: the order or frequency of the residual's strongest line names the effect."""
+"""The rule of thumb: name the effect by the order or frequency of the residual's strongest line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ HIGHEST_ORDER = 400
 
 
 def periodogram_rule(folder: Path) -> dict[str, Any]:
-    """Name a line in angle or in time at a false alarm of 1 % in white noise; else ``adequate``."""
+    """Name a line in angle or in time at a false-alarm probability of 1 %, else answer
+    ``adequate``."""
     fit = Fit(problem(folder))
     given, left = fit.given, fit.left()[fit.part(0)]
     if not left.size:
@@ -35,7 +36,7 @@ def periodogram_rule(folder: Path) -> dict[str, Any]:
 
 
 def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:
-    """Return the strongest of the evenly spaced orders and its false-alarm probability."""
+    """Return the order of the strongest line and the line's false-alarm probability."""
     values = left - left.mean()
     turned = values * np.exp(-1j * orders[0] * angle)
     step = np.exp(-1j * (orders[1] - orders[0]) * angle)
@@ -47,7 +48,7 @@ def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:
 
 
 def _in_time(given: Problem, left: Float) -> float:
-    """Return the smallest false-alarm probability of the runs' strongest lines."""
+    """Return the smallest false-alarm probability of the strongest lines of all runs."""
     best = 1.0
     for number in given.runs:
         values = left[given.run == number]
@@ -58,9 +59,9 @@ def _in_time(given: Problem, left: Float) -> float:
 
 
 def _chance(power: float, values: Float, places: int) -> float:
-    """Return the probability that white noise has such a line at any of so many places.
+    """Return the probability that white noise has a line of this power at one of ``places`` places.
 
-    The probability at each place is exp(−power/σ²).
+    The probability at one place is exp(−power/σ²).
     """
     ratio = power / max(float(values.var()), 1e-30)
     return float(-np.expm1(places * np.log1p(-np.exp(-min(max(ratio, 1e-12), 700.0)))))

@@ -1,4 +1,5 @@
-"""Stepwise regression: the effect that lowers the BIC most is added until none does."""
+"""Stepwise regression: in each step, adds the effect that lowers the BIC most, until none lowers
+it."""
 
 from __future__ import annotations
 
@@ -20,19 +21,20 @@ from arctrue.studies.benchmark.peers.textbook import (
 MOST_STEPS = 3
 THINNED, MANY_ROWS = 4, 12_000
 INDEPENDENT = 0.02
-"""Smallest part of a column, as a share of its length, that the model may leave unexplained; this
+"""Smallest part of a column, as a share of its length, that must be orthogonal to the model; this
 excludes an order that is an alias of another one at these samples."""
 
 
 def stepwise_bic(folder: Path) -> dict[str, Any]:
-    """Add effects one by one and answer with them in this order. This rival states neither a class
-    nor an unknown cause.
+    """Add effects one by one; return them in the order in which they were added.
 
-    It assumes white noise. A search costs 2·ln(places) in addition to its coefficients.
+    This rival states neither a class nor an unknown cause, and it assumes white noise. A search
+    costs 2·ln(places) in addition to its coefficients.
     """
     given = problem(folder)
     fit = Fit(given)
-    # Places are searched in a subset of rows that still shows every order; all rows decide.
+    # Places are searched in a subset of rows that still shows every order; the BIC is that of all
+    # rows.
     coarse = Fit(given.thinned(THINNED)) if given.theta.size > MANY_ROWS else fit
     names: list[str] = []
     for _ in range(MOST_STEPS):
@@ -50,7 +52,8 @@ def stepwise_bic(folder: Path) -> dict[str, Any]:
 
 
 def _best(fit: Fit, coarse: Fit) -> tuple[str, Float, Float] | None:
-    """Return the effect whose BIC falls most, its columns in both; None if no BIC falls."""
+    """Return the effect that lowers the BIC most, with its columns in both fits; None if no effect
+    does."""
     left, coarse_left = fit.scaled_left, coarse.scaled_left
     square, rows = float(left @ left), left.size
     best: tuple[float, str, Float, Float] | None = None
@@ -66,7 +69,7 @@ def _best(fit: Fit, coarse: Fit) -> tuple[str, Float, Float] | None:
 
 
 def _place(fit: Fit, effect: TextbookEffect, left: Float) -> tuple[int, Float]:
-    """Return the place with the largest gain, and its columns."""
+    """Return the place that lowers the sum of squares most, and its columns."""
     best: tuple[float, int, Float] | None = None
     for begin, columns in _chunks(fit, effect):
         gains, _ = _gains(fit, columns, left)
@@ -78,13 +81,13 @@ def _place(fit: Fit, effect: TextbookEffect, left: Float) -> tuple[int, Float]:
 
 
 def _chunks(fit: Fit, effect: TextbookEffect) -> Iterator[tuple[int, Float]]:
-    """Yield the columns at some places at a time, with the number of the first place."""
+    """Yield the columns of up to CHUNK places at a time, with the number of the first place."""
     for begin in range(0, effect.places.size, CHUNK):
         yield begin, fit.whole(effect.columns(effect.places[begin : begin + CHUNK]))
 
 
 def _gains(fit: Fit, columns: Float, left: Float) -> tuple[Float, Float]:
-    """Return how much each place lowers the sum of squares, and its number of coefficients."""
+    """Return by how much each place lowers the sum of squares, and its number of coefficients."""
     rows, places, width = columns.shape
     flat = columns.reshape(rows, places * width)
     # The residual is orthogonal to the model, so that only the columns need the projection.

@@ -21,10 +21,11 @@ BASE_ORDERS = 20
 CHUNK = 32
 """Number of places of a search that are evaluated at once."""
 BELL_WIDTHS = 5.0
-"""Distance from its centre at which a bell is below 4e-6 of its height, in standard deviations."""
+"""Distance from its centre, in standard deviations, at which a bell falls below 4e-6 of its
+height."""
 STANDS_S = 0.5
-"""Largest time between two stations of a moving table; after a longer time the table had stopped.
-"""
+"""Largest time between two stations that counts as motion; after a longer time the table had
+stopped."""
 
 
 @dataclass(frozen=True)
@@ -37,31 +38,31 @@ class Problem:
     time_s: Float
     run: Whole
     speed: Float
-    """Mean of the run, radians a second."""
+    """Mean speed of the row's run, radians a second."""
     warmth_k: Float
-    """Temperature above the median; empty without a temperature."""
+    """Temperature minus the median temperature; empty without a temperature."""
     phases: tuple[Float, Float]
     """Electrical phase of each head, radians."""
     error: Float
     target: Float
     reference_s: Float
     reference_speed: Float
-    """Mean speed; 0 if the table stands still."""
+    """Mean speed of the pass; 0 if the table stands still."""
     direction: Float
     face: Whole
     faces: int
     teeth: float | None
     alpha: float
     index_arcsec: float
-    """Standard deviation of R₂ − R₁ from run to run, by the index marks."""
+    """Standard deviation of R₂ − R₁ from run to run that the index marks cause."""
 
     @property
     def runs(self) -> Whole:
-        """Return every run of the capture once."""
+        """Return the numbers of the capture's runs, each once."""
         return np.unique(self.run)
 
     def thinned(self, every: int) -> Problem:
-        """Return the same problem with fewer rows of the capture."""
+        """Return the same problem with every ``every``-th row of the capture."""
         kept = slice(None, None, every)
         return replace(
             self,
@@ -75,9 +76,9 @@ class Problem:
         )
 
     def on_disc(self, orders: Float | Whole) -> tuple[Float, Float]:
-        """Return cosines and sines fixed to the disc, ``(n, orders, 2)``.
+        """Return cosines and sines of orders fixed to the disc, ``(n, orders, 2)``.
 
-        Head 2 reads these orders α ahead.
+        Head 2 reads the disc at an angle that is larger by α.
         """
         ahead = waves(self.theta + self.alpha, orders)
         return ahead - waves(self.theta, orders), waves(self.target, orders)
@@ -100,7 +101,7 @@ def problem(folder: Path) -> Problem:
     facts = measured.table
     counts = float(facts.counts_per_rev or 1)
     repeats = facts.index_repeatability_counts
-    # Default without a statement: within one count, a rectangular distribution.
+    # Without a statement of the repeatability: within one count, a rectangular distribution.
     repeats = 1.0 / math.sqrt(3.0) if repeats is None else repeats
     return Problem(
         **_of_capture(measured.capture, facts),
@@ -184,12 +185,13 @@ def _of_reference(reference: Reference | None) -> dict[str, Any]:
 class Fit:
     """An orthonormal basis of the present model, and the residuals of the data.
 
-    Rows: the capture, the reference, and one for each run with the measured value 0 for the offset
-    of its index, with the repeatability of the index as standard deviation.
+    Rows: the capture, the reference, and one row per run for the offset of its index, with the
+    measured value 0 and the repeatability of the index as standard deviation.
     """
 
     def __init__(self, given: Problem) -> None:
-        """Make the base model of a set: orders 1 to 20 on the disc, offsets of runs, a zero."""
+        """Make the base model of a set: orders 1 to 20 on the disc, offsets of runs, a zero of the
+        reference."""
         runs = given.runs.size
         self.given = given
         self.rows = (given.difference.size, given.error.size, runs)
@@ -210,7 +212,7 @@ class Fit:
         self.scale[self.part(2)] = given.index_arcsec
         self.basis = np.zeros((self.data.size, 0))
         self._take(base / self.scale[:, None])
-        # Each channel is scaled by the scatter of its residuals of the base model.
+        # Each channel is scaled by the standard deviation of its residuals from the base model.
         left = self.left()
         for channel in (0, 1):
             if self.rows[channel]:
@@ -219,12 +221,12 @@ class Fit:
         self._take(base / self.scale[:, None])
 
     def part(self, number: int) -> slice:
-        """Return the rows of the capture (0), of the reference (1), of the index (2)."""
+        """Return the rows of the capture (0), of the reference (1), or of the index (2)."""
         begin = sum(self.rows[:number])
         return slice(begin, begin + self.rows[number])
 
     def whole(self, block: tuple[Float | None, Float | None]) -> Float:
-        """Scale the columns of both channels to units of their noise, ``(rows, places, rank)``."""
+        """Scale the columns of both channels to units of the noise, ``(rows, places, rank)``."""
         capture, reference = block
         shape = next(part.shape[1:] for part in block if part is not None)
         found = np.zeros((self.data.size, *shape))
@@ -269,9 +271,9 @@ class TextbookEffect:
     name: str
     columns: Columns
     places: Places
-    """A single 0 for an effect without a search."""
+    """Places of the search; a single 0 for an effect without a search."""
     share: float = 1.0
-    """Number of places that one given place represents, if a line was selected from a spectrum."""
+    """Number of candidate places for each given place; above 1 if a spectrum selected the place."""
 
 
 def effects_of(fit: Fit) -> Iterator[TextbookEffect]:
@@ -352,7 +354,8 @@ def _ends(values: Float) -> tuple[float, float]:
 
 
 def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
-    """Return both directions of axis motion; each channel sees another combination of them."""
+    """Return columns for both directions of axis motion; capture and reference see different
+    ones."""
     seen, read = waves(given.theta, orders), waves(given.target, orders)
     return (
         np.concatenate([seen, np.zeros_like(seen)], axis=2),
@@ -380,7 +383,8 @@ def _bells(angle: Float, places: Places) -> Float:
 
 
 def _strongest_line_hz(given: Problem, left: Float) -> tuple[float, float]:
-    """Return the frequency of any run's strongest line above 2 Hz, and the number of candidates."""
+    """Return the frequency of the strongest line above 2 Hz in all runs, and the number of
+    candidates."""
     best, where, searched = 0.0, 3.0, 1.0
     for number in given.runs:
         inside = given.run == number

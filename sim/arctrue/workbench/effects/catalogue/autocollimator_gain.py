@@ -1,4 +1,4 @@
-"""The reference's scale is a little too large or too small."""
+"""The scale of the reference is a little too large or too small."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 
 class AutocollimatorGain(ScalarEffect):
-    """gain·ε in the reference run: in proportion to the reading itself."""
+    """Adds gain·ε, proportional to the reading itself, to the reference run."""
 
     name = "autocollimator_gain"
     physics = (

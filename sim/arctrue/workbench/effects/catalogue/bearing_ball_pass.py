@@ -27,13 +27,15 @@ from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 TOLD_APART_SIGMA = 5.5
-"""Distance in σ of the order from whole and half ones: χ² of 30, as the search requires."""
+"""Smallest distance of the order from whole and half orders, in σ: a χ² of 30, as the search
+requires."""
 LEAST_TURNS = 1.98
-"""Least number of turns: two, minus the step after the last sample."""
+"""Smallest number of turns: a run of two turns lacks the step after its last sample."""
 
 
 class BearingBallPass(Effect):
-    """Axis motion cos, sin νθ over the unwrapped angle, ν not whole, found."""
+    """Axis motion as cos νθ and sin νθ over the unwrapped angle; a search finds ν, which is not
+    whole."""
 
     name = "bearing_ball_pass"
     physics = (
@@ -98,14 +100,15 @@ class BearingBallPass(Effect):
     ) -> str | None:
         """Refuse an order that cannot be distinguished from a whole or half one.
 
-        Balls and cage do not turn at simple rates; a motion that repeats after one or two turns (a
-        belt, a gear of two to one) does, and is the simpler statement. The narrow interval around a
-        simple order contains a small share of all orders: an order in it counts as simple unless
-        the odds against this are 10⁶ (Occam's factor).
+        A motion that repeats after one or two turns (a belt, a gear of two to one) has a simple
+        order and is the simpler explanation; balls and cage do not turn at simple rates. The narrow
+        interval around a simple order contains a small share of all orders: an order in it counts
+        as simple unless the odds against this are 10⁶ (Occam's factor).
         """
         order = found["order"]
         half = round(2.0 * order.value) / 2.0
-        # If σ is undetermined, the order is not shown to differ from a whole or half one.
+        # If σ is undetermined, the data do not show that the order differs from a whole or half
+        # one.
         if not abs(order.value - half) <= TOLD_APART_SIGMA * order.sigma:
             return None
         turns = "every turn" if half == round(half) else "every two turns"
@@ -120,7 +123,7 @@ class BearingBallPass(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[RealLane]:
-        """Return the lane of y, which head 1 sees; two heads alone cannot separate it from x."""
+        """Return the lane of y, which head 1 reads; two heads alone cannot separate y from x."""
         if observations.reference is None and observations.heads < SEPARATING_HEADS:
             return []
         return paired_real_lanes([nonlinear["order"]], coefficients[2:])
@@ -133,7 +136,8 @@ class BearingBallPass(Effect):
         observations: Observations,
     ) -> dict[str, Parameter]:
         alpha = observations.head_separation_rad
-        # Two heads cannot separate x and y, but head 1 and the difference determine what they show.
+        # Two heads cannot separate x and y, but head 1 and the difference each determine a
+        # combination.
         mixing = np.array(
             [
                 [np.sin(alpha), 0.0, np.cos(alpha) - 1.0, 0.0],

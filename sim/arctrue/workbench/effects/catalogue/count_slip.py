@@ -1,4 +1,4 @@
-"""Counts lost or gained on one head at one instant."""
+"""One head loses or gains counts at one instant."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.workbench.observations import CaptureRows, Observations
 
 
 class CountSlip(Effect):
-    """A step in R₂ − R₁ at one instant, to the end of that run."""
+    """Adds a step to R₂ − R₁, from one instant to the end of that run."""
 
     name = "count_slip"
     physics = (
@@ -52,7 +52,8 @@ class CountSlip(Effect):
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         run = round(nonlinear["run"])
-        # A step of head 1 appears in all other heads; its run is numbered −1, −2, …
+        # A step of head 1 appears in the differences of all other heads; its run is numbered −1,
+        # −2, …
         of_run = rows.run == run if run >= 0 else rows.run // (rows.heads - 1) == -run - 1
         after = of_run & (rows.time_s >= nonlinear["instant"])
         return np.asarray(after, dtype=np.float64)[:, np.newaxis]
@@ -87,7 +88,7 @@ class CountSlip(Effect):
         run, channels = round(nonlinear["run"]), observations.channels_of_capture
         found = {
             "run": Parameter(float(run // channels if run >= 0 else -run - 1), 0.0, "1"),
-            # The step lies somewhere between the last row before it and the first one after.
+            # The step lies somewhere between the last row before it and the first row after it.
             "instant": Parameter(
                 nonlinear["instant"] - 0.5 * observations.sample_period_s, float("nan"), "s"
             ),

@@ -25,14 +25,14 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 HIGHEST_MULTIPLE = 3
 WHOLE_TURN = 0.9
-"""Share of a turn that the stations must cover to separate lines one order apart."""
+"""Smallest share of a turn that the stations must cover to separate lines one order apart."""
 LEAST_VARIANCE = 0.1
-"""Smallest variance of cos plus sin of a line over the stations; 1 if the stations resolve it
-fully."""
+"""Smallest variance over the stations of a line's cosine and sine columns, summed; it is 1 if the
+stations resolve the line fully."""
 AS_GOOD = 6.0
-"""Gain by which a line must exceed a lower line to replace it: odds of 20 to 1."""
+"""Gain by which a line must exceed that of a lower line to replace it: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
-"""Settings that list multiples of the tooth count, and the offset of their orders from the
+"""Settings that list multiples of the tooth count, each with the offset of its orders from the
 multiples."""
 
 Line = tuple[int, int]
@@ -43,15 +43,15 @@ USUAL: list[list[Line]] = [
     for highest in range(1, HIGHEST_MULTIPLE + 1)
     for distances in ((0,), tuple(LISTS.values()))
 ]
-"""The usual forms: the wave of the teeth with its multiples from the first on, for a centred or an
-eccentric gear."""
+"""The usual forms of the lines: the tooth count and its first multiples, for a centred gear and for
+an eccentric one."""
 
 
 class DriveGearError(Effect):
-    """cos, sin of the tooth count and its multiples, in the reference run only.
+    """Adds cosine and sine of the tooth count and its multiples to the reference run only.
 
-    A gear off its centre meshes slightly early and late once a turn, which puts a line one order
-    below and one above each multiple: those are listed in ``below`` and ``above``.
+    A gear off its centre meshes slightly early and late once a turn, which causes a line one order
+    below and one above each multiple: ``below`` and ``above`` list them.
     """
 
     name = "drive_gear_error"
@@ -143,7 +143,7 @@ class DriveGearError(Effect):
             found = [self._gain(residuals, [*kept, line]) for line in waiting]
             if max(found) < gain + worth:
                 break
-            # Lines may be aliases of each other at the faces: take the first that is about as
+            # At the faces, lines may be aliases of each other: take the first line that is about as
             # good as the best.
             place = next(at for at, value in enumerate(found) if value > max(found) - AS_GOOD)
             kept.append(waiting[place])
@@ -153,12 +153,13 @@ class DriveGearError(Effect):
         trials = comb(len(lines), len(kept))
         usual = [self._shown(form, lines, reference) for form in USUAL]
         if set(kept) in usual:
-            # The usual form of a gear is not a choice among all sets of lines.
+            # A usual form of a gear counts as one of few trials, because it was not chosen among
+            # all sets of lines.
             trials = min(trials, len(USUAL))
         return self._of(kept), float(trials)
 
     def _shown(self, form: list[Line], lines: list[Line], reference: ReferenceRows) -> set[Line]:
-        """Return the lines of a form that the stations can separate, each once."""
+        """Return the lines of a form that the stations can separate, without repetitions."""
         shown: list[Line] = []
         for line in form:
             if line in lines and self._is_another(line, shown, reference):
@@ -166,12 +167,13 @@ class DriveGearError(Effect):
         return set(shown)
 
     def _varies(self, line: Line, reference: ReferenceRows) -> bool:
-        """Tell whether the line varies over the stations; aliases of a constant do not."""
+        """Tell whether the line varies over the stations; an alias of a constant does not."""
         columns = self._of([line]).reference_columns(reference, {}, FitContext())
         return columns is not None and float(np.var(columns, axis=0).sum()) > LEAST_VARIANCE
 
     def _is_another(self, line: Line, kept: list[Line], reference: ReferenceRows) -> bool:
-        """Tell whether the stations separate the line from the kept lines: it is no alias."""
+        """Tell whether the stations separate the line from the kept lines, so that it is no alias
+        of them."""
         if not kept:
             return True
         columns, others = (

@@ -1,4 +1,4 @@
-"""A scratch, dirt or a splice at one place of the disc."""
+"""The disc has a scratch, dirt or a splice at one place."""
 
 from __future__ import annotations
 
@@ -18,18 +18,20 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 def bump(angle_rad: NDArray[np.float64], nonlinear: Nonlinear) -> NDArray[np.float64]:
-    """Return a bell of height 1 at ``place`` (degrees), ``width`` (degrees, standard deviation)."""
+    """Return a bell of height 1 around ``place`` (degrees) with the standard deviation ``width``
+    (degrees)."""
     away = angle_rad - np.radians(nonlinear["place"])
     away = (away + np.pi) % (2.0 * np.pi) - np.pi
     return np.asarray(np.exp(-0.5 * (away / np.radians(nonlinear["width"])) ** 2))
 
 
 FAR_WIDTHS = 5.0
-"""Number of standard deviations at which the bell is below 4·10⁻⁶ of its height."""
+"""Distance from the middle, in standard deviations, at which the bell is below 4·10⁻⁶ of its
+height."""
 
 
 class GraduationDefect(Effect):
-    """A bump of some width at one disc angle."""
+    """Adds a bump of some width at one disc angle."""
 
     name = "graduation_defect"
     physics = (

@@ -1,4 +1,4 @@
-"""The base of every model: errors fixed to the disc, by order."""
+"""The errors of the disc, by order; every model contains them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class GraduationHarmonics(Effect):
-    """ε(ψ) = Σ cₙ·cos nψ + sₙ·sin nψ, n = 1 … N, fixed to the disc."""
+    """Adds ε(ψ) = Σ cₙ·cos nψ + sₙ·sin nψ, n = 1 … N, which is fixed to the disc."""
 
     name = "graduation_harmonics"
     physics = (

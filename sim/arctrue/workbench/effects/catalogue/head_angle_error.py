@@ -9,7 +9,7 @@ from arctrue.workbench.observations import CaptureRows, Observations
 
 
 class HeadAngleError(ScalarOfEachHead):
-    """Δα·(1 + ε′(θ + α)) in R₂ − R₁: a constant and a small part of every order."""
+    """Adds Δα·(1 + ε′(θ + α)) to R₂ − R₁: a constant and a small part of every order."""
 
     name = "head_angle_error"
     physics = (

@@ -1,4 +1,4 @@
-"""One line or a few lines in the order spectrum, above the orders of the base model."""
+"""The disc has one line or a few lines in the order spectrum above the orders of the base model."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class HighOrderGraduation(Effect):
-    """c·cos nψ + s·sin nψ with n above the base model, found in the order spectrum."""
+    """Adds c·cos nψ + s·sin nψ with n above the base model; a search of the order spectrum finds
+    n."""
 
     name = "high_order_graduation"
     physics = (
@@ -49,7 +50,8 @@ class HighOrderGraduation(Effect):
         return (round(nonlinear["order"]),)
 
     def missing(self, observations: Observations) -> list[str]:
-        # With one head, a line of the disc looks the same as a motor's cogging or a gear.
+        # With one head, a line of the disc looks the same as the cogging of a motor or the error of
+        # a gear.
         return [] if observations.capture is not None else ["a capture of both heads"]
 
     @property

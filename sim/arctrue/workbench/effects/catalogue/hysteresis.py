@@ -10,12 +10,12 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_REVERSALS = 2
-"""Smallest number of reversals: with only one, the two directions are also before and after it, so
-that any step or drift in time looks the same."""
+"""Smallest number of reversals. With only one, all rows of one direction come before all rows of
+the other, so that any step or drift in time looks the same."""
 
 
 class Hysteresis(ScalarEffect):
-    """±½·reversal error in the reference run, by direction."""
+    """Adds ± half the reversal error to the reference run, by direction."""
 
     name = "hysteresis"
     physics = (

@@ -11,11 +11,12 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_DELAY_US = 1e-3
-"""Smallest delay of the columns: a smaller delay is replaced by it."""
+"""Smallest delay with which the column is calculated; it replaces any smaller delay."""
 
 
 class Latency(ScalarEffect):
-    """Reading delayed by τ in a reference run on the move: a constant and every order."""
+    """Adds the effect of a reading that is delayed by τ to a reference run on the move: a constant
+    and every order."""
 
     name = "latency"
     physics = (
@@ -57,7 +58,8 @@ class Latency(ScalarEffect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        # The error function is evaluated at the old reading, as it should be; only ωτ remains.
+        # The gateware evaluates the error function at the old reading, as it should; only ωτ
+        # remains.
         behind_arcsec = float(coefficients[0]) * 1e-6 * ARCSEC_PER_RAD
         return [ConditionedLane("speed", Lane(0, -behind_arcsec, 0.0))]
 
@@ -66,7 +68,8 @@ class Latency(ScalarEffect):
     ) -> Columns | None:
         if rows.speed_rad_s is None:
             return None
-        # The column is the chord from no delay to the found delay: exact for the found delay.
+        # The column is the change from no delay to the found delay, divided by that delay: exact
+        # for the found delay.
         known = context.coefficients.get(self.name)
         delay_us = LEAST_DELAY_US if known is None else float(known[0])
         if abs(delay_us) < LEAST_DELAY_US:

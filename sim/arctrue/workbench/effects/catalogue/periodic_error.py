@@ -1,4 +1,4 @@
-"""A line whose cause the data do not show."""
+"""The data show a line but not its cause."""
 
 from __future__ import annotations
 
@@ -29,32 +29,32 @@ from arctrue.workbench.observations.one_speed import speed_turns_s
 
 LEAST_ROWS = 16
 WHOLE = 0.01
-"""Largest distance of an order from a whole one that counts as whole: its phase is wrong by 4° at
-most, in half a turn."""
+"""Largest distance of an order from a whole order at which it counts as whole: the phase is then
+wrong by at most 4° over half a turn."""
 OF_THE_DRIVE = 0.02
 """Largest distance of an order from a multiple of the tooth count, as a share of the tooth count,
-that assigns the line to the drive; one order in 25 is this close by chance."""
+at which the line is assigned to the drive; one order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
-"""Largest distance of a line in time from a multiple of the frequency of the visits that assigns it
-to the schedule, in units of the frequency resolution of the run (1/length). With ten visits of a
-station, one of 20 lines in time is this close by chance."""
+"""Largest distance of a line in time from a multiple of the frequency of the visits at which the
+line is assigned to the schedule, in units of the frequency resolution of the run (1/length). With
+ten visits of a station, one of 20 lines in time is this close by chance."""
 REGULAR = 0.05
-"""Largest relative spread of the times between visits of a station; with a larger one there is no
-schedule."""
+"""Largest relative spread of the times between visits of a station that counts as a schedule."""
 SAME_STATION_RAD = 1e-6
 TELLS_DIRECTIONS = 6.0
 """BIC advantage that a whole order with a size and a phase for each direction needs over one line
-of any order: odds of 20 to 1. It has one parameter more: four coefficients instead of two and the
-order."""
+of any order: odds of 20 to 1. The whole order has one parameter more: four coefficients in place of
+two coefficients and the order."""
 
 
 class PeriodicError(Effect):
-    """cos, sin νθ or 2πft in one channel: any real order or frequency, found by a search.
+    """Adds cosine and sine of νθ or of 2πft to one channel; a search finds the real order or the
+    frequency.
 
-    With ``by_direction`` it is a whole order of a reference, with a size and a phase for each
-    direction: stiction or a drive with play. Fitted as one line, its order would differ a little
-    from the whole one.
+    With ``by_direction`` the line has a whole order of a reference, with a size and a phase for
+    each direction: stiction or a drive with play. If such an error were fitted as one line, its
+    order would differ a little from the whole one.
     """
 
     name = "periodic_error"
@@ -154,7 +154,8 @@ class PeriodicError(Effect):
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """Return the whole order near a reference line, if each direction has its own wave."""
+        """Return the whole order near a reference line if each direction has a wave of its own;
+        otherwise return the line unchanged."""
         rows = residuals.observations.reference
         order = float(round(nonlinear["order"]))
         same = self, dict(nonlinear)
@@ -205,7 +206,7 @@ class PeriodicError(Effect):
     ) -> str | None:
         """Refuse a line in time at the frequency of the visits to the stations.
 
-        There it is a function of place and direction of approach.
+        At the stations, such a line is a function of place and direction of approach.
         """
         rows = observations.reference
         if not nonlinear["in_time"] or nonlinear["in_capture"] or rows is None:
@@ -298,7 +299,7 @@ class PeriodicError(Effect):
         return paired_real_lanes([order], coefficients[:2])
 
     def _of_the_angle(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether it is one line of the reference that is fixed to the angle."""
+        """Tell whether the effect is one line of the reference that is fixed to the angle."""
         return not (self._by_direction or nonlinear["in_time"] or nonlinear["in_capture"])
 
 

@@ -10,14 +10,15 @@ from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinea
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 HEIGHTS = ("elevation_deg", "declination_deg")
-"""Angle of the target above the plane in which this axis turns: alt-azimuth, equatorial mount."""
+"""Columns of the angle of the target above the plane in which this axis turns, for an alt-azimuth
+and for an equatorial mount."""
 AZIMUTH = "azimuth_deg"
-"""Angle of the other axis, if the axis under test is the elevation axis."""
+"""Column of the other axis' angle, if the axis under test is the elevation axis."""
 LEAST_SPAN_DEG = 20.0
-"""Least span of elevations: over a smaller one tan E and sec E differ from straight lines by less
-than 2 %."""
+"""Smallest span of elevations: over less, tan E and sec E differ from straight lines by less than 2
+%."""
 LEAST_AZIMUTH_SPAN_DEG = 90.0
-"""Least span of azimuths: over a smaller one cos A and sin A differ little from a constant and a
+"""Smallest span of azimuths: over less, cos A and sin A differ little from a constant and a
 line."""
 LEAST_ROWS = 8
 """Least number of rows: twice the number of coefficients."""
@@ -26,7 +27,7 @@ OF_THE_SIGHT = ("squareness", "collimation")
 
 
 class PointingGeometry(Effect):
-    """tan E·cos θ, tan E·sin θ, tan E and sec E, or cos A and sin A, in the reference rows."""
+    """Adds tan E·cos θ, tan E·sin θ, tan E and sec E, or cos A and sin A, to the reference rows."""
 
     name = "pointing_geometry"
     physics = (
@@ -106,7 +107,8 @@ class PointingGeometry(Effect):
 
 
 def _height_deg(rows: ReferenceRows) -> NDArray[np.float64] | None:
-    """Return the recorded angle above the plane of the first axis, degrees; None: not recorded."""
+    """Return the recorded angle above the plane of the first axis, in degrees; None if it was not
+    recorded."""
     for name in HEIGHTS:
         if name in rows.conditions:
             return rows.conditions[name]

@@ -1,4 +1,4 @@
-"""An error of first order that only the reference shows."""
+"""Only the reference shows an error of first order."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 
 class PolygonEccentricity(Effect):
-    """cos θ, sin θ in the reference rows only."""
+    """Adds cos θ and sin θ to the reference rows only."""
 
     name = "polygon_eccentricity"
     physics = (

@@ -19,15 +19,15 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 LEAST_FACES = 8
 """Smallest number of faces: with fewer, a wave and independent face errors look alike."""
 WIDEST_PLACE = 3
-"""Largest number of neighbouring faces in one place of the table: an eighth of a turn for 24
-faces."""
+"""Largest number of neighbouring faces in one place of the table: three of 24 faces are an eighth
+of a turn."""
 MAGNIFIED = 0.25
-"""Limit of |e^{jnα} − 1|. Below it the fit assigns to the graduation an order at least four times
-as large as in the heads' difference, which then appears in the reference."""
+"""Limit of |e^{jnα} − 1|. For an order below it, the fit gives the graduation an amplitude at least
+four times that in the heads' difference, and this amplitude appears in the reference."""
 
 
 class PolygonFaceError(Effect):
-    """One constant per face, in the reference run."""
+    """Adds one constant per face to the reference run."""
 
     name = "polygon_face_error"
     physics = (
@@ -66,7 +66,7 @@ class PolygonFaceError(Effect):
             return None
         columns = np.zeros((rows.face.size, rows.faces))
         columns[np.arange(rows.face.size), rows.face] = 1.0
-        # Σ f_i = 0: the constant belongs to a₀.
+        # Σ f_i = 0: the constant that all faces share belongs to a₀.
         return columns - 1.0 / rows.faces
 
     def contradiction(
@@ -76,12 +76,13 @@ class PolygonFaceError(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Refuse face errors with a pattern: faces are lapped one by one, without an order.
+        """Refuse face errors with a pattern, because faces are lapped one by one and their errors
+        are independent.
 
         Patterns are a wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125
         (1929) 54), one or some neighbouring faces as outliers among the others (Grubbs, Ann. Math.
-        Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of variance).
-        They come from the table's own motion, which a polygon on the table shows as well.
+        Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of variance). A
+        motion of the table itself causes such patterns; a polygon on the table shows it as well.
         """
         values = coefficients - coefficients.mean()
         size, level = values.size, CONTRADICTED_P
@@ -136,8 +137,8 @@ def _place(values: NDArray[np.float64], separation_rad: float) -> tuple[int, int
     """Return first face, number and p value of the neighbouring faces with the largest deviation.
 
     Their share of the sum of squares has a beta distribution; Bonferroni over all places and
-    widths. A motion of the axis at one place appears over the whole turn in the orders that the two
-    heads magnify: these orders are removed.
+    widths. The orders that the two heads magnify are removed first, because they spread a motion of
+    the axis at one place over the whole turn.
     """
     size = values.size
     orders = np.arange(1, (size + 1) // 2)
@@ -165,8 +166,8 @@ def _place(values: NDArray[np.float64], separation_rad: float) -> tuple[int, int
 def _comes_again(values: NDArray[np.float64]) -> tuple[int, float]:
     """Return the number of repetitions of the face errors per turn, and its p value.
 
-    For each number of equal parts of a turn, the variance of the mean part is compared with the
-    variance within the parts by the F distribution; Bonferroni over all numbers.
+    For each number of equal parts of a turn, the F distribution compares the variance of the mean
+    part with the variance within the parts; Bonferroni over all numbers.
     """
     size = values.size
     found = [(1, 1.0)]

@@ -1,4 +1,4 @@
-"""The axis moves in the frame, in step with the angle."""
+"""The axis moves in the stator frame, as a function of the angle."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class RadialErrorMotion(Effect):
-    """x(θ) and y(θ) of the axis in the stator frame, orders 2 to 8; with three heads, orders 1 to
-    8."""
+    """Adds x(θ) and y(θ) of the axis in the stator frame, orders 2 to 8; with three heads, orders 1
+    to 8."""
 
     name = "radial_error_motion"
     physics = (
@@ -84,7 +84,7 @@ class RadialErrorMotion(Effect):
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Keep the orders whose gain exceeds the BIC penalty of their columns."""
         observations = residuals.observations
-        # With two heads and a reference, order 1 looks the same as the disc's.
+        # With two heads and a reference, order 1 looks the same as order 1 of the disc.
         first = (1,) if observations.heads >= SEPARATING_HEADS else ()
         orders = tuple(sorted({*first, *self.integers("orders")}))
         gains = {
@@ -108,7 +108,7 @@ class RadialErrorMotion(Effect):
         observations: Observations,
         temperature_c: float | None,
     ) -> list[Lane]:
-        # Head 1 sees y; its columns come after those of x.
+        # Head 1 reads y; the columns of y come after those of x.
         orders = self.integers("orders")
         return paired_lanes(orders, coefficients[2 * len(orders) :])
 

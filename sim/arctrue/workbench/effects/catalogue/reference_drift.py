@@ -10,7 +10,7 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 
 class ReferenceDrift(Effect):
-    """A polynomial in time, in the reference rows."""
+    """Adds a polynomial in time to the reference rows."""
 
     name = "reference_drift"
     physics = (

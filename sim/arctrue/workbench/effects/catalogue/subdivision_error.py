@@ -1,4 +1,4 @@
-"""Error of each head's interpolator, with the period of its signal."""
+"""The interpolator of each head has an error with the period of its signal."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 WORTH_P = 0.01
-"""Largest chance of the gain of a multiple's columns, two per head, at which the multiple is
-kept."""
+"""A multiple of the phase is kept if chance gives its gain, that of two columns per head, with at
+most this probability."""
 
 
 class SubdivisionError(Effect):
-    """cos, sin of k times the electrical phase, separately for each head."""
+    """Adds cosine and sine of k times the electrical phase, separately for each head."""
 
     name = "subdivision_error"
     physics = (
@@ -97,14 +97,17 @@ class SubdivisionError(Effect):
         """Return the sum of all amplitudes.
 
         Sine and cosine that deviate from quadrature by ψ cause ψ/2·(1 ± cos 2φ), of which the
-        columns contain only the wave. A counter that is zeroed at the index also keeps the whole
-        error of that place as an offset.
+        columns contain only the wave. A counter that is zeroed at the index also keeps, as an
+        offset, the whole error at the index.
         """
         pairs = coefficients.reshape(-1, 2)
         return float(np.sum(np.hypot(pairs[:, 0], pairs[:, 1])))
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """Keep the multiples that are significant, the third included: large distortions mix."""
+        """Keep the multiples that are significant.
+
+        The third multiple is tested too, because large distortions produce it.
+        """
         tried = sorted({*self.integers("multiples"), 3})
         least = float(chdtri(2 * residuals.observations.heads, WORTH_P))
         kept = [
@@ -125,7 +128,8 @@ class SubdivisionError(Effect):
     ) -> list[Lane]:
         lines = observations.grating_lines
         assert lines is not None
-        # Head 1's columns come first; the other heads are not in the output.
+        # The columns of head 1 come first; the output does not contain the errors of the other
+        # heads.
         return paired_lanes([lines * k for k in self.integers("multiples")], coefficients)
 
     def parameters(

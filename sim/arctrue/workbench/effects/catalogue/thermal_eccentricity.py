@@ -21,7 +21,7 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class ThermalEccentricity(Effect):
-    """(T − T₀)·(c·cos ψ + s·sin ψ), fixed to the disc."""
+    """Adds (T − T₀)·(c·cos ψ + s·sin ψ), which is fixed to the disc."""
 
     name = "thermal_eccentricity"
     physics = (

@@ -12,7 +12,7 @@ LEAST_SPAN_K = 0.2
 
 
 class ThermalHeadDrift(ScalarOfEachHead):
-    """(T − T₀)·rate in R₂ − R₁."""
+    """Adds (T − T₀)·rate to R₂ − R₁."""
 
     name = "thermal_head_drift"
     physics = (

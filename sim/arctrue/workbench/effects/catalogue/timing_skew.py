@@ -10,7 +10,7 @@ from arctrue.workbench.observations import CaptureRows, Observations
 
 
 class TimingSkew(ScalarOfEachHead):
-    """Δτ·ω in R₂ − R₁."""
+    """Adds Δτ·ω to R₂ − R₁."""
 
     name = "timing_skew"
     physics = (

@@ -18,7 +18,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class Vibration(Effect):
-    """cos, sin 2πft in R₂ − R₁, its phase free in every run; in ε too, if head 1 shakes."""
+    """Adds cosine and sine of 2πft to R₂ − R₁, with a free phase in every run; also to ε, if head 1
+    shakes."""
 
     name = "vibration"
     physics = (
@@ -68,7 +69,7 @@ class Vibration(Effect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        # The time counts from the start of the run: each run has its own phase anyway.
+        # The time counts from the start of the run, since each run has a phase of its own.
         since_s = rows.time_s - rows.run_start_s
         phase = 2.0 * np.pi * nonlinear["frequency"] * since_s
         columns = np.zeros((phase.size, 2 * (rows.runs + rows.reference_in_time)))

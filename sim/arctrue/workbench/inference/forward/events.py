@@ -1,7 +1,7 @@
 """Searches for single events in a record: steps.
 
 No block of a record can predict an event that occurs in another block only. A step is therefore
-judged by its likelihood alone and is not named as a cause: it is reported as a jump.
+tested by its likelihood alone and is not named as a cause: it is reported as a jump.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ MOST_STEPS = 3
 """Largest number of steps, the same as in a diagnosis (:data:`.case.DEEPEST`): it limits cost and
 decides no verdict."""
 LEAST_SIDE_ROWS = 5
-"""Least number of rows of its stretch before and after a step."""
+"""Least number of rows of the stretch before a step, and after it."""
 STEPS_TOGETHER = 200
-"""Largest number of columns of one product, for memory alone."""
+"""Largest number of columns of one matrix product; it limits memory only."""
 FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
 """Degrees of freedom of Student's t that are tried for the tails of the whitened residuals."""
 
@@ -45,15 +45,16 @@ class Step:
 
 
 def step_column(record: Record, row: int) -> Float:
-    """Return a column (rows, 1) that is 0 before a row and 1 from it to the end of its stretch."""
+    """Return a column (rows, 1) that is 0 before ``row`` and 1 from there to the end of its
+    stretch."""
     after = (np.arange(record.clock.size) >= row) & (record.stretch == record.stretch[row])
     return np.asarray(after, dtype=np.float64)[:, np.newaxis]
 
 
 def search_steps(record: Record, lines: Float, fit: KernelFit) -> list[Step]:
-    """Return the steps found one after another.
+    """Return the steps that are found one after another.
 
-    ``lines`` are the columns of the lines, and ``fit`` is the noise with these lines.
+    ``lines`` are the columns of the lines, and ``fit`` is the noise with these lines in the model.
     """
     found: list[Step] = []
     others = lines
@@ -101,7 +102,7 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
 
 
 def _inside(record: Record) -> NDArray[np.int64]:
-    """Return the rows with enough rows of their stretch on both sides."""
+    """Return the rows at which a step has enough rows of its stretch on both sides."""
     found = []
     for number in np.unique(record.stretch):
         own = np.flatnonzero(record.stretch == number)
@@ -110,7 +111,7 @@ def _inside(record: Record) -> NDArray[np.int64]:
 
 
 def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelNoise) -> Float:
-    """Return the log likelihood that a step at each row would gain, the noise held."""
+    """Return the rise of the log likelihood by a step at each row, with the noise unchanged."""
     factor = rows.factor(noise)
     whitened = factor.whiten(rows.values)
     vectors, values, _ = np.linalg.svd(whitened[:, 1:], full_matrices=False)
@@ -132,7 +133,8 @@ def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelN
 def _one_row_does_it(
     record: Record, others: Float, row: int, gain: float, without: KernelFit, grown: KernelFit
 ) -> bool:
-    """Tell whether a single wrong row at the step, or before it, explains the rows as well."""
+    """Tell whether a single wrong row, the first after the step or the last before it, explains the
+    rows as well."""
     for wrong in (row - 1, row):
         column = np.zeros((record.clock.size, 1))
         column[wrong] = 1.0
@@ -147,10 +149,12 @@ def _tails_make_it(
     record: Record, others: Float, row: int, places: NDArray[np.int64], with_step: KernelFit
 ) -> bool:
     """Tell whether the tails of the noise could give a step of this size somewhere in the record.
-    In a random walk, each innovation is a step, and the gains of steps at all other instants have
-    their tails from the innovations. Student's t is fitted to the square roots of twice these
-    gains, and each of FREEDOMS is weighted with its likelihood. ``with_step`` is the noise with
-    the step in the model."""
+
+    In a random walk each innovation is a step, so that the gains of steps at all other instants
+    have the same tails as the innovations. Student's t is fitted to the square roots of twice these
+    gains, and each of FREEDOMS is weighted with its likelihood. ``with_step`` is the noise with the
+    step in the model.
+    """
     column = record.rows(others).factor(with_step.noise).whiten(step_column(record, row))
     if float(np.max(column**2)) < FEW * float(np.sum(column**2)):
         return False
@@ -170,7 +174,7 @@ def _tails_make_it(
 
 
 def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:
-    """Return the log likelihood of Student's t with its best scale, and that scale."""
+    """Return the log likelihood of Student's t at the scale that fits best, and that scale."""
     return max(
         (float(np.sum(student.logpdf(left / scale, freedom) - np.log(scale))), float(scale))
         for scale in scales
@@ -178,8 +182,8 @@ def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:
 
 
 OF_TAILS = 0.1
-"""Share of the family-wise level, because the roots are not independent if the noise contains a
-random walk."""
+"""Share of the family-wise level that this test uses. It is below 1 because the roots are not
+independent if the noise contains a random walk."""
 FEW = 0.07
-"""Share of the information about a step that comes from its largest innovation: below this,
-fourteen innovations or more contribute to the step, so that their tails average."""
+"""Share of the information about a step that its largest innovation gives. Below it, at least
+fourteen innovations contribute to the step, so that their tails average."""

@@ -1,4 +1,4 @@
-"""The records of the forward search: residuals of a fitted model in the reference."""
+"""The records of the forward search, made from the residuals of a fitted model in the reference."""
 
 from __future__ import annotations
 
@@ -18,28 +18,30 @@ from arctrue.workbench.observations.rows import ReferenceRows
 Float = NDArray[np.float64]
 
 LEAST_ROWS = 200
-"""Fewest rows of a record. A record with fewer has 40 independent rates at most, some of which the
-model contains; the other searches find its lines."""
+"""Fewest rows of a record. A record with fewer rows has at most 40 independent rates, some of which
+the model contains; the other searches find its lines."""
 LEAST_STRETCH_ROWS = 50
 """Fewest rows of a stretch: ten periods of the shortest line of the search."""
 LEAST_EVENT_ROWS, LEAST_STRETCH_STATIONS = 30, 12
-"""Fewest rows of a record, and of each of its stretches, for the search of events: a part of fewer
-rows does not distinguish a step from a line through all."""
+"""Fewest rows of a record, and of each of its stretches, for the search of events: with fewer rows,
+a step does not differ from a straight line through all of them."""
 LEAST_FREE = 0.5
-"""Share of the rows that the base must leave free: with less, 1 of 10 sets of white noise shows a
-step (``python -m scripts.calibrate_line_search --short``, 72 stations once and 40 coefficients)."""
+"""Smallest share of the rows that the base must leave as degrees of freedom. With less, 1 of 10
+sets of white noise shows a step (``python -m scripts.calibrate_line_search --short``, 72 stations
+once and 40 coefficients)."""
 SAME_STATION_RAD = 1e-6
 """Largest angle within one station: 0.2″, more than the rounding of a file and less than the
 repeatability of a servo."""
 FROM_ONE_SIDE = 0.5
-"""Share of rows that must each have a place of their own: a station visited again and again shows
-scatter, and no line."""
+"""Share of the rows that must have a place of their own: a station that is visited again and again
+shows scatter, but no line."""
 
 
 def records_of(solution: Solution, declared: float | None) -> list[Record]:
-    """Return records over the angle, and over time unless one speed makes both the same.
+    """Return a record over the angle, and one over time unless a constant speed makes both the
+    same.
 
-    There is none for stations. ``declared``: order whose multiples are expected.
+    The list is empty for stations. ``declared``: order whose multiples are expected.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise or not _is_dense(rows):
@@ -49,7 +51,7 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
     stretch = np.zeros(clock.size, dtype=np.int64)
     stretch[starts[1:]] = 1
     if rows.direction is not None:
-        # A change with the direction of approach is no step in time.
+        # A change at a reversal is no step in time, so a stretch ends at each reversal.
         stretch[1:] |= np.diff(rows.direction) != 0.0
     stretch = np.cumsum(stretch)
     size = np.bincount(stretch)
@@ -77,8 +79,8 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
         found.append(record)
         one_speed = not in_time and speed_turns_s(rows, record.highest) is not None
         if one_speed or record.whole_orders_only:
-            # Over time, a dependence on the direction in one turn would look like lines next to its
-            # orders.
+            # In one turn, a dependence on the direction would look, over time, like lines next to
+            # the orders of that turn.
             break
     return found
 
@@ -87,9 +89,9 @@ def records_of_events(solution: Solution) -> list[Record]:
     """Return records of every row over time, or by row number, for events; none for too few rows.
 
     The first record is one stretch, if time continues from run to run: a part that was knocked
-    keeps its new place. Then each run is a record of its own: an index corrects a counter's loss.
-    An effect of the direction of approach is fitted together with a step, so that a reversal is not
-    taken for a step.
+    keeps its new place. In the second record each run is a stretch of its own: the index corrects a
+    counter's loss at the start of a run. Both fit an effect of the direction of approach too, so
+    that a reversal is not taken for a step.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise:
@@ -107,7 +109,7 @@ def records_of_events(solution: Solution) -> list[Record]:
         if clock.size < LEAST_EVENT_ROWS or np.min(np.bincount(stretch)) < LEAST_STRETCH_STATIONS:
             continue
         if (found and np.array_equal(stretch, goes_on)) or np.any((np.diff(clock) == 0.0) & same):
-            # Rows of one instant have no order.
+            # Rows with the same time have no order in time.
             continue
         record = record_of(clock, clock, stretch, left, columns, in_time=True)
         if record.clock.size - record.base.shape[1] > LEAST_FREE * record.clock.size:
@@ -116,10 +118,11 @@ def records_of_events(solution: Solution) -> list[Record]:
 
 
 def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversal | None:
-    """Return the difference of the readings between directions of approach, with steps fitted too.
+    """Return the difference of the readings between directions of approach, fitted together with
+    steps.
 
-    ``steps_s``: times of the steps. The result is None for stations at faces, for few rows, and
-    without both directions and a time that goes on through all rows.
+    ``steps_s``: times of the steps. The result is None for stations at faces, for few rows, for one
+    direction only, and if the time does not increase through all rows.
     """
     rows = solution.observations.every_reference_row
     if rows is None or rows.direction is None or rows.time_s is None:
@@ -132,7 +135,7 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
     columns, left = _left(solution, rows)
     one = np.zeros(clock.size, dtype=np.int64)
     record = record_of(clock, clock, one, left, columns, in_time=True)
-    # An averaged row across a reversal has the direction of its middle.
+    # An averaged row that contains a reversal gets the direction at its middle.
     nearest_row = np.searchsorted(0.5 * (clock[1:] + clock[:-1]), record.measured)
     direction = np.sign(rows.direction)
     steps = (record.measured[:, np.newaxis] >= np.asarray(steps_s)).astype(np.float64)
@@ -142,8 +145,8 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
 def _is_dense(rows: ReferenceRows) -> bool:
     """Tell whether the rows are a log, not stations that are visited again and again.
 
-    A log on the move may meet the same angles on every turn, where the samples divide the turn
-    evenly: its turns follow each other, and count as different places.
+    A log on the move may meet the same angles on every turn, if the number of samples per turn is
+    whole. Its turns follow each other, so that the same angle on two turns counts as two places.
     """
     if rows.run.size < LEAST_ROWS or rows.faces is not None:
         return False
@@ -154,14 +157,14 @@ def _is_dense(rows: ReferenceRows) -> bool:
 
 
 def _places_of_their_own(place_rad: Float, side: Float) -> float:
-    """Return the number of different places and sides, as a share of the rows."""
+    """Return the number of different pairs of place and direction, as a share of the rows."""
     station = np.round(place_rad / SAME_STATION_RAD).astype(np.int64)
     own = np.unique(np.stack([station, side.astype(np.int64)]), axis=1).shape[1]
     return float(own / station.size)
 
 
 def _left(solution: Solution, rows: ReferenceRows) -> tuple[Float, Float]:
-    """Return the columns of the model on every row, and the residuals of the model."""
+    """Return the columns of the model for every row, and the residuals of the model."""
     columns = np.empty((rows.run.size, sum(solution.widths)))
     for block in row_blocks(rows.run.size):
         columns[block] = block_columns(

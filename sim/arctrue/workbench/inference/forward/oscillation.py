@@ -1,6 +1,6 @@
 """A damped oscillation driven by noise, as a part of the noise of a record.
 
-It keeps its phase for some of its periods only and is therefore not a line. No regular effect
+It keeps its phase for a few of its periods only and is therefore not a line. No regular effect
 explains it, but any effect that follows it for a while may look like its cause.
 """
 
@@ -22,30 +22,31 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, fit_fr
 Float = NDArray[np.float64]
 
 LEAST_QUALITY = 2.0
-"""Least quality of a damped oscillation: with less its covariance has fallen to e^(−π/2) = 0.2
+"""Smallest quality of a damped oscillation. With less, its covariance falls to e^(−π/2) = 0.2
 within a period, and it is slow noise."""
 LEAST_GAIN_LOGS = 2.0
-"""Least gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
-decay and frequency, and ½ for the frequencies that were tried."""
+"""Smallest gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
+decay and frequency, and ½ for the search over frequencies."""
 LEAST_SHARE = 0.1
-"""Least share of the mean square of the residuals: a smaller oscillation may be a shape of the
-noise that no kernel has (0.05 for a moving mean, whose density has zeros; 4 logs of each of 16
-kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
+"""Smallest share of the residuals' mean square that an oscillation must have: a smaller one may be
+a shape of the noise that no kernel has (0.05 for a moving mean, whose density has zeros; 4 logs of
+each of 16 kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
 """Largest number of rounds that fit frequency and other parameters; a round that gains nothing ends
 them."""
 WIDTHS = 1.5
-"""Largest change of the frequency in a round, in widths between half powers."""
+"""Largest change of the frequency in a round, in widths of the resonance between its half
+powers."""
 OF_A_WIDTH = 0.005
-"""Accuracy of the frequency, as a share of that width."""
+"""Accuracy of the frequency, as a share of the width of the resonance."""
 BENT_WIDTHS = 0.25
-"""Step, as a share of that width, at which the curvature of the log likelihood is taken."""
+"""Step for the curvature of the log likelihood, as a share of the width of the resonance."""
 MOST_CAPTURE_ROWS = 1600
-"""Largest number of consecutive rows of a capture; none are averaged, since its oscillations are
-fast."""
+"""Largest number of consecutive rows of a capture. They are not averaged, since the oscillations in
+a capture are fast."""
 LEAST_CAPTURE_ROWS = 400
-"""Least number of rows of a capture, a quarter of the rows that are used of a long run: the test of
-Ljung and Box over 20 lags, and a quality of 2, need some tens of periods."""
+"""Smallest number of rows of a capture: the test of Ljung and Box over 20 lags, and a quality of 2,
+need some tens of periods. It is a quarter of MOST_CAPTURE_ROWS."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,12 @@ class Oscillation:
 
     hz: float
     sigma_hz: float
-    """Standard uncertainty of the frequency, the other parts of the noise held."""
+    """Standard uncertainty of the frequency, with the other parts of the noise unchanged."""
     rms_arcsec: float
     quality: float
     channel: str
     gain: float
-    """Log likelihood gained over the best noise without the oscillation."""
+    """Gain in log likelihood over the best noise without the oscillation."""
 
     def data(self) -> dict[str, float | str]:
         """Return the oscillation as JSON."""
@@ -72,8 +73,7 @@ class Oscillation:
         }
 
     def words(self) -> str:
-        """Describe the oscillation in words; where its frequency wanders, its phase is lost as
-        well."""
+        """Describe the oscillation in words: it loses its phase after a number of periods."""
         return (
             f"a damped oscillation near {self.hz:.3g} Hz (noise-driven), {self.rms_arcsec:.2g}″ "
             f"RMS in the {self.channel}, which keeps its phase for about "
@@ -82,7 +82,8 @@ class Oscillation:
 
 
 def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
-    """Return the resonance in the noise of a record over time, its lines in the model."""
+    """Return the resonance in the noise of a record over time; the lines that were found are in the
+    model."""
     part = _largest(found.noise)
     if part is None or _quality(part) < LEAST_QUALITY:
         return None
@@ -109,7 +110,7 @@ def _quality(part: Part) -> float:
 
 
 def _width_hz(part: Part) -> float:
-    """Return the width between the half powers."""
+    """Return the width of the resonance between its half powers."""
     return float(1.0 / (np.pi * part.decay))
 
 
@@ -150,9 +151,10 @@ def _with_frequency(noise: KernelNoise, part: Part, hz: float) -> KernelNoise:
 
 
 def oscillation_in_capture(solution: Solution) -> Oscillation | None:
-    """Return the resonance in the first rows of the longest run, the model's coefficients held.
+    """Return the resonance in the first rows of the longest run, with the model's coefficients
+    unchanged.
 
-    The gain is that of all rows of the capture.
+    The gain is scaled to all rows of the capture.
     """
     record, rows = _record_of_capture(solution), solution.observations.capture
     if record is None or rows is None:
@@ -160,7 +162,7 @@ def oscillation_in_capture(solution: Solution) -> Oscillation | None:
     found = oscillation_of(search_lines(record), "capture")
     if found is None:
         return None
-    # All rows together would gain more, in proportion to their number.
+    # The gain of all rows would be larger, in proportion to their number.
     return replace(found, gain=found.gain * rows.run.size / record.clock.size)
 
 

@@ -1,4 +1,4 @@
-"""The residual of one channel, averaged to rows that a search can use many times."""
+"""The residual of one channel, averaged to so few rows that a search can use them many times."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOST_ROWS = 1600
-"""Largest number of rows; a longer record is averaged to these. A fit of the noise then takes 20
-ms."""
+"""Largest number of rows of a record; a longer record is averaged to this number. A fit of the
+noise then takes 20 ms."""
 ROWS_A_PERIOD = 4.0
-"""Fewest averaged rows in a period of a line: their mean keeps 90 % of its amplitude (sinc 1/4),
-which the columns allow for."""
+"""Smallest number of averaged rows in a period of a line. With this number, averaging keeps 90 % of
+the line's amplitude (sinc 1/4), and the columns contain the same factor."""
 APART = 500.0
-"""Distance of two stretches on the common clock, in longest stretches: noise with a decay time of
-ten stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation."""
+"""Distance of two stretches on the common clock, in lengths of the longest stretch. Noise with a
+decay time of ten stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation over this
+distance."""
 SAME_COLUMNS = 1e-4
-"""Share of the largest singular value below which a direction is not the base's own (orders of the
-disc on a short arc are a few slow curves)."""
+"""Share of the largest singular value below which a direction adds nothing to the base (orders of
+the disc on a short arc are a few slow curves)."""
 WHOLE_TURN = 0.1
-"""Tolerance within which a record counts as one turn. Such a record shows whole orders only:
-another line near one differs from it by less than a period."""
+"""Largest difference from one turn at which a record counts as one turn. Such a record shows whole
+orders only: another line near an order differs from it by less than a period."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,26 +38,28 @@ class Record:
     """Averaged rows of one channel, with the base that is fitted together with every line."""
 
     clock: Float
-    """Clock of the noise: time or row number, with stretches far apart; shape (rows,)."""
+    """Clock of the noise, shape (rows,): time or row number, with large distances between
+    stretches."""
     measured: Float
     """The clock as it was measured, shape (rows,)."""
     place: Float
-    """Place, in which lines are regular: turns or seconds, shape (rows,)."""
+    """Coordinate in which lines are regular, turns or seconds, shape (rows,)."""
     width: Float
-    """Way or time over which each row is averaged, shape (rows,)."""
+    """Angle or time over which each row is averaged, shape (rows,)."""
     readings: Float
     """Number of readings in the mean of each row, shape (rows,)."""
     residual_arcsec: Float
     base: Float
-    """Orthonormal columns (rows, k): those of the model, a constant of each stretch, a drift."""
+    """Orthonormal columns (rows, k) of the model, of a constant for each stretch, and of a
+    drift."""
     stretch: Integer
     """Number of the stretch of each row."""
     step: float
     """Median step of the clock."""
     clock_span: float
-    """Longest stretch on the clock."""
+    """Length of the longest stretch on the clock."""
     span: float
-    """Distance of the first and the last place."""
+    """Distance between the lowest and the highest place."""
     longest: float
     """Length of the longest stretch, in the unit of the place."""
     in_time: bool
@@ -81,13 +84,13 @@ class Record:
 
     @cached_property
     def turns_on_the_clock(self) -> float:
-        """Distance in the place per unit of the clock, as a mean over the record."""
+        """Mean distance in the place per unit of the clock."""
         same = np.diff(self.stretch) == 0
         ways, times = np.abs(np.diff(self.place))[same], np.diff(self.clock)[same]
         return float(np.sum(ways) / np.sum(times))
 
     def on_the_clock(self, rate: float) -> float:
-        """Return the periods per unit of the clock of a line that is regular in the place."""
+        """Return the periods per unit of the clock of a line with this rate in the place."""
         return rate * self.turns_on_the_clock
 
     def line_columns(self, rate: float) -> Float:
@@ -95,7 +98,7 @@ class Record:
         return self.columns(np.array([rate]))
 
     def columns(self, rates: Float) -> Float:
-        """Return cos and sin of several rates, side by side for each rate; shape (rows,
+        """Return cos and sin of several rates; those of a rate stand side by side; shape (rows,
         2·rates)."""
         phase = 2.0 * np.pi * np.outer(self.place - self.place[0], rates)
         kept = np.sinc(np.outer(self.width, rates))
@@ -105,7 +108,7 @@ class Record:
         return found
 
     def of_few_rows(self, gain: float) -> float:
-        """Return a gain, reduced for the noise that the base has absorbed.
+        """Return a gain, reduced because the base has absorbed noise.
 
         In white noise with v rows more than columns, Student's t of one column is
         √(v·(e^(2·gain/rows) − 1)), and its tail falls as e^(−gain·v/rows).
@@ -114,7 +117,8 @@ class Record:
         return float(gain * max(rows - self.base.shape[1] - 1, 1) / rows)
 
     def rows(self, further: Float | None = None) -> Rows:
-        """Return the rows for a fit of the noise, with the base and the columns of ``further``."""
+        """Return the values that a fit of the noise needs, with the base and the columns of
+        ``further``."""
         blocks = [self.residual_arcsec[:, np.newaxis], self.base]
         if further is not None:
             blocks.append(further)
@@ -132,9 +136,9 @@ def record_of(
     declared: float | None = None,
     most_rows: int = MOST_ROWS,
 ) -> Record:
-    """Average consecutive rows of a stretch; ``columns`` are the model's.
+    """Average consecutive rows of each stretch; ``columns`` are the model's.
 
-    Rows must be sorted by stretch and, within one, by the clock.
+    Rows must be sorted by stretch and, within a stretch, by the clock.
     """
     block = -(-clock.size // most_rows)
     cuts = _blocks(stretch, block)
@@ -176,7 +180,7 @@ def record_of(
 
 
 def _blocks(stretch: Integer, block: int) -> Integer:
-    """Return the first rows of blocks of this many rows, none across two stretches."""
+    """Return the first row of each block of ``block`` rows; no block extends over two stretches."""
     new = np.flatnonzero(np.diff(stretch) != 0) + 1
     bounds = [0, *new.tolist(), stretch.size]
     pieces = [
@@ -190,7 +194,7 @@ def _span(values: Float) -> float:
 
 
 def _base(columns: Float, stretch: Integer, clock: Float) -> Float:
-    """Return the model's columns, a constant of each stretch and a drift, made orthonormal."""
+    """Return the model's columns, a constant for each stretch and a drift, made orthonormal."""
     constants = (stretch[:, np.newaxis] == np.unique(stretch)[np.newaxis]).astype(np.float64)
     constants /= np.sqrt(constants.sum(axis=0))
     drift = (clock - clock.mean()) / max(_span(clock), 1e-300)
@@ -198,7 +202,8 @@ def _base(columns: Float, stretch: Integer, clock: Float) -> Float:
 
 
 def orthonormal(blocks: Sequence[Float]) -> Float:
-    """Return orthonormal columns that span each block together with those before it."""
+    """Return orthonormal columns that span all blocks. They come in the order of the blocks, each
+    block without the span of the blocks before it."""
     found = np.zeros((blocks[0].shape[0], 0))
     for block in blocks:
         own = block - found @ (found.T @ block)

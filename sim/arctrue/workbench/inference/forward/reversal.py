@@ -18,15 +18,15 @@ from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 Float = NDArray[np.float64]
 
 LEAST_PASSES = 4
-"""Least number of passes, two each way: a change in time at a single reversal looks the same as the
-direction."""
+"""Smallest number of passes, two in each direction: at a single reversal, a change in time looks
+the same as the direction."""
 LEAST_OWN = 1e-6
-"""Share of the squares of the direction that the model must leave: with less it already contains a
-reversal error."""
+"""Share of the direction column's sum of squares that the model must leave. With less, the model
+already contains a reversal error."""
 
 MOST_P = 0.1 * FAMILY_WISE
-"""Largest p: the test is made in every log of both directions, in addition to the other
-searches."""
+"""Largest p of a reversal error. It is a tenth of the family-wise level, because every log of both
+directions is tested, in addition to the other searches."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Reversal:
     """The difference of the readings between the directions of approach."""
 
     size_arcsec: float
-    """Mean of the readings upwards less that downwards."""
+    """Mean of the readings upwards minus that of the readings downwards."""
     sigma_arcsec: float
     passes: int
 
@@ -45,7 +45,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     The size is the mean over all rows, in plain least squares: with weights for slow noise only the
     rows next to each reversal would count. The passes are the sample: each is omitted once
     (jackknife). The result is None where the passes are too few, the base contains the direction,
-    or noise makes as large a size.
+    or noise may cause as large a size.
     """
     number = np.concatenate([[0], np.cumsum(np.diff(direction) != 0.0)])
     passes = int(number[-1]) + 1
@@ -69,6 +69,6 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
 
 
 def _size(measured: Float, columns: Float, kept: NDArray[np.bool_]) -> float:
-    """Return twice the coefficient of the first column over some rows."""
+    """Return twice the coefficient of the first column, fitted to the rows in ``kept``."""
     found = np.linalg.lstsq(columns[kept], measured[kept], rcond=1e-9)[0]
     return 2.0 * float(found[0])

@@ -37,36 +37,37 @@ from arctrue.workbench.noise.whiteness import whiteness
 Float = NDArray[np.float64]
 
 LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
-"""Fewest periods of a line in a record; fewer are a slow change of unknown form. Where the period
-is declared, 3 are enough."""
+"""Fewest periods of a line in a record. Fewer are a slow change of unknown form; 3 are enough if
+the set declares the period."""
 TRIED = 3
-"""Number of the highest places of each scan that are tried."""
+"""Number of highest places of each scan that are tested further."""
 OVERSAMPLED = 3.0
-"""Rates per 1/span in a scan: the highest place between two rates keeps 91 % of its gain,
+"""Number of rates per 1/span in a scan: a line midway between two rates keeps 91 % of its gain,
 sinc²(1/6)."""
 APART = 1.5
-"""Distance, in 1/span, below which a place of a scan is the side lobe of a higher one."""
+"""Distance, in 1/span, below which a place of a scan is a side lobe of a higher place."""
 MOST_LINES = 16
-"""Largest number of lines, to limit cost: three times the five lines of the benchmark's fullest
-log."""
+"""Largest number of lines, to limit cost; it is three times the five lines of the benchmark's
+fullest log."""
 MOST_MULTIPLE = 8
-"""Highest multiple of a declared period that is searched."""
+"""Highest multiple of a declared rate that is searched."""
 OSCILLATOR_GAIN = 7.0
 """Log likelihood that a line must gain over an oscillator at its frequency. In 24 logs of a
-resonance that keeps its phase for a sixth of the log 65 places pass all other tests, and none gains
-more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``); in other noise
-no place passes the other tests, or it gains 5.1 at most."""
+resonance that keeps its phase for a sixth of the log, 65 places pass all other tests, and none of
+them gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``). In
+other noise no place passes the other tests, or it gains 5.1 at most."""
 PREDICTED_SHARE = 0.5
-"""Share of a line's own error that the other blocks must predict."""
+"""Smallest share of a line's own error that the other blocks must predict."""
 NOT_WHITE = 1e-4
-"""p of Ljung and Box below which the noise gets an oscillator of its own before a line is named."""
+"""p of Ljung and Box below which an oscillator is added to the noise before a line is named."""
 BELOW, NEXT_TO_THE_MODEL = 3, 3.0
-"""Fewest ordinates below a line that the model leaves, and the multiple of the needed gain that a
-line with fewer must reach. Directly above the orders of a model the remainder of slow noise looks
-like a line, with 2 times the needed gain at most. None of 576 logs of noise shows a line
-(``python -m scripts.calibrate_line_search --orders --logs 4``)."""
+"""Limits for a line directly above the orders of a model. If the model leaves fewer than BELOW
+ordinates of the spectrum below the line, the line must gain NEXT_TO_THE_MODEL times the needed
+gain. The remainder of slow noise looks like such a line, with at most 2 times the needed gain. None
+of 576 logs of noise shows a line (``python -m scripts.calibrate_line_search --orders --logs 4``).
+"""
 COLUMNS_TOGETHER = 400
-"""Largest number of columns of one product, for memory alone."""
+"""Largest number of columns of one matrix product; it limits memory only."""
 
 
 @dataclass(frozen=True)
@@ -74,18 +75,18 @@ class Line:
     """One regular line that passed every test."""
 
     rate: float
-    """Periods a turn, or Hz."""
+    """Rate in periods per turn, or in Hz."""
     amplitude_arcsec: float
     phase_rad: float
-    """Phase of the amplitude's cosine at the first row's place."""
+    """Phase of the line's cosine at the place of the first row."""
     taken_arcsec: float
-    """Root mean square over all rows of the error that the line's prediction from other blocks
-    removes."""
+    """RMS over all rows of the error that the line's prediction from other blocks removes."""
     share: float
-    """Share of the line's own error that the other blocks predict; 1 where one turn cannot show
-    it."""
+    """Share of the line's own error that the other blocks predict; 1 for a record of one turn,
+    which cannot show it."""
     gain: float
-    """Log likelihood gained when the line was added, the noise estimated on both sides."""
+    """Log likelihood gained when the line was added, with the noise estimated without and with
+    it."""
     oscillator_gain: float
     periods: float
     independent: float
@@ -96,7 +97,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A place with a high gain that failed a test."""
+    """A place with a high gain that did not pass a test."""
 
     rate: float
     gain: float
@@ -131,8 +132,8 @@ class _Tried:
 
 
 def search_record(record: Record) -> LineSearch:
-    """Search lines, then steps with the lines in the model; where there are steps, lines once
-    more."""
+    """Search lines, then steps with the lines in the model. If there are steps, search the lines
+    again."""
     found = search_lines(record)
     lines = record.columns(np.array([line.rate for line in found.lines]))
     steps = search_steps(record, lines, found.noise)
@@ -144,9 +145,9 @@ def search_record(record: Record) -> LineSearch:
 
 
 def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) -> LineSearch:
-    """Return every line that the record shows; retry a rejected place after each addition.
+    """Return every line that the record shows; test rejected places again after each addition.
 
-    ``oscillator_gain`` is a parameter for its own calibration.
+    ``oscillator_gain`` is a parameter only for its calibration.
     """
     rates: list[float] = []
     found: list[_Tried] = []
@@ -181,7 +182,8 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
 
 
 def noise_with(record: Record, others: Float, near: KernelNoise | None = None) -> KernelFit:
-    """Estimate the noise with some columns, and an oscillator where the residuals are not white."""
+    """Estimate the noise with ``others`` in the model, and with an oscillator if the residuals are
+    not white."""
     rows = record.rows(others)
     starts = usual_starts(rows)
     if near is not None:
@@ -196,13 +198,13 @@ def noise_with(record: Record, others: Float, near: KernelNoise | None = None) -
 
 
 def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoise]:
-    """Add to each noise an oscillator where its whitened residuals have a broad peak that is no
+    """Add an oscillator to each noise, where its whitened residuals have a broad peak that is no
     line."""
     variance = max(float(np.mean(rows.left() ** 2)) / 10.0, 1e-30)
     for fit in fits:
         noise = fit.noise
         if noise.smooth:
-            # Leave out the exponential: the slopes are then exact.
+            # Omit the exponential parts: the slopes are then exact.
             parts = tuple(part for part in noise.parts if part.kind == "smooth")
             noise = KernelNoise(noise.white, parts)
         level = level_of(rows, fit.noise)
@@ -227,32 +229,34 @@ def _whitened_left(rows: Rows, noise: KernelNoise) -> Float:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """The excess of the whitened residuals over white noise around each frequency."""
+    """The excess of the whitened residuals' power over that of white noise, around each
+    frequency."""
 
     frequency: Float
-    """Frequency on the clock."""
+    """Frequencies on the clock."""
     excess: Float
-    """Ratio of the local power to that of the assumed noise, 1 or more."""
+    """Ratio of the local power to the power of the assumed noise; at least 1."""
 
     def at(self, record: Record, rate: float) -> float:
-        """Return the factor by which a gain at a rate is divided."""
+        """Return the factor by which the gain of a line at this rate is divided."""
         return float(np.interp(record.on_the_clock(rate), self.frequency, self.excess))
 
     def below(self, record: Record, rate: float) -> int:
-        """Return the number of shown ordinates at lower frequencies than a rate."""
+        """Return the number of usable ordinates at frequencies below a rate."""
         return int(np.count_nonzero(self.frequency < record.on_the_clock(rate)))
 
 
 def level_of(rows: Rows, noise: KernelNoise) -> Level:
-    """Measure the local level of the noise, for shapes of a spectrum that its parts cannot follow.
+    """Measure the local level of the noise; the parts of the noise cannot follow every shape of a
+    spectrum.
 
     The level is the median of the periodogram of the whitened residuals over NEIGHBOURS ordinates,
-    divided by that of white noise, ln 2: a line in their midst does not move the median.
+    divided by that of white noise, ln 2: a line among them does not change the median.
     """
     left = _whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
-    # A model of many orders absorbs the power at their frequencies, so that these ordinates do not
-    # show the noise.
+    # A model of many orders absorbs the power at the frequencies of these orders: those ordinates
+    # do not show the noise.
     shown = _shares_shown(rows) > HALF_SHOWN
     shown = shown if np.count_nonzero(shown) >= 3 else np.ones(power.size, dtype=bool)
     power = power[shown]
@@ -264,26 +268,27 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
 
 
 def _shares_shown(rows: Rows) -> Float:
-    """Return the share of each ordinate of a periodogram that the columns of the rows leave.
+    """Return the share of each periodogram ordinate that the columns of the rows leave.
 
     Shape (rows // 2,). The columns need not be orthonormal.
     """
     columns = orthonormal([rows.values[:, 1:]])
     taken = np.sum(np.abs(np.fft.rfft(columns, axis=0)[1:]) ** 2, axis=1) / columns.shape[0]
-    # Normalised cosine and sine of one ordinate give half a unit each: together 1.
+    # Normalised cosine and sine of one ordinate contribute half a unit each: together 1.
     return np.asarray(1.0 - np.minimum(taken, 1.0))
 
 
 HALF_SHOWN = 0.5
-"""Least share of an ordinate that the columns of the model must leave for a level of the noise."""
+"""Share of an ordinate that the columns of the model must leave, so that it counts for the
+level."""
 NEIGHBOURS = 41
-"""Number of ordinates; their median scatters by a sixth (1/√41)."""
+"""Number of ordinates in the median, which scatters by a sixth (1/√41)."""
 
 
 def _places(
     record: Record, rates: Sequence[float], without: KernelFit, level: Level
 ) -> Iterator[float]:
-    """Return rates that stand out, with the noise as it is and with white noise alone."""
+    """Return rates that stand out with the estimated noise or with white noise alone."""
     others = record.columns(np.array(rates))
     rows = record.rows(others)
     white = KernelNoise(max(float(np.mean(rows.left() ** 2 * rows.readings)), 1e-30))
@@ -312,9 +317,10 @@ def _places(
 
 
 LITTLE = 0.5
-"""Share of the needed gain below which noise estimated anew with a small line does not help."""
+"""Share of the needed gain that a small line must reach. Below it, a new estimate of the noise does
+not help."""
 SAME_PLACE = 0.1
-"""Distance, in 1/span, within which two scans found the same line."""
+"""Distance, in 1/span, below which two scans found the same line."""
 
 
 def _grid(record: Record) -> Float:
@@ -342,7 +348,8 @@ def _near(grid: Float, rates: Sequence[float], record: Record) -> NDArray[np.boo
 
 
 def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Float:
-    """Return the log likelihood that each rate would gain, the noise held; shape (rates,)."""
+    """Return the rise of the log likelihood by a line at each rate, with the noise unchanged; shape
+    (rates,)."""
     found = np.zeros(rates.size)
     if rates.size == 0:
         return found
@@ -374,12 +381,12 @@ def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Flo
 
 
 OWN_SHARE = 1e-3
-"""Share of the squares of a line's columns: a line of which the base leaves less belongs to the
-base."""
+"""Smallest share of the squares of a line's columns that the base must leave; with less, the line
+belongs to the base."""
 
 
 def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
-    """Return the highest places, each apart from higher ones."""
+    """Return the places with the highest gains, without the neighbours of a higher place."""
     left = gains.copy()
     found: list[float] = []
     while len(found) < TRIED and left.size and float(left.max()) > 0.0:
@@ -390,11 +397,11 @@ def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
 
 
 def _refined(record: Record, rate: float, others: Float, noise: KernelNoise) -> float:
-    """Return the highest place around a rate, within half of 1/span.
+    """Return the place with the highest gain around a rate, within half of 1/span.
 
     The steps become finer than the uncertainty of the rate, which is 0.55/(span·√(2·gain)) for a
-    line over the whole record: a large line that stands next to its place leaves a remainder that
-    other effects explain.
+    line over the whole record. If a large line were not exactly at its place, other effects would
+    explain its remainder.
     """
     wide = 0.5 / record.span
     for number in range(MOST_REFINED):
@@ -410,14 +417,15 @@ def _refined(record: Record, rate: float, others: Float, noise: KernelNoise) -> 
 
 
 MOST_REFINED = 8
-"""Largest number of refinements of a rate: the last step is 10⁻⁶ of 1/span."""
+"""Largest number of refinements of a rate; the last step is 10⁻⁶ of 1/span."""
 FINE = 0.25
-"""Step of the last refinement, in uncertainties of the rate: half a step loses 1/128 of a log
-likelihood."""
+"""Step of the last refinement, in uncertainties of the rate: an error of half a step loses 1/128 of
+a log likelihood."""
 
 
 def _moved(record: Record, rates: Sequence[float], noise: KernelNoise) -> list[float]:
-    """Move each line in turn to its highest place, with all other lines in the model."""
+    """Move each line in turn to the place with the highest gain, with all other lines in the
+    model."""
     if record.whole_orders_only:
         return list(rates)
     found = list(rates)
@@ -434,13 +442,12 @@ def _takes_much(record: Record, others: Float, line: Float) -> bool:
 
 
 MUCH = 0.05
-"""Share of the sum of squares of the residuals: a line that removes less hardly changes the
-noise."""
+"""Share of the residuals' sum of squares: a line that removes less hardly changes the noise."""
 
 
 def _multiple_of(record: Record, rate: float) -> int | None:
-    """Return the multiple of the declared rate that a rate is, within the resolution of the
-    record."""
+    """Return which multiple of the declared rate this rate is, within the resolution of the record;
+    None if it is none."""
     if record.declared is None:
         return None
     times = round(rate / record.declared)
@@ -463,7 +470,7 @@ def _tried(
     rows = record.rows(np.hstack([others, line]))
     starts = [without.noise]
     if _takes_much(record, others, line):
-        # The noise without the line is far from the noise with it.
+        # The noise without the line may be far from the noise with it.
         starts += usual_starts(rows)
     grown = best_fit(rows, starts)
     if not record.whole_orders_only:
@@ -488,9 +495,9 @@ def own_shares(record: Record, columns: Float) -> Float:
     """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
     A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
-    that part of the noise, which is then less well known. Otherwise the remainder of any slow
-    change on a part of a turn would look like lines next to the table's orders, which cancel these
-    orders.
+    that part of the noise, which is then known less well. Without this factor, the remainder of any
+    slow change over a part of a turn would look like lines next to the table's orders, and these
+    lines would cancel the orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)
@@ -506,8 +513,10 @@ def _judged(
     level: Level,
     oscillator_gain: float,
 ) -> _Tried:
-    """Tell whether the line is the same in all blocks, and more than an oscillator driven by
-    noise."""
+    """Test whether the line is the same in all blocks, and more than an oscillator driven by noise.
+
+    Return the place with the results, and in ``why`` the reason if it fails.
+    """
     if record.whole_orders_only:
         # Neighbouring orders cannot be separated on one turn, so that neither test applies.
         return tried
@@ -536,8 +545,8 @@ def _ordered(
     fit: KernelFit,
     rejected: Sequence[Rejected],
 ) -> LineSearch:
-    """Return the lines with their figures given all others, ordered by the error that they
-    remove."""
+    """Return the lines, each with its figures in a model with all others, ordered by the error that
+    they remove."""
     columns = record.columns(np.array(rates))
     rows = record.rows(columns)
     whitened = rows.factor(fit.noise).whiten(rows.values)

@@ -1,4 +1,4 @@
-"""A slow change of unknown form: fewer than four periods in the record, and no line."""
+"""A slow change of unknown form. With fewer than four periods in the record it is no line."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from arctrue.workbench.inference.forward.record import Record, orthonormal
 Float = NDArray[np.float64]
 
 HALF_PERIODS = 8
-"""Number of curves cos(πk·t/T), k = 1 to 8: up to the four periods from which a line is
-searched."""
+"""Number of curves cos(πk·t/T), k = 1 to 8; the highest has the four periods from which on lines
+are searched."""
 LEAST_OF_LEFT = 0.5
-"""Least share of the mean square that model, drift, lines and steps leave: with more, the slow
-change is most of the residual."""
+"""Smallest share of the mean square left by model, drift, lines and steps that a slow change must
+explain, so that it is most of the residual."""
 LEAST_ROWS = 44
-"""Fewest free rows: in white noise of 44, 8 curves take more than half with the probability 0.0007
-(beta distribution of 4 and 18)."""
+"""Fewest degrees of freedom of the residual. In white noise with 44, 8 curves explain more than
+half with the probability 0.0007 (beta distribution of 4 and 18)."""
 
 
 @dataclass(frozen=True)
 class SlowChange:
-    """A change up and down with fewer than four periods in the record."""
+    """A rise and fall with fewer than four periods in the record."""
 
     size_arcsec: float
-    """Difference of its highest and its lowest value."""
+    """Difference between the highest and the lowest value of the change."""
     length: float
-    """Length of the record, on its clock."""
+    """Length of the record, on its measured clock."""
 
 
 def slow_change(record: Record, others: Float) -> SlowChange | None:
-    """Fit a slow change with columns of lines and steps, shape (rows, k).
+    """Fit a slow change; ``others`` are the columns of lines and steps, shape (rows, k).
 
-    The result is None where the change is not most of the residual.
+    The result is None if the change is not most of the residual.
     """
     if record.clock.size - record.base.shape[1] - others.shape[1] < LEAST_ROWS:
         return None

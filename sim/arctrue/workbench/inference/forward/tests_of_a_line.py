@@ -26,8 +26,8 @@ def needed_gain(gain: float, independent: float) -> float:
     rates.
 
     In a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the probability
-    M·√(π·Δ/3)·e^(−Δ): the highest maximum of a χ² field of two degrees of freedom (Davies,
-    Biometrika 74 (1987) 33; Baluev, MNRAS 385 (2008) 1279).
+    M·√(π·Δ/3)·e^(−Δ): this is the distribution of the maximum of a χ² field of two degrees of
+    freedom (Davies, Biometrika 74 (1987) 33; Baluev, MNRAS 385 (2008) 1279).
     """
     return float(np.log(independent / FAMILY_WISE) + 0.5 * np.log(np.pi * max(gain, 1.0) / 3.0))
 
@@ -40,7 +40,7 @@ class Coherence:
     """Share of the line's error in each block that the other blocks predict; 1 means the whole
     error."""
     taken_arcsec: float
-    """Root mean square over all rows of the error that the prediction removes."""
+    """RMS over all rows of the error that the prediction removes."""
 
 
 def coherence(
@@ -50,7 +50,7 @@ def coherence(
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
     Waugh): the part that the base alone would explain does not count as error of the line. c_b are
-    the line's coefficients in block b by itself, c₋ those in all other blocks. Both are fitted
+    the line's coefficients from block b alone, c₋ those from all other blocks. Both are fitted
     together with the covariance of the noise, so that correlation across the edges counts. The
     share is
 
@@ -100,9 +100,10 @@ def gain_over_an_oscillator(
 ) -> float:  # fmt: skip
     """Return the log likelihood that a line gains over an oscillator at its frequency.
 
-    An oscillator driven by noise looks like a line that loses its phase. It may keep its phase for
-    a quarter of the record. ``without`` and ``grown`` are the fits without and with the line. Above
-    ``enough`` the result is a lower bound, because the fit with the line then omits the oscillator.
+    An oscillator driven by noise looks like a line that loses its phase; the oscillator that is
+    fitted may keep its phase for a quarter of the record. ``without`` and ``grown`` are the fits
+    without and with the line. A result above ``enough`` is a lower bound, because the fit with the
+    line then omits the oscillator.
     """
     rows = record.rows(others)
     both = record.rows(np.hstack([others, line]))
@@ -123,7 +124,7 @@ def gain_over_an_oscillator(
 
 
 def _kept(noise: KernelNoise) -> KernelNoise:
-    """Return the noise without its negligible parts, because the exact derivatives allow four
+    """Return the noise without its negligible parts, because exact derivatives exist for four
     columns only."""
     largest = max((part.variance for part in noise.parts), default=0.0)
     parts = tuple(part for part in noise.parts if part.variance > NOTHING * largest)
@@ -131,14 +132,14 @@ def _kept(noise: KernelNoise) -> KernelNoise:
 
 
 NOTHING = 1e-5
-"""Share of the largest part's variance below which a part is negligible."""
+"""Share of the largest part's variance below which a part of the noise is negligible."""
 
 
 def periods_in(record: Record, rate: float) -> float:
-    """Return the number of periods of a line in the record, from end to end."""
+    """Return the number of periods of a line between the ends of the record."""
     return rate * record.span
 
 
 def nearest(rates: Sequence[float], rate: float) -> float:
-    """Return the distance to the nearest of some rates; infinite where there is none."""
+    """Return the distance to the nearest of ``rates``; infinite if there are none."""
     return min((abs(rate - other) for other in rates), default=float("inf"))

@@ -10,31 +10,32 @@ from arctrue.workbench.observations.outliers.single_rows import MOST_ROWS, NORMA
 Float = NDArray[np.float64]
 
 FAR_SIGMA = 12.0
-"""Least distance of an excursion, in scatters from row to row: a probability of 10⁻³² for any
-number of rows."""
+"""Smallest size of an excursion, in standard deviations of a step: white noise exceeds it with a
+probability of 10⁻³² per step."""
 SAME_SIZE = 0.5
-"""Share within which the jump away and the jump back must agree."""
+"""Largest difference of the jump away and the jump back, as a share of the larger one."""
 ENOUGH = 100_000
-"""Number of steps, spread over all, from which a scatter is taken."""
+"""Number of evenly spread steps from which a scatter is calculated."""
 
 
 def step_scatter(steps: Float) -> float:
-    """Return the robust standard deviation of a step that white noise of the rows makes.
+    """Return the robust standard deviation of the steps that white noise of the rows causes.
 
-    It comes from the differences of steps, so that a slowly changing speed does not count.
+    It is calculated from the differences of steps, so that a slowly changing speed does not
+    contribute.
     """
     if steps.size < 3:
         return 0.0
     place = np.arange(0, steps.size - 1, max(steps.size // ENOUGH, 1))
     second = steps[place + 1] - steps[place]
-    # Noise σ makes √2·σ in a step and √6·σ in a difference of steps.
+    # Noise with the standard deviation σ causes √2·σ in a step and √6·σ in a difference of steps.
     return float(NORMAL_MAD * np.median(np.abs(second - np.median(second))) * np.sqrt(2.0 / 6.0))
 
 
 def excursions(values: Float, least: float) -> list[tuple[int, int, float]]:
     """Return first row, row after the last, and size of every excursion of ``values``, (rows,).
 
-    An excursion is larger than ``least`` and FAR_SIGMA, and ends after MOST_ROWS at most.
+    An excursion is larger than ``least`` and FAR_SIGMA, and lasts at most MOST_ROWS rows.
     """
     steps = np.diff(values)
     far = np.flatnonzero(np.abs(steps) > max(least, FAR_SIGMA * step_scatter(steps)))

@@ -6,22 +6,22 @@ from dataclasses import dataclass
 from typing import Literal
 
 Reason = Literal["mask", "outlier"]
-"""Reason for masking: the set masks the row, in a column or in mask.csv; or a rule here found
-it."""
+"""Reason why a row is not used. "mask": the set masks the row, in a column or in mask.csv;
+"outlier": a rule of this package found it."""
 
 
 @dataclass(frozen=True)
 class MaskedRow:
-    """A row that is not used: ``row`` is its line in the file, the header being line 1."""
+    """A row that is not used; ``row`` is its line in the file, where the header is line 1."""
 
     channel: Literal["capture", "reference"]
     row: int
     reason: Reason
     away_arcsec: float | None = None
-    """Distance from the rows around it."""
+    """Distance of the row's value from the rows around it."""
 
     def data(self) -> dict[str, str | int | float | None]:
-        """Return the row as values for JSON."""
+        """Return the masked row as JSON."""
         return {
             "channel": self.channel,
             "row": self.row,
@@ -30,6 +30,6 @@ class MaskedRow:
         }
 
     def __str__(self) -> str:
-        """Return one line for people."""
+        """Return the masked row in one line for people."""
         away = "" if self.away_arcsec is None else f" ({self.away_arcsec:+.2f}″)"
         return f"{self.channel}.csv, row {self.row}: {self.reason}{away}"

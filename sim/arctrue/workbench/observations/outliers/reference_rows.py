@@ -1,4 +1,4 @@
-"""Judges rows of a reference run: dense passes by neighbours, stations by repeats."""
+"""Finds outliers in a reference run: in dense passes by neighbours, at stations by repeats."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 DENSE_STEP_DEG = 1.0
-"""Largest step of a dense pass, whose rows show what lies between them; rows farther apart need
-repeated visits."""
+"""Largest step of a dense pass, in which neighbours predict a row; rows farther apart need repeated
+visits."""
 SAME_STATION_DEG = 1e-6
-"""Angle within which rows are at one station: 0.004″, the rounding of a file."""
+"""Largest difference of angles within one station: 0.004″, the rounding of a file."""
 
 
 def reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
-    """Return True for outliers, (rows,), and each row's distance from the rows it is compared
-    with."""
-    # Rounding alone scatters by its step over √12; equal readings do not show a smaller scatter.
+    """Return True for outliers, (rows,), and the distance of each row from its neighbours or
+    repeats."""
+    # The scatter is at least that of rounding, step/√12, because equal readings do not show less.
     rounding = display_step(rows.error_arcsec) / float(np.sqrt(12.0))
     least = max(rows.standard_uncertainty_arcsec or 0.0, rounding)
     passes = passes_of(rows)

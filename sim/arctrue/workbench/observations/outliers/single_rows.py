@@ -1,8 +1,9 @@
 """Finds single rows that are wrong in a recording, before any model is fitted.
 
-A row is an outlier if it lies far from the rows around it, alone or with at most two neighbours,
-and if no similar deviation occurs at the same angle in other revolutions. Real motion of a table is
-different: a lost count stays, a scratch recurs with the angle in both heads, a vibration continues.
+A row is an outlier if it is far from the rows around it, alone or with at most two neighbours, and
+if no similar deviation occurs at the same angle in other revolutions. Real motion of a table is
+different: the deviation stays after a lost count, recurs with the angle in both heads at a scratch,
+and continues in a vibration.
 """
 
 from __future__ import annotations
@@ -20,56 +21,61 @@ Integer = NDArray[np.int64]
 Boolean = NDArray[np.bool_]
 
 FAR_SIGMA = 6.0
-"""Least distance of an outlier, in scatters: normal noise of known σ exceeds it once in 5·10⁸
-rows."""
+"""Smallest distance of an outlier, in standard deviations: normal noise of known σ exceeds it once
+in 5·10⁸ rows."""
 FALSE_ROWS = 0.02
-"""Mean number of rows of a channel that white normal noise makes outliers, for any number of
-rows."""
+"""Mean number of rows of a channel that count as outliers in white normal noise, whatever the
+number of rows."""
 MAD_EFFICIENCY = 0.37
 """Efficiency of the median absolute deviation relative to the standard deviation (Rousseeuw and
 Croux, J. Am. Stat. Assoc. 88 (1993) 1273): n rows give 0.37·n degrees of freedom."""
 NEAR_SIGMA = 3.0
-"""Largest distance, in scatters, of the rows next to an outlier and at the same angle in other
-revolutions."""
+"""Largest distance, in standard deviations, of the rows next to an outlier, and of those at the
+same angle in other revolutions."""
 MOST_ROWS = 3
 """Largest number of neighbouring outliers; a longer deviation may be real."""
 SIDE_ROWS = 2 * MOST_ROWS + 1
-"""Number of rows on each side whose median is taken: outliers are always a minority of them."""
+"""Number of rows in the median on each side of a row; outliers are always a minority of these
+rows."""
 LEAST_SIDE_ROWS = 5
-"""Fewest rows on a side near an end: two wrong rows do not move their median far."""
+"""Smallest number of rows in the median on a side near an end; two wrong rows do not change it
+much."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
-"""Fewest rows of a run or pass in which a single wrong row can be recognised."""
+"""Smallest number of rows of a run or pass in which a single wrong row can be recognised."""
 SCALE_ROWS = 256
-"""Number of rows from which one value of the local scatter is taken."""
+"""Number of rows from which one value of the local scatter is calculated."""
 END_ROWS = 4 * SCALE_ROWS
-"""Number of rows at each end of a run that show how well a row is predicted from one side."""
+"""Number of rows at each end of a run that show how accurately one side predicts a row."""
 WAVE_ORDERS = 20
-"""Number of orders of the paper's model that are subtracted before rows on both sides of a gap are
-compared."""
+"""Number of orders, those of the paper's model, that are subtracted before rows on both sides of a
+gap are compared."""
 WAVE_CONDITION = 1e-6
 """Share of the largest singular value below which an arc does not separate orders."""
 MOST_FITTED = 20_000
 """Number of evenly spread rows to which the wave is fitted."""
 MOST_SHARE = 0.05
-"""Largest share of outliers; with more of them the recording is faulty."""
+"""Largest share of outliers; with a larger share the recording is faulty."""
 NORMAL_MAD = 1.4826
-"""Standard deviation of normal noise over its median absolute deviation."""
+"""Standard deviation of normal noise divided by its median absolute deviation."""
 LEAST_VISITS = 4
-"""Fewest readings of a station among which a single wrong one can be recognised."""
+"""Smallest number of readings of a station among which a single wrong reading can be recognised."""
 SAME_PLACE_ROWS = 1.5
-"""Distance, in steps between rows, within which rows of other revolutions are at the same angle."""
+"""Largest distance, in steps between rows, of rows in different revolutions that count as the same
+angle."""
 MOST_COMPARED = 20_000
 """Largest number of rows that are compared with other revolutions; more outliers exceed any
 sensible share."""
 
 
 def far_threshold(rows: int, scatter_rows: float) -> float:
-    """Return the least distance of an outlier among ``rows`` rows, in scatters, at least FAR_SIGMA.
+    """Return the smallest distance of an outlier among ``rows`` rows, in standard deviations, at
+    least FAR_SIGMA.
 
-    With a scatter from ``scatter_rows`` rows a normal row has Student's t distribution: beyond the
-    threshold there are FALSE_ROWS of all rows in the mean, on both sides together.
+    If the scatter is estimated from ``scatter_rows`` rows, a normal row has Student's t
+    distribution: on average, FALSE_ROWS of all rows are beyond the threshold, on both sides
+    together.
     """
     freedom = max(MAD_EFFICIENCY * scatter_rows, 1.0)
     return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))
@@ -78,9 +84,9 @@ def far_threshold(rows: int, scatter_rows: float) -> float:
 def local_scatter(away: Float, resolution: float) -> Float:
     """Return the robust standard deviation around each row, (rows,), at least that of all rows.
 
-    It is the largest scatter of a stretch of SCALE_ROWS rows and of its two neighbours: rows with
-    larger noise over a part of the turn are then no outliers. Values with steps of ``resolution``
-    do not show a scatter of less than half a step.
+    It is the largest scatter of a stretch of SCALE_ROWS rows and its two neighbours, so that rows
+    with larger noise over a part of the turn are no outliers. Values with steps of ``resolution``
+    show no scatter below half a step.
     """
     half = 0.5 * resolution
     overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)
@@ -99,7 +105,7 @@ def local_scatter(away: Float, resolution: float) -> Float:
 def middle(values: Float) -> Float:
     """Return the mean of the middle fifth along the last axis, (…, rows) → (…).
 
-    It is a median without steps: the median of values with a resolution is one of them, or half-way
+    It replaces a median, which has steps: the median of rounded values is one of them, or half-way
     between two.
     """
     last = values.shape[-1] - 1
@@ -108,11 +114,12 @@ def middle(values: Float) -> Float:
 
 
 def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean:
-    """Return True where up to MOST_ROWS rows together lie far off and the rows next to them do not.
+    """Return True where up to MOST_ROWS consecutive rows are far off and the rows next to them are
+    not.
 
-    ``away``: distance of each row from the rows around it; ``scatter``: its standard deviation
-    there. Shapes (rows,). ``threshold``: distance in scatters that is far, see
-    :func:`far_threshold`.
+    ``away``: distance of each row from the rows around it; ``scatter``: standard deviation of that
+    distance. Shapes (rows,). ``threshold``: smallest distance that is far, in standard deviations,
+    see :func:`far_threshold`.
     """
     found = np.zeros(away.size, dtype=bool)
     size = np.abs(away)
@@ -135,10 +142,10 @@ def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean
 def from_both_sides(values: Float) -> Float:
     """Return the value of each row that the rows before and after it predict, (rows,).
 
-    It is the mean of the medians of the SIDE_ROWS rows before and of those after: exact where the
-    values rise evenly, and unaffected by MOST_ROWS wrong rows on each side. Nearer to an end all
-    rows up to the end are used, and as many on the other side. The first and the last
-    LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side` predicts them.
+    It is the mean of two medians, of the SIDE_ROWS rows before and of the SIDE_ROWS rows after the
+    row: exact where the values rise evenly, and unaffected by MOST_ROWS wrong rows on each side.
+    Near an end, all rows up to the end are used, and as many on the other side. The first and the
+    last LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side` predicts them.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -156,8 +163,9 @@ def from_both_sides(values: Float) -> Float:
 def from_one_side(values: Float) -> Float:
     """Return the value of each row that the rows after it predict.
 
-    It lies on the straight line through the medians of the next SIDE_ROWS rows and of as many after
-    them, of which MOST_ROWS may be wrong. It is not-a-number at the last 2·SIDE_ROWS rows.
+    It is on the straight line through two medians, of the next SIDE_ROWS rows and of the SIDE_ROWS
+    rows after these; MOST_ROWS rows of each may be wrong. It is not-a-number at the last
+    2·SIDE_ROWS rows.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -170,13 +178,16 @@ def from_one_side(values: Float) -> Float:
 def far_from_neighbours(
     values: Float, least: float, resolution: float = 0.0, pieces: Sequence[slice] = ()
 ) -> tuple[Float, Float]:
-    """Return the distance of each row from the rows around it, and its scatter, at least ``least``.
+    """Return the distance of each row from the rows around it, and the standard deviation of that
+    distance, at least ``least``.
 
     ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``. ``pieces``:
-    LEAST_ROWS rows or more each, between which rows are missing; one piece if no row is missing.
-    The first and last LEAST_SIDE_ROWS rows of a piece have neighbours on one side only and are
-    judged by these. Their scatter is that of this prediction over the END_ROWS rows there, which is
-    larger than the scatter of a prediction from both sides.
+    parts of at least LEAST_ROWS rows, between which rows are missing; one piece if no row is
+    missing.
+
+    The first and last LEAST_SIDE_ROWS rows of a piece have neighbours on one side only, which
+    predict them. Their standard deviation is that of this prediction over the END_ROWS rows there,
+    which is larger than that of a prediction from both sides.
     """
     away = np.full(values.size, np.nan)
     after, before = away.copy(), away.copy()
@@ -195,7 +206,7 @@ def far_from_neighbours(
 
 
 def _scatter_of_all(away: Float, resolution: float) -> Float:
-    """Return the local scatter at each row, from the rows of known distance."""
+    """Return the local scatter at each row, from the rows whose distance is known."""
     known = ~np.isnan(away)
     place = np.cumsum(known) - 1
     return np.asarray(local_scatter(away[known], resolution)[np.maximum(place, 0)])
@@ -204,8 +215,8 @@ def _scatter_of_all(away: Float, resolution: float) -> Float:
 def gaps(angle: Float) -> Integer:
     """Return the places of the steps over missing rows in a run; ``angle``: (rows,).
 
-    There are rows − 1 steps. A step over missing rows exceeds SIDE_ROWS usual steps, both the mean
-    step of the run and the median around it: a changing speed makes none.
+    There are rows − 1 steps. A step over missing rows is larger than SIDE_ROWS times the mean step
+    of the run and SIDE_ROWS times the median step around it, so that a changing speed causes none.
     """
     step = np.abs(np.diff(angle))
     long = np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))) if step.size else step
@@ -233,8 +244,8 @@ def pieces_between_gaps(angle: Float) -> list[slice]:
 def without_wave(values: Float, angle_rad: Float) -> Float:
     """Subtract the first WAVE_ORDERS orders of the turn, fitted to running medians; (rows,).
 
-    Values on both sides of a gap are then alike, so that the few rows between two gaps are not far
-    from those beyond. Values without gaps are left as they are.
+    The values on both sides of a gap then agree, so that the few rows between two gaps are not far
+    from the rows on the other sides. Values without gaps are not changed.
     """
     if gaps(angle_rad).size == 0:
         return values
@@ -256,8 +267,9 @@ def repeats(
     """Tell for each of ``rows`` whether other revolutions have a similar deviation at the same
     angle.
 
-    ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). True if the median of
-    the deviation there over the other revolutions, with the same sign, exceeds NEAR_SIGMA.
+    ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). The result is True if
+    the median over the other revolutions of the deviation there, with the same sign, exceeds
+    NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -280,7 +292,8 @@ def repeats(
 
 
 def _in_most_revolutions(values: Float, revolution: Integer) -> float:
-    """Return the median over the revolutions of the largest value in each; both shapes (rows,)."""
+    """Return the median over the revolutions of the largest value in each; both arguments
+    (rows,)."""
     turns, inverse = np.unique(revolution, return_inverse=True)
     largest = np.full(turns.size, -np.inf)
     np.maximum.at(largest, inverse, values)
@@ -298,9 +311,10 @@ def seen_by_other_head(
     """Tell for each of ``rows`` whether R₂ − R₁ has the opposite deviation at the angle of the
     other head.
 
-    A place on the disc passes head 2 first and head 1 by α later, with opposite sign in R₂ − R₁, in
-    every revolution. An opposite deviation in a single revolution is another outlier: if one row in
-    300 is wrong, every tenth outlier has such a row by chance in one of a dozen turns.
+    In every revolution a place on the disc passes head 2 first and then, by α later, head 1, where
+    it has the opposite sign in R₂ − R₁. An opposite deviation in a single revolution is another
+    outlier: if one row in 300 is wrong, a tenth of the outliers have such a row by chance in one of
+    a dozen turns.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -329,7 +343,8 @@ def capture_outliers(
     separation_rad: float,
     count_arcsec: float,
 ) -> tuple[Boolean, Float]:
-    """Return True for outliers of R₂ − R₁, and the distance of each row; (rows,)."""
+    """Return True for outliers of R₂ − R₁, and the distance of each row from the rows around it;
+    (rows,)."""
     away = np.zeros(difference_arcsec.size)
     scatter = np.ones(difference_arcsec.size)
     found = np.zeros(difference_arcsec.size, dtype=bool)
@@ -358,8 +373,9 @@ def station_outliers(
     """Find outliers among readings of stations that were visited LEAST_VISITS times or more.
 
     ``station``: number of the station of each row. ``order_of_visit``: label of the pass of each
-    row; rows of one pass stand together. ``sense`` of motion, 1 or −1. The running median of a pass
-    removes a deviation of the whole pass (another temperature, another direction).
+    row; the rows of a pass are consecutive. ``sense``: sense of motion, 1 or −1. The running median
+    of a pass is subtracted, because the whole pass may deviate (another temperature, another
+    direction).
     """
     edges = np.flatnonzero(np.diff(order_of_visit)) + 1
     size = np.diff([0, *edges.tolist(), error_arcsec.size])
@@ -381,12 +397,12 @@ def station_outliers(
 def at_every_visit(
     rows: Integer, away: Float, scatter: float, station: Integer, sense: Integer
 ) -> Boolean:
-    """Tell for each of ``rows`` whether other passes of its sense have a similar deviation at its
+    """Tell for each of ``rows`` whether other passes in its sense have a similar deviation at its
     station.
 
     ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). An effect of a reversal
-    recurs after each reversal; True if the median of the other passes, in the same sense, exceeds
-    NEAR_SIGMA.
+    recurs after each reversal. The result is True if the median over the other passes in the same
+    sense exceeds NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size > MOST_COMPARED:
@@ -405,7 +421,7 @@ def at_every_visit(
 
 
 def _medians(values: Float, group: Integer) -> Float:
-    """Return the median of each value's group; groups are numbered from 0; (rows,)."""
+    """Return, for each value, the median of its group; groups are numbered from 0; (rows,)."""
     ordered = values[np.lexsort((values, group))]
     count = np.bincount(group)
     first = np.cumsum(count) - count
@@ -414,10 +430,11 @@ def _medians(values: Float, group: Integer) -> Float:
 
 
 def of_the_others(values: Float, group: Integer) -> Float:
-    """Return the median of all other values of each value's group, 0 where it is alone; (rows,).
+    """Return, for each value, the median of all other values of its group, 0 for a single value;
+    (rows,).
 
-    The value itself is left out: the distance to a median that may be the value is 0 too often, so
-    that the scatter of these distances would be too small for the other rows.
+    The value itself is left out. If the median could be the value itself, its distance would be 0
+    too often, and the scatter of these distances would be too small for the other rows.
     """
     order = np.lexsort((values, group))
     ordered, count = values[order], np.bincount(group)[group[order]]
@@ -433,7 +450,8 @@ def of_the_others(values: Float, group: Integer) -> Float:
 
 
 def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
-    """Return the median of the SIDE_ROWS rows around each row of its pass, without the row.
+    """Return, for each row, the median of the SIDE_ROWS rows around it in its pass, without the row
+    itself.
 
     ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass it is the
     median of all other rows. A pass of fewer than three rows cannot show a wrong row, so that its

@@ -1,4 +1,5 @@
-"""Tests of injection at the detection bound: the injected size, and the count of the sets."""
+"""Tests of causes that are injected at the detection bound: their size, and the counting of the
+sets."""
 
 from __future__ import annotations
 
@@ -18,9 +19,10 @@ from arctrue.studies.benchmark.intervals import Rate
 
 ROWS = 300
 LINEAR = 1e-3
-"""Relative difference in form of a cause of 1″ and of a hundredth of it.
+"""Largest relative difference in form between a cause of 1″ and a hundredth of the same cause.
 
-An angle gives some 10⁻⁵, the amplitude of the subdivision error 10⁻³ of the phase at 0.01″.
+A shift of the angle changes the form by about 10⁻⁵. The amplitude of the subdivision error at 0.01″
+changes it by 10⁻³ of the phase.
 """
 
 
@@ -43,7 +45,7 @@ def test_a_slip_stays_whole_and_is_never_none() -> None:
 
 
 def test_rms_of_a_creep_is_about_its_mean() -> None:
-    """A ramp from 0 to h has an RMS of h/√12 about its mean."""
+    """A ramp from 0 to h has an RMS of h/√12 about its own mean."""
     random = np.random.default_rng(5)
     scene = INJECTIONS["reference_drift"].scene(random, ROWS)
     cause = INJECTIONS["reference_drift"].cause(random, scene)
@@ -78,7 +80,8 @@ def test_sets_without_a_bound_do_not_count() -> None:
         Rate(24, 24),
         True,
     )
-    # 20 of 24 give 62.6 … 95.3 %, which includes 95 %; 19 of 24 give 57.8 … 92.9 %.
+    # The interval of 20 of 24 is 62.6 … 95.3 %, which includes 95 %; that of 19 of 24 is 57.8 …
+    # 92.9 %.
     assert (latency.found, latency.by_name, latency.kept) == (Rate(20, 24), Rate(0, 24), True)
     results[0] = ({"effect": "latency"}, result(False))
     assert not bound_scores(results)[1].kept
@@ -92,5 +95,5 @@ def test_command(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "polygon_eccentricity: found" in done.output
     assert json.loads(file.read_text())["polygon_eccentricity"]["found"]["of"] <= 1
-    # Finished sets are not repeated; the results are read again.
+    # The command does not repeat finished sets; it reads their results again.
     assert CliRunner().invoke(main, arguments).exit_code == 0

@@ -1,4 +1,4 @@
-"""Tests of the second generator's noise processes against covariances written out in full."""
+"""Tests of the second generator's noise processes against complete covariance matrices."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ EXACT = 1e-8
 """Relative tolerance of a Kalman filter over 60 rows in double precision."""
 DRAWS = 4_000
 FOUR_SIGMA = 4 * np.sqrt(2 / DRAWS)
-"""Tolerance of an empirical variance relative to its expectation."""
+"""Tolerance of an empirical variance, relative to its expectation."""
 
 
 def lags(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -42,7 +42,7 @@ def walk(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def oscillator(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the textbook's σ²·exp(−γt)·(cos ω₁t + γ/ω₁·sin ω₁t), with ω₁² = ω₀² − γ²."""
+    """Return the textbook covariance σ²·exp(−γt)·(cos ω₁t + γ/ω₁·sin ω₁t), with ω₁² = ω₀² − γ²."""
     natural = 2 * np.pi * 0.15
     damping = natural / (2 * 4.0)
     rate = np.sqrt(natural**2 - damping**2)
@@ -78,7 +78,7 @@ def test_draws_have_the_stated_covariance(place: int) -> None:
     expected = WHITE**2 * np.eye(time_s.size) + COVARIANCES[place](time_s)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     found = drawn.T @ drawn / DRAWS
-    assert np.max(np.abs(found - expected) / scale) < 1.5 * FOUR_SIGMA  # the largest of 78
+    assert np.max(np.abs(found - expected) / scale) < 1.5 * FOUR_SIGMA  # the largest of 78 values
 
 
 def test_flicker_noise_is_whitened_by_the_inverse_of_its_impulse_response() -> None:
@@ -94,7 +94,7 @@ def test_flicker_noise_is_whitened_by_the_inverse_of_its_impulse_response() -> N
 
 
 def test_flicker_noise_falls_as_one_over_f() -> None:
-    """The slope of log power against log frequency comes from averaged periodograms over two
+    """The slope of log power against log frequency is fitted to averaged periodograms over two
     decades."""
     noise, random = FlickerNoise(1.0, 1.0), np.random.default_rng(5)
     time_s = np.arange(4096.0)
@@ -103,16 +103,18 @@ def test_flicker_noise_falls_as_one_over_f() -> None:
         power += np.abs(np.fft.rfft(noise.draw(random, time_s) * np.hanning(4096))) ** 2
     at = np.arange(8, 400)
     slope = np.polyfit(np.log(at), np.log(power[at]), 1)[0]
-    assert slope == pytest.approx(-1.0, abs=0.08)  # 0.02 by chance, and the window's leakage
+    assert slope == pytest.approx(-1.0, abs=0.08)  # 0.02 by chance, plus the leakage of the window
 
 
 def test_heavy_tails_keep_their_standard_deviation_and_tell_more_than_it_says() -> None:
-    """Fisher's information of a shift is integrated numerically over the density of Student's t."""
+    """The Fisher information about a shift is integrated numerically over the density of Student's
+    t."""
     from scipy.stats import t
 
     noise = StateNoise(0.3, (), 4.0)
     drawn = noise.draw(np.random.default_rng(6), np.arange(400_000.0))
-    # The fourth moment is infinite at four degrees of freedom: the tolerance was found by trial.
+    # With four degrees of freedom the fourth moment is infinite; therefore the tolerance was found
+    # by trial.
     assert drawn.std() == pytest.approx(0.3, rel=0.03)
     scale = 0.3 * np.sqrt(0.5)
     x = np.linspace(-60, 60, 400_001) * scale
@@ -131,7 +133,7 @@ def test_scaling_and_stated_size(noise: NoiseProcess) -> None:
     random = np.random.default_rng(7)
     drawn = np.array([noise.draw(random, time_s) for _ in range(400)])
     about = drawn - drawn.mean(axis=1, keepdims=True)
-    # The mean over 300 s is a small part of a relaxation of 7 s and of 1/f noise.
+    # The mean over 300 s contains only a small part of a relaxation of 7 s and of 1/f noise.
     assert np.sqrt(np.mean(about**2)) == pytest.approx(noise.rms_arcsec(time_s), rel=0.1)
     one = noise.whiten(drawn[:1].T, time_s)
     np.testing.assert_allclose(noise.scaled(3.0).whiten(3 * drawn[:1].T, time_s), one)
@@ -141,8 +143,8 @@ def test_scaling_and_stated_size(noise: NoiseProcess) -> None:
 
 
 def test_the_mean_periodogram_is_that_of_the_covariance_matrix() -> None:
-    """Compare with vᴴ·C·v/N over the Fourier vectors v of the rows, covariances written out in
-    full."""
+    """Compare with vᴴ·C·v/N for the Fourier vectors v of the rows and the complete covariance
+    matrix C."""
     time_s = 0.7 * np.arange(91)
     noise = StateNoise(WHITE, (STATES[0], STATES[2]))
     covariance = relaxation(time_s) + oscillator(time_s) + WHITE**2 * np.eye(time_s.size)
@@ -161,9 +163,10 @@ def kullback_leibler(true: NDArray[np.float64], other: NDArray[np.float64]) -> f
 
 @pytest.mark.parametrize("quality", [3.0, 12.0])
 def test_the_oracle_sees_of_an_oscillator_what_no_falling_spectrum_explains(quality: float) -> None:
-    """Compare with the exact ratio to the nearest white noise with a relaxation, of dense matrices.
+    """Compare the oracle's value with the exact ratio to the nearest white noise with a relaxation,
+    from dense matrices.
 
-    No falling spectrum is closer than the isotonic one; the bound allows 10 % for the ends of the
+    No falling spectrum is closer than the isotonic one. The bound allows 10 % for the ends of the
     record, which the spectrum ignores. A falling spectrum with a step is nearer than a relaxation:
     for a quality of 3 by a factor of 2.5.
     """

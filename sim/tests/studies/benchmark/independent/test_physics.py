@@ -1,4 +1,4 @@
-"""Tests of each cause of the second generator against its equation to first order."""
+"""Tests of each cause of the second generator against its first-order equation."""
 
 from __future__ import annotations
 
@@ -60,7 +60,8 @@ SWEEP = Sweep(0, 100.0, 0.4, OMEGA, np.linspace(0.0, 24.0, 1500, endpoint=False)
 THETA = 0.4 + OMEGA * SWEEP.time_s
 TIME_S = 100.0 + SWEEP.time_s
 SECOND_ORDER = 1e-6
-"""Neglected part of an error of 1″, 5·10⁻⁶ rad: its square or slope, some 10⁻⁵ of it in arcsec."""
+"""Part of an error that the equations neglect: 1″ is 5·10⁻⁶ rad, and its square or slope is about
+10⁻⁵ of it, in arcsec."""
 Float = NDArray[np.float64]
 
 
@@ -78,12 +79,14 @@ def arcsec_of_um(um: Float) -> Float:
 
 
 def test_a_disc_off_centre_reads_the_angle_of_a_triangle() -> None:
-    """Exactly: the ray from the centre at e·exp(jθ) to the head at r turns by atan2."""
+    """The equation is exact: the ray from the centre at e·exp(jθ) to the head at r turns by the
+    atan2."""
     e = 40e-6
     found = swept_reading_rad(Disc(eccentricity_m=e + 0j), SWEEP, 1, [])
     triangle = np.arctan2(e * np.sin(THETA), 0.053975 - e * np.cos(THETA))
     np.testing.assert_allclose(found, THETA + triangle, rtol=0, atol=1e-12)
-    # Head 2 shows exactly the same error advanced by α (the transfer function law).
+    # Head 2 shows exactly the same error, advanced by α; this is the basis of the transfer
+    # function.
     ahead = swept_reading_rad(Disc(eccentricity_m=e + 0j), SWEEP, 2, []) - THETA - ALPHA
     there = THETA + ALPHA
     triangle = np.arctan2(e * np.sin(there), 0.053975 - e * np.cos(there))
@@ -104,7 +107,7 @@ def test_axis_motion_is_seen_as_x_sin_alpha_and_y_cos_alpha() -> None:
     x = 0.8 * (np.cos(2 * THETA) - 0.3 * np.sin(5 * THETA))
     y = 0.8 * (-0.5 * np.sin(2 * THETA) + np.cos(5 * THETA))
     expected = arcsec_of_um(x * np.sin(ALPHA) + y * (np.cos(ALPHA) - 1))
-    # 1 µm over the radius is 2·10⁻⁵, so that 10⁻⁴ of 4″ is neglected.
+    # 1 µm over the radius is 2·10⁻⁵, so that up to 10⁻⁴ of 4″ is neglected.
     np.testing.assert_allclose(difference(cause), expected, rtol=0, atol=2e-4)
     np.testing.assert_allclose(
         (reading(1, [cause]) - THETA) / ARCSEC, arcsec_of_um(y), rtol=0, atol=2e-4
@@ -141,13 +144,13 @@ def test_a_head_that_stands_off_moves_the_mean_and_the_slope_of_the_error() -> N
 
 
 def test_offset_gain_and_phase_of_the_signals_are_their_first_harmonics() -> None:
-    """atan2 to first order is (Im o·cos φ − Re o·sin φ + g/2·sin 2φ + p/2·(1 + cos 2φ))/L."""
+    """To first order atan2 gives (Im o·cos φ − Re o·sin φ + g/2·sin 2φ + p/2·(1 + cos 2φ))/L."""
     cause = SubdivisionError(0.0, 2, 3e-3 + 2e-3j, 4e-3, 1e-3)
     phase = 16_384 * (THETA + ALPHA)
     first = 2e-3 * np.cos(phase) - 3e-3 * np.sin(phase)
     second = 2e-3 * np.sin(2 * phase) + 0.5e-3 * (1 + np.cos(2 * phase))
     expected = (first + second) / 16_384 / ARCSEC
-    # Products of two of them: 1.2·10⁻⁵ rad of the phase, 1.5·10⁻⁴″.
+    # The neglected products of two parameters are 1.2·10⁻⁵ rad of the phase, or 1.5·10⁻⁴″.
     np.testing.assert_allclose(difference(cause), expected, rtol=0, atol=3e-4)
 
 
@@ -171,7 +174,7 @@ def test_times_of_reading() -> None:
 def test_shaking_settling_drag_and_creep_turn_one_bracket() -> None:
     shaking = Shaking(0.7, 1, 11.3, np.array([0.4]))
     wave = 0.7 * np.sin(2 * np.pi * 11.3 * TIME_S + 0.4)
-    # Head 1 moves towards larger β, so that its reading decreases and the difference increases.
+    # Head 1 moves towards larger β: its reading decreases, and the difference increases.
     np.testing.assert_allclose(difference(shaking), wave, rtol=0, atol=SECOND_ORDER)
     for cause, bracket in (
         (SettlingBracket(2.0, 30.0), 2.0 * np.exp(-TIME_S / 30.0)),
@@ -195,10 +198,10 @@ def test_a_slip_is_whole_counts_from_its_instant_in_its_run() -> None:
 def test_a_defect_is_seen_twice_alpha_apart_with_opposite_signs() -> None:
     found = difference(Defect(2.0, 1.5, np.radians(3.0)))
     psi = np.mod(THETA, 2 * np.pi)
-    assert psi[np.argmin(found)] == pytest.approx(1.5, abs=0.01)  # a row is 0.0084 rad
+    assert psi[np.argmin(found)] == pytest.approx(1.5, abs=0.01)  # rows are 0.0084 rad apart
     assert psi[np.argmax(found)] == pytest.approx(1.5 - ALPHA, abs=0.01)
-    # The nearest row is up to half a row, 0.24°, from the top, where the bump has cos(π/2·0.24/3)²
-    # of its height.
+    # The row nearest to the top is up to half a row, 0.24°, away from it; there the bump has
+    # cos(π/2·0.24/3)² of its height.
     assert found.max() == pytest.approx(2.0, rel=0.02)
     assert found.min() == pytest.approx(-2.0, rel=0.02)
     assert np.mean(np.abs(found) > 1.0) == pytest.approx(2 * np.radians(3.0) / (2 * np.pi), rel=0.1)
@@ -207,7 +210,7 @@ def test_a_defect_is_seen_twice_alpha_apart_with_opposite_signs() -> None:
 def test_sectors_and_fast_lobes_are_on_the_disc() -> None:
     wave = np.sign(np.sin(5 * (THETA + ALPHA) + 0.3)) - np.sign(np.sin(5 * THETA + 0.3))
     found = difference(Sectors(0.6, 5, 0.3))
-    # Rows within 2″ of an edge may be on either side of it.
+    # A row within 2″ of an edge may be on either side of the edge.
     np.testing.assert_allclose(found, 0.6 * wave, rtol=0, atol=SECOND_ORDER)
     fast = replace(SWEEP, speed_rad_s=3 * OMEGA)
     angle = 0.4 + 3 * OMEGA * SWEEP.time_s
@@ -269,7 +272,7 @@ def test_what_the_reference_adds() -> None:
 
 
 def test_a_chirp_has_the_stated_frequency_at_each_instant() -> None:
-    """The number of zero crossings of the whole log is the integral of the frequency."""
+    """The integral of the frequency gives the number of zero crossings in the whole log."""
     chirp = Chirp(1.0, 0.5, 0.02, 0.0)
     log = Sweep(0, 10.0, 0.0, OMEGA, np.arange(0.0, 60.0, 0.01))
     shown = Scene(Disc(), passes=[log]).channels([chirp])["reference"]

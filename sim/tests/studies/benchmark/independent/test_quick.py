@@ -1,5 +1,5 @@
-"""Tests that the diagnosis of sets of the second generator is right; a list names wrong answers
-with the reason."""
+"""Tests that the diagnosis of the second generator's sets is right; a list names the sets with a
+wrong answer, and the reason."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.studies.benchmark.work import run_set
 from arctrue.studies.campaign import Task
 
 SETS = 48
-"""Number of sets: three of each world, one without a cause and two with one where possible."""
+"""Number of sets: three of each world, where possible two with a cause and one without."""
 SUBDIVISION = "a column calculated from the readings contains their noise"
 OSCILLATION = "a smooth part stands for the damped oscillation of a short run"
 ROUNDING = "the rounding of a display is mistaken for lack of fit"
@@ -45,13 +45,14 @@ NOT_YET = {
 }
 """Seeds of the sets whose answer is still wrong, with the reason.
 
-A set leaves the list when its answer becomes right; a change that adds one makes the diagnosis
+A set leaves the list when its answer becomes right. A change that adds a set makes the diagnosis
 worse.
 """
 
 
 LONGEST = ("two_causes", "moving_reference", "jumps", "strangers")
-"""Worlds of which only ``make test-large`` diagnoses a set: it takes five times as long."""
+"""Worlds whose sets only ``make test-large`` diagnoses, because such a set takes five times as
+long."""
 
 
 @cache
@@ -62,9 +63,9 @@ def tasks() -> list[Task]:
 
 
 def judged_tasks(world: str) -> list[Task]:
-    """Return the tasks of a world whose answer is right already.
+    """Return the tasks of a world except those in NOT_YET.
 
-    In every second world a set with a cause comes first, in the others one without.
+    In every second world a set with a cause comes first, in the other worlds a set without one.
     """
     found = [task for task in tasks() if task["world"] == world and task["seed"] not in NOT_YET]
     return found[::-1] if list(independent_worlds()).index(world) % 2 == 0 else found
@@ -85,7 +86,8 @@ def judged_tasks(world: str) -> list[Task]:
     ],
 )
 def test_every_set_except_the_known_ones_is_right(world: str, sets: slice) -> None:
-    """Diagnose one set of each other world; ``make test-large`` diagnoses all."""
+    """``make test`` diagnoses one set of each world that is not in LONGEST; ``make test-large``
+    diagnoses all sets."""
     chosen = judged_tasks(world)[sets]
     if not chosen:
         pytest.skip("NOT_YET lists every set of this world, or all but one")

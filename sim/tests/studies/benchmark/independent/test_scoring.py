@@ -1,4 +1,4 @@
-"""Tests of sets of the second generator in plans, on the command line and in the scores."""
+"""Tests of the second generator's sets in plans, on the command line and in the scores."""
 
 from __future__ import annotations
 
@@ -83,7 +83,8 @@ def named(name: str, hz: float | None = None, **more: Any) -> dict[str, Any]:
 def test_a_line_is_right_by_the_accepted_names_where_a_line_is(
     answer: dict[str, Any], expected: str
 ) -> None:
-    """The set has lines of 0.1 and 0.3 Hz; places within 1.5 widths of resolution are the same."""
+    """The set has lines at 0.1 and 0.3 Hz. Two frequencies within 1.5 widths of resolution count as
+    the same line."""
     lines = (line(0.1, 2.0), line(0.3, 0.5))
     found = judged(answer, *lines, names=["vibration"], alike=["bearing_ball_pass"])
     assert found.outcome == expected
@@ -135,8 +136,8 @@ def oscillation(hz: float, half_width_hz: float) -> dict[str, Any]:
 def test_a_driven_oscillation_is_unknown_with_its_frequency(
     answer: dict[str, Any], expected: str, falsely_named: bool
 ) -> None:
-    """The oscillation has 0.1 Hz, half power at ± 0.01 Hz; any name of the catalogue is false for
-    it."""
+    """The oscillation has 0.1 Hz, with half power at ± 0.01 Hz. Every name of the catalogue is
+    false for it."""
     found = judged(answer, oscillation(0.1, 0.01))
     assert (found.outcome, found.falsely_named) == (expected, falsely_named)
 
@@ -157,8 +158,8 @@ def test_an_answer_that_is_allowed_is_no_miss_of_a_name() -> None:
         for effect in (line(0.1, 2.0), stranger)
         for verdict in ("ambiguous", "unknown", "cannot_tell")
     ]
-    # For the line only "cannot tell" is right; for the cause outside the catalogue "cannot tell"
-    # and "unknown" are right.
+    # For the line only "cannot tell" counts, as a miss. For the cause outside the catalogue
+    # "unknown" counts as right, and "cannot tell" as a miss.
     assert first.of(sets) == Rate(0, 1)
     assert unknown.of(sets) == Rate(1, 2)
 
@@ -191,7 +192,8 @@ def test_the_largest_line_is_to_be_named_first() -> None:
 
 
 def test_worlds_fail_by_the_lower_end_of_their_interval_and_generators_stand_apart() -> None:
-    """2 of 6 false are 4.3 … 77.7 % by Clopper and Pearson, 1 of 6 is 0.4 … 64.1 %."""
+    """By Clopper and Pearson, the interval of 2 false answers in 6 is 4.3 … 77.7 %, and that of 1
+    in 6 is 0.4 … 64.1 %."""
     right, false = judged(named("periodic_error"), line(0.1, 2.0)), judged(named("hysteresis"))
     sets = [right] * 4 + [false] * 2
     assert scored(sets)["failed_worlds"] == ["mount_log"]
@@ -222,16 +224,16 @@ def test_page_tells_both_generators_and_every_world() -> None:
     }
     text = benchmark_page(header, scored([*[false] * 2, *[right] * 4, first]))
     assert "| | goal | all | simulated | independent |" in text
-    # 2 of 6 by Clopper and Pearson: the interval begins above 2 %.
+    # By Clopper and Pearson, the interval of 2 in 6 begins above 2 %.
     assert "| mount_log | **33.3 (4.3 … 77.7) of 6** | 100.0 (39.8 … 100.0) of 4 | false" in text
     assert "| calibration error, independent | ≤ 0.05 | **" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100**" in text
-    # Four sets of the second generator and one of the first.
+    # Four of these sets come from the second generator and one from the first.
     assert "in limits: periodic_error 5 of 5." in text
     sets = benchmark_sets_page()
     for name, world in independent_worlds().items():
         assert f"| {name} | {world.about} |" in sets
-    # The worst answer comes first, even if it is the last of the plan.
+    # The page lists the worst answer first, even if that set is the last of the plan.
     silent = judged({"verdict": "cannot_tell"}, line(0.1, 2.0))
     text = benchmark_page(header, scored([silent, false]))
     assert text.index("false name (hysteresis)") < text.index("silent (cannot_tell)")
@@ -257,7 +259,7 @@ def test_a_fifth_of_both_is_of_the_second_generator(tmp_path: Path) -> None:
     assert len(tasks) == 60
     assert sum(world in independent_worlds() for world in worlds) == 12
     assert set(worlds) >= set(WORLDS)
-    # The first generator's sets are those of its own plan.
+    # The sets of the first generator are the same as in a plan of this generator alone.
     alone = make_plan("quick", tmp_path / "alone").tasks("arctrue")
     assert [task for task in tasks if task["world"] in WORLDS] == alone[:48]
 

@@ -1,4 +1,4 @@
-"""Tests that, in every world of the second generator, a fit of the true causes finds their true
+"""Tests in every world of the second generator that a fit of the true causes finds their true
 sizes."""
 
 from __future__ import annotations
@@ -25,13 +25,14 @@ WITH_CAUSES = [
     for name, world in independent_worlds().items()
     if HIDDEN in world.contents and name != "resonance"
 ]
-"""Worlds whose causes have a size to fit; a resonance is noise, which ``test_noise`` tests."""
+"""Worlds whose causes have a size that can be fitted. A resonance is noise, which ``test_noise``
+tests."""
 ROWS = 600
 SEEDS = range(6)
 FIVE_SIGMA = 5.0
 BENT = 0.02
-"""Largest relative change of a cause's shape with its size, because the reading that gives a row's
-angle contains the cause."""
+"""Largest relative change of a cause's form with its size; it changes because the angle of a row
+comes from a reading that contains the cause."""
 ARCSEC = float(np.radians(1 / 3600))
 
 
@@ -54,9 +55,11 @@ def scene_of(world: str, seed: int) -> tuple[Scene, MeasurementSet, dict[str, ob
 def fitted(
     scene: Scene, measurement: MeasurementSet, causes: list[Cause]
 ) -> tuple[np.ndarray, ...]:
-    """Return relative sizes and their σ from least squares of the whitened rows.
+    """Fit the true causes to the whitened rows by least squares; return their relative sizes and
+    standard deviations σ, and the residual.
 
-    The design matrix is written here from the rows of the set: 20 orders, an offset a run, a zero.
+    This function writes the design matrix from the rows of the set: 20 orders, an offset for each
+    run, a zero.
     """
     whole = scene.channels(causes)
     alone = [
@@ -101,7 +104,8 @@ def fitted(
         rows = np.column_stack([base, signal, reference.error_arcsec])
         blocks.append(noise.whiten(rows, reference.time_s))
     rows = np.vstack(blocks)
-    # An index mark is uniform within ± its counts: variance n(n + 1)/3 a head.
+    # The place of an index mark is uniform within ± index_counts, with the variance n(n + 1)/3 for
+    # each head.
     scatter = scene.disc.arcsec_per_count * np.sqrt(
         2 * scene.index_counts * (scene.index_counts + 1) / 3
     )
@@ -122,7 +126,8 @@ def fitted(
 
 @pytest.mark.parametrize("world", WITH_CAUSES)
 def test_least_squares_that_knows_the_answer_finds_it(world: str) -> None:
-    """The fit finds each visible cause at its true size; the residual is the stated noise."""
+    """The fit finds each visible cause at its true size, and the residual equals the stated
+    noise."""
     seen = 0
     for seed in SEEDS:
         scene, measurement, truth = scene_of(world, seed)
@@ -136,7 +141,7 @@ def test_least_squares_that_knows_the_answer_finds_it(world: str) -> None:
             seen += 1
             about = f"{world} {seed} {cause.name}"
             assert abs(found - 1.0) < FIVE_SIGMA * error + BENT, about
-            # The oracle's projected error over the noise is 1/σ² of this fit.
+            # The noncentrality that the oracle states is 1/σ² of this fit.
             assert item["noncentrality"] == pytest.approx(error**-2, rel=0.05), about
         heavy = any(
             isinstance(noise, StateNoise) and np.isfinite(noise.freedom)
@@ -182,6 +187,7 @@ def test_a_content_that_a_world_does_not_have_is_refused() -> None:
 
 
 def test_needed_noncentrality_is_that_of_the_tables() -> None:
-    """χ² with one degree of freedom gives (2.5758 + 1.6449)²: 1 % two-sided and 95 % power."""
+    """With one degree of freedom χ² gives (2.5758 + 1.6449)², for 1 % two-sided and a power of 95
+    %."""
     assert needed_noncentrality(1, 1) == pytest.approx((2.5758 + 1.6449) ** 2, rel=1e-3)
     assert needed_noncentrality(2, 1000) > needed_noncentrality(2, 1) > needed_noncentrality(1, 1)

@@ -26,13 +26,13 @@ class Cause:
     """A cause without effect; subclasses override the methods where they act."""
 
     name = ""
-    """Name in the catalogue if ``known``, else a word of this generator."""
+    """Name of the cause in the catalogue if ``known``, otherwise a name of this generator's own."""
     known = True
     """Whether the catalogue has the cause."""
     columns = 1
-    """Number of free coefficients of its exact form, for the oracle."""
+    """Number of free coefficients in the exact form of the cause, for the oracle."""
     places = 1
-    """Number of independent places that its search examines, for the oracle."""
+    """Number of independent places that a search for the cause examines, for the oracle."""
     unit = "arcsec"
 
     def __init__(self, size: float) -> None:
@@ -54,7 +54,8 @@ class Cause:
         return 0j
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Return the angle by which a head's bracket is turned about the axis, in the β sense."""
+        """Return the angle by which a head's bracket is turned about the axis, in the positive
+        direction of stator angles."""
         return 0.0
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float | float:
@@ -76,9 +77,11 @@ class Cause:
         return 0.0
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float | float:
-        """Return the error that the reference adds to ``error_rad``, the error that it measures."""
+        """Return the error that the reference adds to ``error_rad``, the quantity that it
+        measures."""
         return 0.0
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the values that a search should find, any of ``order`` (per turn) or ``hz``."""
+        """Return the orders (per turn) or frequencies that a search should find, under ``order`` or
+        ``hz``."""
         return {}

@@ -19,7 +19,7 @@ from arctrue.studies.benchmark.independent.conditions import Conditions
 
 
 class HighOrder(Cause):
-    """One order of the graduation above those of the model."""
+    """The graduation has an error of one order above the orders of the model."""
 
     name = "high_order_graduation"
     columns, places = 2, 400
@@ -31,7 +31,8 @@ class HighOrder(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> HighOrder:
-        """Draw an order from 23 to 180 that two heads at 33° see: not near a multiple of 120/11."""
+        """Draw an order from 23 to 180 that two heads 33° apart see: not near a multiple of
+        120/11."""
         seen = [n for n in range(23, 181) if abs(np.sin(n * np.radians(33.0) / 2)) > 0.5]
         return cls(
             log_uniform(random, 0.1, 2.0), int(random.choice(seen)), random.uniform(0, 2 * np.pi)
@@ -60,7 +61,7 @@ class Defect(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> Defect:
-        """Draw 0.5 to 5″ over 1.5 to 6° full width at half maximum."""
+        """Draw a height of 0.5 to 5″ and a full width at half maximum of 1.5 to 6°."""
         size = log_uniform(random, 0.5, 5.0) * float(random.choice([-1, 1]))
         return cls(size, random.uniform(0, 2 * np.pi), np.radians(random.uniform(1.5, 6.0)))
 
@@ -73,7 +74,7 @@ class Defect(Cause):
 
 
 class AxisMotion(Cause):
-    """The axis moves on the same path every turn, in the frame of the stator."""
+    """The axis moves in the frame of the stator on a path that repeats every turn."""
 
     name = "radial_error_motion"
     unit = "um"
@@ -81,7 +82,7 @@ class AxisMotion(Cause):
     def __init__(
         self, size: float, orders: Sequence[int], x: Sequence[complex], y: Sequence[complex]
     ) -> None:
-        """x + jy = size·Σ (Re x_k·exp(jkθ) + j·Re y_k·exp(jkθ))."""
+        """Set the path x + jy = size·Σ (Re x_k·exp(jkθ) + j·Re y_k·exp(jkθ))."""
         super().__init__(size)
         self.orders, self.x, self.y = list(orders), list(x), list(y)
         self.columns = 2 * len(self.orders)
@@ -104,7 +105,8 @@ class AxisMotion(Cause):
 
 
 class BallPass(Cause):
-    """The cage and the balls push the axis at an order that is not whole."""
+    """The cage and the balls of the bearing move the axis at an order that is not a whole
+    number."""
 
     name = "bearing_ball_pass"
     unit = "um"
@@ -117,8 +119,8 @@ class BallPass(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> BallPass:
-        """Draw contact angle and balls; the order is that of the outer race, n/2·(1 − d/D·cos), or
-        of the cage."""
+        """Draw the number of balls n and the value of d/D·cos; the order is that of the outer race,
+        n/2·(1 − d/D·cos), or of the cage."""
         share = random.uniform(0.06, 0.25)
         cage = 0.5 * (1 - share)
         order = cage * int(random.integers(8, 22)) if random.random() < 0.6 else cage
@@ -169,7 +171,8 @@ class Backlash(Cause):
     name = "hysteresis"
 
     def __init__(self, size: float, share: float = 0.0, phase_rad: float = 0.0) -> None:
-        """``size``: the whole play; ``share``: its relative variation around the turn."""
+        """``size``: the whole play; ``share``: the relative variation of the play around the
+        turn."""
         super().__init__(size)
         self.share, self.phase_rad = share, phase_rad
 

@@ -17,7 +17,7 @@ from arctrue.studies.benchmark.independent.conditions import Conditions
 
 
 class HeadStandsOff(Cause):
-    """Head 2 does not stand where the description says."""
+    """Head 2 stands at another angle than the description states."""
 
     name = "head_angle_error"
 
@@ -49,8 +49,8 @@ class SubdivisionError(Cause):
     ) -> None:
         """Set the size and the shape.
 
-        ``size``: amplitude due to the offset alone, for 16,384 lines. ``uneven``: share by which
-        the whole error varies around the disc.
+        ``size``: amplitude of the error that the offset alone causes with 16,384 lines. ``uneven``:
+        share by which the whole error varies around the disc.
         """
         super().__init__(size)
         self.head, self.offset, self.gain, self.phase_rad = head, offset, gain, phase_rad
@@ -58,7 +58,8 @@ class SubdivisionError(Cause):
 
     @classmethod
     def drawn(cls, random: Random, uneven: float = 0.0) -> SubdivisionError:
-        """Draw 0.06 to 2.4″ due to the offset; gain and phase have about the same effect."""
+        """Draw an offset that causes 0.06 to 2.4″; gain and phase errors have about the same
+        effect."""
         size = log_uniform(random, 0.06, 2.4)
         share = size * ARCSEC * 16_384
         return cls(
@@ -94,7 +95,7 @@ class SubdivisionError(Cause):
 
 
 class Shaking(Cause):
-    """The bracket of a head shakes at one frequency, with another phase in each run."""
+    """The bracket of a head vibrates at one frequency; the phase differs from run to run."""
 
     name = "vibration"
     columns, places = 8, 1000
@@ -107,14 +108,14 @@ class Shaking(Cause):
 
     @classmethod
     def drawn(cls, random: Random, runs: int, step_s: float, run_s: float) -> Shaking:
-        """Draw 0.1 to 2″, from ten periods a run to a third of the sampling rate."""
+        """Draw 0.1 to 2″ and a frequency from ten periods a run to a third of the sampling rate."""
         hz = log_uniform(random, 10 / run_s, 1 / (3 * step_s))
         phases = random.uniform(0, 2 * np.pi, runs)
         return cls(log_uniform(random, 0.1, 2.0), int(random.integers(1, 3)), hz, phases)
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
         """Return a·sin(2πft + φ), where φ depends on the run; the phases repeat if there are more
-        runs."""
+        runs than phases."""
         if head != self.head:
             return 0.0
         phase = 2 * np.pi * self.hz * at.time_s + self.phases_rad[at.run % self.phases_rad.size]

@@ -1,4 +1,4 @@
-"""Causes in the drive and in the reference, visible only in rows of a reference."""
+"""Causes in the drive and in the reference, which only rows of a reference show."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from arctrue.studies.benchmark.independent.conditions import Conditions
 
 
 class GearError(Cause):
-    """The drive has an error wave of its tooth count, with a second harmonic."""
+    """The drive has a periodic error at the order of its tooth count, with a second harmonic."""
 
     name = "drive_gear_error"
     columns = 4
 
     def __init__(self, size: float, teeth: float, phases_rad: tuple[float, float]) -> None:
-        """``size``: amplitude of the wave at the tooth count; the second harmonic has a fifth."""
+        """``size``: amplitude at the tooth count; the second harmonic has a fifth of this
+        amplitude."""
         super().__init__(size)
         self.teeth, self.phases_rad = teeth, phases_rad
 
@@ -42,7 +43,8 @@ class GearError(Cause):
 
 
 class Line(Cause):
-    """A sine in time, due to a part of the drive that the description does not mention."""
+    """A part of the drive that the description does not mention causes an error that is a sine in
+    time."""
 
     name = "periodic_error"
     columns, places = 2, 1000
@@ -63,7 +65,7 @@ class Line(Cause):
 
 
 class AngleLine(Cause):
-    """A sine of the table's angle at any order, due to a part of the drive."""
+    """A part of the drive causes an error that is a sine of the table's angle, at any order."""
 
     name = "periodic_error"
     columns, places = 2, 1000
@@ -88,19 +90,20 @@ class AngleLine(Cause):
 
 
 class Faces(Cause):
-    """The faces of the polygon are not equal."""
+    """The angles between the faces of the polygon are unequal."""
 
     name = "polygon_face_error"
 
     def __init__(self, size: float, faces_arcsec: Float) -> None:
-        """``size``: standard deviation of the draw; ``faces_arcsec`` by station."""
+        """``size``: standard deviation from which the faces' errors are drawn; ``faces_arcsec``:
+        these errors, by station."""
         super().__init__(size)
         self.faces_rad = np.asarray(faces_arcsec) * ARCSEC
         self.columns = len(faces_arcsec) - 1
 
     @classmethod
     def drawn(cls, random: Random, faces: int) -> Faces:
-        """Draw 0.1 to 0.5″."""
+        """Draw a standard deviation of 0.1 to 0.5″, and the errors of the faces."""
         size = log_uniform(random, 0.1, 0.5)
         return cls(size, size * random.standard_normal(faces))
 
@@ -111,13 +114,14 @@ class Faces(Cause):
         return found
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return one constant per face."""
+        """Return the constant error of the face that each row sees."""
         found: Float = self.faces_rad[at.station]
         return found
 
 
 class FirstOrderOfReference(Cause):
-    """Only the reference has a first order: tilt and pyramidal error together."""
+    """The reference alone has an error of order 1: tilt and pyramidal error of the polygon
+    together."""
 
     name = "polygon_eccentricity"
     columns = 2
@@ -156,7 +160,7 @@ class GainOfReference(Cause):
 
 
 class Creep(Cause):
-    """The stand of the reference creeps evenly."""
+    """The stand of the reference creeps at a constant rate."""
 
     name = "reference_drift"
     unit = "arcsec/h"

@@ -23,7 +23,7 @@ class Stranger(Cause):
 
 
 class WarmOval(Stranger):
-    """The disc becomes oval with rising temperature."""
+    """The disc becomes oval as the temperature rises."""
 
     name = "warm_oval"
     columns, places, unit = 2, 20, "arcsec/K"
@@ -40,7 +40,7 @@ class WarmOval(Stranger):
 
 
 class FastLobes(Stranger):
-    """Three lobes that grow with the square of speed."""
+    """An error of order 3 grows with the square of the speed."""
 
     name = "fast_lobes"
     columns, places = 2, 20
@@ -101,19 +101,20 @@ class AirDrag(Stranger):
 
 
 class Sectors(Stranger):
-    """The disc was written in equal sectors, and every other sector is shifted: a square wave."""
+    """The disc was written in equal sectors, and every second sector is shifted: the error is a
+    square wave."""
 
     name = "sectors"
     columns, places = 2, 40
 
     def __init__(self, size: float, pairs: int, phase_rad: float) -> None:
-        """``size``: half of the step."""
+        """``size``: half of the shift between two sectors."""
         super().__init__(size)
         self.pairs, self.phase_rad = pairs, phase_rad
 
     @classmethod
     def drawn(cls, random: Random) -> Sectors:
-        """Draw 5 to 9 pairs, 0.2 to 2″."""
+        """Draw 5 to 9 pairs of sectors and a size of 0.2 to 2″."""
         pairs = int(random.integers(5, 10))
         return cls(log_uniform(random, 0.2, 2.0), pairs, random.uniform(0, 2 * np.pi))
 
@@ -130,18 +131,18 @@ class LooseBracket(Stranger):
     columns, places = 6, 2000
 
     def __init__(self, size: float, instants_s: Float) -> None:
-        """``size``: displacement of a click."""
+        """``size``: displacement by one jump."""
         super().__init__(size)
         self.instants_s = np.sort(instants_s)
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> LooseBracket:
-        """Draw 0.3 to 3″ and 9 to 16 clicks."""
+        """Draw 0.3 to 3″ and 9 to 16 jumps."""
         instants = random.uniform(0, length_s, int(random.integers(9, 17)))
         return cls(log_uniform(random, 0.3, 3.0), instants)
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Return one of the two positions."""
+        """Return the position of the bracket: one of the two."""
         if head != 2:
             return 0.0
         found: Float = self.size * ARCSEC * (np.searchsorted(self.instants_s, at.time_s) % 2)
@@ -149,25 +150,27 @@ class LooseBracket(Stranger):
 
 
 class WobblingRoller(Stranger):
-    """A roller moves along the axis: the amplitude of its order rises and falls in time."""
+    """A roller moves the axis along a line; the amplitude of the roller's order rises and falls in
+    time."""
 
     name = "wobbling_roller"
     unit = "um"
     columns, places = 4, 400
 
     def __init__(self, size: float, order: float, swell_s: float) -> None:
-        """``swell_s``: period of the swell."""
+        """``swell_s``: period in which the amplitude rises and falls."""
         super().__init__(size)
         self.order, self.swell_s = order, swell_s
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> WobblingRoller:
-        """Draw 0.1 to 1 µm at an order of 2.3 to 8.7; 1.3 to 2.7 swell periods per session."""
+        """Draw 0.1 to 1 µm, an order of 2.3 to 8.7, and 1.3 to 2.7 periods ``swell_s`` per
+        session."""
         order = float(random.integers(2, 9)) + random.uniform(0.3, 0.45)
         return cls(log_uniform(random, 0.1, 1.0), order, length_s / random.uniform(1.3, 2.7))
 
     def centre_m(self, at: Conditions) -> Complex:
-        """Return a motion on a line through the axis."""
+        """Return a displacement of the axis along one straight line."""
         swell = np.sin(2 * np.pi * at.time_s / self.swell_s)
         found: Complex = (
             self.size * MICROMETRE * swell * np.cos(self.order * at.turned_rad) * (1 + 1j)
@@ -183,7 +186,7 @@ class BentScale(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> BentScale:
-        """Draw 0.5 to 3″ at the largest error."""
+        """Draw a size of 0.5 to 3″, which applies at the largest error."""
         return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
@@ -194,19 +197,20 @@ class BentScale(Stranger):
 
 
 class Chirp(Stranger):
-    """A line whose frequency changes: a slipping belt, an accelerating fan."""
+    """A sine in time whose frequency changes: a slipping belt, an accelerating fan."""
 
     name = "chirp"
     columns, places = 2, 5000
 
     def __init__(self, size: float, hz: float, hz_s: float, phase_rad: float) -> None:
-        """The frequency starts at ``hz`` and changes by ``hz_s`` per second."""
+        """Set the sine; its frequency starts at ``hz`` and changes by ``hz_s`` per second."""
         super().__init__(size)
         self.hz, self.hz_s, self.phase_rad = hz, hz_s, phase_rad
 
     @classmethod
     def drawn(cls, random: Random, length_s: float, sigma_arcsec: float) -> Chirp:
-        """Draw 1 to 4 σ; the frequency starts at 8 to 20 periods a session and at most triples."""
+        """Draw a size of 1 to 4 σ and a first frequency of 8 to 20 periods a session, which at most
+        triples."""
         hz = random.uniform(8, 20) / length_s
         size = sigma_arcsec * log_uniform(random, 1.0, 4.0)
         return cls(size, hz, 2 * hz / length_s, random.uniform(0, 2 * np.pi))
@@ -231,7 +235,7 @@ class ReferenceJump(Stranger):
         self.instant_s = instant_s
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return a step."""
+        """Return 0 before the jump and ``size`` after it."""
         found: Float = self.size * ARCSEC * (at.time_s >= self.instant_s)
         return found
 

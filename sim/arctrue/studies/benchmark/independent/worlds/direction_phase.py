@@ -1,5 +1,5 @@
-"""A drive's wave whose phase differs between the directions: stiction, or the other flank of a
-tooth."""
+"""A drive with a periodic error whose phase depends on the direction: by stiction, or by the other
+flank of a tooth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """Draw a scene of this world: a log of a turn up and a turn down, twice."""
+    """Draw a scene of this world: a log of one turn up and one turn down, both twice."""
     speed = float(np.radians(1.0))
     passes = sweeps([speed, -speed, speed, -speed], rows, 1.0)
     order = int(random.integers(30, 140))

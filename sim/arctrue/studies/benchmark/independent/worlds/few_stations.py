@@ -1,4 +1,5 @@
-"""Five to twelve stations of a reference, with the lines of the grating stated and no counts."""
+"""Five to twelve stations of a reference; the number of grating lines is stated, and the rows have
+no counts."""
 
 from __future__ import annotations
 

@@ -16,7 +16,8 @@ from arctrue.studies.benchmark.independent.noise import any_noise
 from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 COARSE = 1 << 16
-"""Counts per turn, 19.8″ each: the size of a jump then distinguishes a slip from a knock."""
+"""Counts per turn, 19.8″ each; with such coarse counts the size of a jump distinguishes a slip from
+a knock."""
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:

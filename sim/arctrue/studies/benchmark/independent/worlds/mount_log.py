@@ -24,7 +24,7 @@ FEWEST_PERIODS = 5.0
 def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
     """Return the times of a log: an hour at one of the rates, shorter if that gives too many rows.
 
-    A log has as many rows as four runs.
+    A log may have four times ``rows`` rows, as many as four runs.
     """
     rows *= 4
     rate = float(random.choice(RATES_HZ))
@@ -55,7 +55,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     sigma = log_uniform(random, 0.1, 1.0)
     teeth = float(random.integers(100, 400))
     speed = SIDEREAL_RAD_S
-    # The worm turns at least FEWEST_PERIODS times in the log: raise the speed if necessary.
+    # The worm must turn at least FEWEST_PERIODS times in the log, so that a slow axis gets more
+    # speed.
     speed *= max(1.0, FEWEST_PERIODS * 2 * np.pi / (teeth * speed * length_s))
     causes: list[Cause] = []
     stated = bool(random.random() < 0.5)
@@ -67,7 +68,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         line = any_line(random, sigma, time_s, length_s / FEWEST_PERIODS)
         known = [float(item.hz) for item in causes if isinstance(item, Line)]
         known += [speed * teeth * k / (2 * np.pi) for k in (1, 2) if stated]
-        # Two lines nearer than three times the resolution of the log look like one that beats.
+        # Two lines nearer than three times the resolution of the log look like one line with a
+        # beat.
         if all(abs(line.hz - hz) > 3 / length_s for hz in known):
             causes.append(line)
     return Scene(

@@ -19,7 +19,7 @@ CONTENTS = ("nothing",)
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """Draw a scene of this world: a log, stations, one run or four."""
+    """Draw a scene of this world: a log, stations, one run, or four runs."""
     kind = int(random.integers(4))
     sigma = log_uniform(random, 0.03, 0.5)
     if kind == 0:

@@ -1,4 +1,5 @@
-"""A reference at 24 to 72 stations alone: reversal, creep, or a drive of known teeth."""
+"""Only a reference, at 24 to 72 stations: reversal, creep, or a drive whose tooth count is
+known."""
 
 from __future__ import annotations
 
