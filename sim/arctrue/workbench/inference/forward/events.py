@@ -87,6 +87,11 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
     gain, row, grown = best
     if record.of_few_rows(gain) <= needed_gain(gain, float(places.size)):
         return None
+    # The largest excursion of slow noise looks like a step, and the noise estimated with this step
+    # in the model is smaller. A true step is significant in the noise without it too.
+    held = float(_gains(record, rows, np.array([row]), without.noise)[0])
+    if record.of_few_rows(held) <= needed_gain(held, float(places.size)):
+        return None
     column = step_column(record, row)
     if _one_row_does_it(record, others, row, gain, without, grown):
         return None
