@@ -63,7 +63,7 @@ def observations_of(
         outlying_share["capture"] = used.outlying_share
     if reference is not None:
         there = used_reference_rows(
-            unwrapped(with_spread_times(reference)), mask_outliers=mask_outliers
+            unwrapped(with_spread_times(reference)), facts, mask_outliers=mask_outliers
         )
         reference, used_reference = there.rows, there.numbers
         masked += there.masked

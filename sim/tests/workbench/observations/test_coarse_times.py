@@ -46,5 +46,6 @@ def _log(*, whole_seconds: bool) -> MeasurementSet:
 def test_a_log_in_whole_seconds_has_the_verdict_of_the_log_with_finer_times() -> None:
     """The line is an order of the angle, which the clock does not change."""
     finer, coarse = (diagnosis_of(_log(whole_seconds=item)) for item in (False, True))
-    assert finer.named is not None and coarse.named is not None
+    assert finer.named is not None
+    assert coarse.named is not None
     assert finer.named.name == coarse.named.name == "periodic_error"
