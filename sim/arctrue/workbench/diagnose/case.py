@@ -187,8 +187,13 @@ class Case:
 
     @property
     def not_white(self) -> list[str]:
-        """Channels whose residuals are not white after whitening with the fitted noise. In a dense
-        log, the whiteness test of the forward search decides instead."""
+        """Channels whose whitened residuals are not white, with the noise that was fitted.
+
+        In a dense log, the test of its forward search replaces this test. A channel whose whole
+        residual is smaller than what is negligible does not count: nothing in it can matter. This
+        is usual where the counts are coarser than the noise, so that their rounding repeats with
+        the angle: at most 0.41 counts RMS between two heads.
+        """
         residuals, findings = self.survey.residuals, self.survey.findings
         found = []
         for channel, tests, least in (
@@ -196,6 +201,9 @@ class Case:
             ("reference", residuals.reference_whiteness, FAMILY_WISE / 3.0),
         ):
             if tests is None or (channel == "reference" and findings.bands):
+                continue
+            fit = self.survey.channels.get(channel)
+            if fit is not None and fit.residual_rms_arcsec < self.survey.matters_arcsec:
                 continue
             if tests.autocorrelation_p < least and tests.colour > LEAST_COLOUR:
                 found.append(channel)

@@ -36,6 +36,7 @@ from arctrue.workbench.inference.likelihood_ratio import (
     MUCH_MORE,
     Evidence,
     evidence,
+    evidence_with,
     restricted_likelihood,
     with_index_as_known,
     without_slow_noise,
@@ -148,6 +149,12 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
         ):
             real = item
             waiting = _best_with(waiting, real)
+    if real is not None:
+        first = real
+        judged = {
+            name: _with_noise_of_another(item, first, tried, null, tried.absent, report_step)
+            for name, item in judged.items()
+        }
     parts = [
         *(_judged_product(item, real, tried, null, report_step) for item in products),
         *tried.parts[len(products) :],
@@ -309,6 +316,35 @@ def _judged(
     found = evidence(residuals, null, item.effect, item.nonlinear)
     if found.score.gain > MUCH_MORE * residuals.score(item.effect, item.nonlinear).gain:
         item, found = _in_less_noise(item, found, residuals, null)
+    return _tested(item, found, tried, candidates, report_step)
+
+
+def _with_noise_of_another(
+    item: Candidate,
+    other: Candidate,
+    tried: Survey,
+    null: float,
+    candidates: int,
+    report_step: ReportStep,
+) -> Candidate:
+    """Return the judged candidate with the noise that another effect leaves, if its likelihood is
+    much larger with it.
+
+    The estimate of the noise with one effect may stop where slow noise still absorbs the effect.
+    """
+    if item is other or item.evidence is None or other.evidence is None:
+        return item
+    found = evidence_with(other.evidence.base, null, item.effect, item.nonlinear)
+    if found.gain < MUCH_MORE * item.evidence.gain:
+        return item
+    return _tested(item, found, tried, candidates, report_step)
+
+
+def _tested(
+    item: Candidate, found: Evidence, tried: Survey, candidates: int, report_step: ReportStep
+) -> Candidate:
+    """Return the candidate with this evidence, and with held-out rows if it is significant and
+    matters."""
     item = _settled(item, found, tried, candidates)
     of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
     if item.regular is not None:
@@ -386,7 +422,10 @@ def _judged_product(
     if item.p_corrected >= NEAR_P or not ahead:
         return item
     if real is None or not _same_columns(item, real):
-        return _judged(item, tried, null, 1, report_step)
+        own = _judged(item, tried, null, 1, report_step)
+        if real is None:
+            return own
+        return _with_noise_of_another(own, real, tried, null, 1, report_step)
     assert real.evidence is not None
     score = real.evidence.base.score(item.effect, item.nonlinear)
     settled = _settled(item, replace(real.evidence, score=score), tried, 1)

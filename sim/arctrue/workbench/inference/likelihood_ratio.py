@@ -67,11 +67,26 @@ def evidence(
         there = base.score(effect, nonlinear)
         if there.gain < MUCH_MORE * before:
             break
-    likelihood = restricted_likelihood(base)
-    with_effect = max(likelihood + 0.5 * there.gain, null_likelihood + 0.5 * score.gain)
-    gain = 2.0 * (with_effect - max(likelihood, null_likelihood))
-    freedom, share = freedom_of_a_size(base, *base.projected(effect, nonlinear, there))
-    return Evidence(max(gain, 0.0), freedom, share, there, base)
+    found = evidence_with(base, null_likelihood, effect, nonlinear)
+    if null_likelihood + 0.5 * score.gain <= restricted_likelihood(base) + 0.5 * there.gain:
+        return found
+    gain = score.gain + 2.0 * (null_likelihood - max(restricted_likelihood(base), null_likelihood))
+    return replace(found, gain=max(gain, 0.0))
+
+
+def evidence_with(
+    base: Residuals, null_likelihood: float, effect: Effect, nonlinear: Nonlinear
+) -> Evidence:
+    """Return the evidence for an effect with the noise of ``base`` on the side of the effect.
+
+    The noise is free, so that the largest likelihood is not below this one, wherever the noise of
+    ``base`` was estimated. The estimate for one effect may stop where slow noise still absorbs the
+    effect; the noise that another effect leaves may show it.
+    """
+    score, likelihood = base.score(effect, nonlinear), restricted_likelihood(base)
+    gain = 2.0 * (likelihood + 0.5 * score.gain - max(likelihood, null_likelihood))
+    freedom, share = freedom_of_a_size(base, *base.projected(effect, nonlinear, score))
+    return Evidence(max(gain, 0.0), freedom, share, score, base)
 
 
 def under(grown: Solution, base: Solution) -> Noise:

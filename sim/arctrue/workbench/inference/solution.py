@@ -234,11 +234,28 @@ def solve(
 
 
 def context_of(solution: Solution) -> FitContext:
-    """Return ε(ψ) from the disc-fixed terms of a solution, for columns that depend on it."""
+    """Return ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it.
+
+    Each coefficient is its posterior mean P·c/(P + σ²). The rows bound the prior variance P: by
+    Parseval's theorem, no order has more than the mean square of the measured error, P/2. An order
+    that the rows hardly determine (a blind one of the heads that the polygon meets at its zeros
+    only) otherwise has a slope of many times the real one, in which columns find anything.
+    """
+    bound = _largest_square_arcsec2(solution.observations)
+    variance = np.maximum(np.diag(solution.covariance), 0.0)
+    mean = solution.coefficients * (bound / (bound + variance) if bound > 0.0 else 1.0)
     places = range(len(solution.terms))
-    return context_of_terms(
-        solution.terms, [solution.coefficients[solution.part(index)] for index in places]
-    )
+    return context_of_terms(solution.terms, [mean[solution.part(index)] for index in places])
+
+
+def _largest_square_arcsec2(observations: Observations) -> float:
+    """Return twice the mean square of the measured error in the channel where it is larger."""
+    measured = [
+        rows.measured_arcsec
+        for rows in (observations.capture, observations.reference)
+        if rows is not None and rows.run.size
+    ]
+    return max((2.0 * float(np.var(values)) for values in measured), default=0.0)
 
 
 def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> FitContext:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from arctrue.base.runs import run_spans
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.workbench.observations.coarse_times import with_spread_times
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers.masked_row import MaskedRow
 from arctrue.workbench.observations.part import part_of, part_of_reference
@@ -61,7 +62,9 @@ def observations_of(
         masked += used.masked
         outlying_share["capture"] = used.outlying_share
     if reference is not None:
-        there = used_reference_rows(unwrapped(reference), mask_outliers=mask_outliers)
+        there = used_reference_rows(
+            unwrapped(with_spread_times(reference)), facts, mask_outliers=mask_outliers
+        )
         reference, used_reference = there.rows, there.numbers
         masked += there.masked
         outlying_share["reference"] = there.outlying_share

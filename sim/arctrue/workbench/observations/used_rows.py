@@ -60,12 +60,15 @@ def used_capture_rows(
     return _with_outliers(capture, kept, "capture", masked, outlying, away)
 
 
-def used_reference_rows(reference: Reference, *, mask_outliers: bool) -> UsedRows[Reference]:
+def used_reference_rows(
+    reference: Reference, table: Table, *, mask_outliers: bool
+) -> UsedRows[Reference]:
     """Return the reference without the rows that the set masks and without outliers."""
     kept, masked = _without(reference, "reference", _column_mask(reference), None, "mask")
     if not mask_outliers or kept.error_arcsec.size < LEAST_ROWS:
         return UsedRows(kept, _numbers(reference, masked), masked, 0.0)
-    outlying, away = reference_outliers(kept)
+    counts = table.counts_per_rev
+    outlying, away = reference_outliers(kept, None if counts is None else arcsec_per_count(counts))
     return _with_outliers(reference, kept, "reference", masked, outlying, away)
 
 

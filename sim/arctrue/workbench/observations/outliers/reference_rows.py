@@ -10,6 +10,7 @@ from arctrue.workbench.observations.display_step import display_step
 from arctrue.workbench.observations.outliers.single_rows import (
     LEAST_ROWS,
     LEAST_VISITS,
+    NORMAL_MAD,
     SIDE_ROWS,
     far_from_neighbours,
     far_threshold,
@@ -31,12 +32,19 @@ SAME_STATION_DEG = 1e-6
 """Largest difference of angles within one station: 0.004″, the rounding of a file."""
 
 
-def reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
+def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tuple[Boolean, Float]:
     """Return True for outliers, (rows,), and the distance of each row from its neighbours or
-    repeats."""
-    # The scatter is at least that of rounding, step/√12, because equal readings do not show less.
+    repeats.
+
+    ``count_arcsec``: size of a count, None where the set does not state it. Readings in whole
+    counts do not show a scatter of less than half a count: a station that is read as the same
+    count every time is not free of noise.
+    """
+    # Rounding alone scatters by its step over √12; equal readings do not show a smaller scatter.
     rounding = display_step(rows.error_arcsec) / float(np.sqrt(12.0))
     least = max(rows.standard_uncertainty_arcsec or 0.0, rounding)
+    if rows.head1_counts is not None and count_arcsec is not None:
+        least = max(least, NORMAL_MAD * 0.5 * count_arcsec)
     passes = passes_of(rows)
     number = np.zeros(rows.error_arcsec.size, dtype=np.int64)
     sense = np.ones(rows.error_arcsec.size, dtype=np.int64)
