@@ -22,7 +22,7 @@ from arctrue.workbench.inference.detectable import (
     smallest_detectable,
 )
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
+from arctrue.workbench.inference.likelihood_ratio import Null, evidence
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 from arctrue.workbench.observations.build import observations_of
@@ -170,7 +170,7 @@ def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:
         assert stated is not None
         made = _made(effect, seed + SETS, stated.rms_arcsec[channel])
         residuals = _residuals(made)
-        reported = evidence(residuals, restricted_likelihood(residuals), of, {})
+        reported = evidence(Null(residuals), of, {})
         p_value = corrected_p_value(
             reported.gain, reported.score.rank, 1.0, TESTS, reported.freedom
         )

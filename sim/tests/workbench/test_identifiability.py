@@ -22,7 +22,7 @@ from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.detectable import needed_gain
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.identifiability import identifiability
-from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
+from arctrue.workbench.inference.likelihood_ratio import Null, evidence
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations.build import observations_of
@@ -94,8 +94,8 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
             )
             residuals = Residuals(fit([_graduation()], observations_of(made)))
             # As in the diagnosis, the noise is estimated again with the effect in the model.
-            null = restricted_likelihood(residuals)
-            found[size] += evidence(residuals, null, EFFECTS["hysteresis"](), {}).gain > 6.635
+            null = Null(residuals)
+            found[size] += evidence(null, EFFECTS["hysteresis"](), {}).gain > 6.635
     # 95 % of 25 are 23.75; fewer than 20 have p = 1/3,000. At 0.4 of the size 19 % are expected.
     assert found[1.0] >= 20
     assert found[0.4] <= 14

@@ -19,9 +19,6 @@ LEAST_SHARE = 0.5
 NOTHING_LEFT_P = 0.001
 """Smallest p, corrected for all searched places, at which an effect adds nothing to a model that
 has the other effect."""
-DECISIVE = 20.0
-"""ΔBIC of odds of 22,000 to 1; above 10 evidence is "very strong" (Kass and Raftery, J. Am. Stat.
-Assoc. 90 (1995) 773)."""
 OF_THE_SAME_KIND = 0.1
 """Share of the first effect's gain, and of its mean square, that separates two cases. A larger
 remainder, a third of the effect's size, may be a part of the effect's own shape that the catalogue
@@ -57,24 +54,13 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
             continue
         if other.effect.unspecific and not (unspecific or best.effect.unspecific):
             continue
-        if _far_behind(best, other) or not stands_in(best, other):
+        if not stands_in(best, other):
             continue
         if other.rank > best.rank:
             similar.larger.append(other.name)
         else:
             similar.equals.append(other.name)
     return similar
-
-
-def _far_behind(best: Candidate, other: Candidate) -> bool:
-    """Tell whether the odds against the other candidate are decisive, each with its own noise.
-
-    :func:`adds` holds the noise of one of the two. If the noise without any effect contains a
-    random walk, this noise may explain what the other candidate leaves.
-    """
-    if best.evidence is None or other.evidence is None:
-        return False
-    return best.delta_bic - other.delta_bic > DECISIVE
 
 
 def adds(item: Candidate, other: Candidate) -> bool:

@@ -35,9 +35,9 @@ from arctrue.workbench.inference.held_out import falls, held_out_with
 from arctrue.workbench.inference.likelihood_ratio import (
     MUCH_MORE,
     Evidence,
+    Null,
     evidence,
     evidence_with,
-    restricted_likelihood,
     with_index_as_known,
     without_slow_noise,
 )
@@ -126,7 +126,7 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     can be ahead of the best one that is significant and confirmed (the real one). The first product
     of parts is added if it can be ahead of the real one.
     """
-    null = restricted_likelihood(tried.residuals)
+    null = Null(tried.residuals)
     waiting = _near_to_a_name(tried)
     products = tried.parts[:1]
     if not negligible:
@@ -307,13 +307,13 @@ def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidat
 
 
 def _judged(
-    item: Candidate, tried: Survey, null: float, candidates: int, report_step: ReportStep
+    item: Candidate, tried: Survey, null: Null, candidates: int, report_step: ReportStep
 ) -> Candidate:
     """Return the candidate with its evidence, and with held-out rows if it is significant and
     matters."""
     residuals = tried.residuals
     report_step(f"the noise with {item.name} in the model")
-    found = evidence(residuals, null, item.effect, item.nonlinear)
+    found = evidence(null, item.effect, item.nonlinear)
     if found.score.gain > MUCH_MORE * residuals.score(item.effect, item.nonlinear).gain:
         item, found = _in_less_noise(item, found, residuals, null)
     return _tested(item, found, tried, candidates, report_step)
@@ -323,7 +323,7 @@ def _with_noise_of_another(
     item: Candidate,
     other: Candidate,
     tried: Survey,
-    null: float,
+    null: Null,
     candidates: int,
     report_step: ReportStep,
 ) -> Candidate:
@@ -365,9 +365,7 @@ def _tested(
     return item
 
 
-def _largest_sure(
-    item: Candidate, tried: Survey, null: float, report_step: ReportStep
-) -> Candidate:
+def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: ReportStep) -> Candidate:
     """Return the candidate with its evidence.
 
     If several regular causes have its name, return the largest that is significant: slow noise may
@@ -387,7 +385,7 @@ def _largest_sure(
 
 
 def _in_less_noise(
-    item: Candidate, found: Evidence, residuals: Residuals, null: float
+    item: Candidate, found: Evidence, residuals: Residuals, null: Null
 ) -> tuple[Candidate, Evidence]:
     """Return the form and the place that fit best with the noise that the effect leaves, and their
     evidence.
@@ -406,7 +404,7 @@ def _in_less_noise(
     before = delta_bic(found.score.gain, found.score.rank, item.trials, rows)
     if delta_bic(score.gain, score.rank, trials, rows) < before + AS_GOOD:
         return item, found
-    anew = evidence(residuals, null, form, nonlinear)
+    anew = evidence(null, form, nonlinear)
     before = delta_bic(found.gain, found.score.rank, item.trials, rows)
     if delta_bic(anew.gain, anew.score.rank, trials, rows) < before + AS_GOOD:
         return item, found
@@ -414,7 +412,7 @@ def _in_less_noise(
 
 
 def _judged_product(
-    item: Candidate, real: Candidate | None, tried: Survey, null: float, report_step: ReportStep
+    item: Candidate, real: Candidate | None, tried: Survey, null: Null, report_step: ReportStep
 ) -> Candidate:
     """Return a product of parts, with its evidence if the product may be stated as a
     description."""

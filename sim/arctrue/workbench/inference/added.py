@@ -6,7 +6,7 @@ from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
+from arctrue.workbench.inference.likelihood_ratio import Null, evidence
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined
@@ -58,5 +58,5 @@ def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
     ]
     if len(places) < 2 or places[0] == places[1]:
         return places[0] if places else None
-    null = restricted_likelihood(residuals)
-    return max(places, key=lambda place: evidence(residuals, null, effect, place).gain)
+    null = Null(residuals, search_walk=False)
+    return max(places, key=lambda place: evidence(null, effect, place).gain)

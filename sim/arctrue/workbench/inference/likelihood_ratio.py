@@ -9,6 +9,7 @@ the two models, each with its own best noise, are compared.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from arctrue.workbench.inference.fit import ModelDesign, fit
 from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
-from arctrue.workbench.noise.fit import noise_of
+from arctrue.workbench.noise.fit import FIRST_ROUNDS, noise_of
 from arctrue.workbench.noise.noise import Noise
 
 MOST_ROUNDS = 3
@@ -51,13 +52,29 @@ class Evidence:
     """Residuals of the model without the effect, whitened with that noise."""
 
 
-def evidence(
-    residuals: Residuals, null_likelihood: float, effect: Effect, nonlinear: Nonlinear
-) -> Evidence:
-    """Return the evidence for an effect.
+@dataclass(frozen=True)
+class Null:
+    """The model without the effect that is judged, at two maxima of the likelihood of its noise."""
 
-    ``null_likelihood`` is :func:`restricted_likelihood` of ``residuals``.
-    """
+    residuals: Residuals
+    """Residuals with the noise of the model."""
+    search_walk: bool = True
+    """Also compare with the noise of a random walk."""
+
+    @cached_property
+    def likelihood(self) -> float:
+        """:func:`restricted_likelihood` of the residuals."""
+        return restricted_likelihood(self.residuals)
+
+    @cached_property
+    def walk(self) -> Residuals:
+        """Residuals with the noise of a random walk."""
+        return with_a_walk(self.residuals)
+
+
+def evidence(null: Null, effect: Effect, nonlinear: Nonlinear) -> Evidence:
+    """Return the evidence for an effect."""
+    residuals = null.residuals
     score = there = residuals.score(effect, nonlinear)
     base = residuals
     for _ in range(MOST_ROUNDS):
@@ -67,26 +84,52 @@ def evidence(
         there = base.score(effect, nonlinear)
         if there.gain < MUCH_MORE * before:
             break
-    found = evidence_with(base, null_likelihood, effect, nonlinear)
-    if null_likelihood + 0.5 * score.gain <= restricted_likelihood(base) + 0.5 * there.gain:
+    found = evidence_with(base, null, effect, nonlinear)
+    with_effect = null.likelihood + 0.5 * score.gain
+    if with_effect <= restricted_likelihood(base) + 0.5 * there.gain:
         return found
-    gain = score.gain + 2.0 * (null_likelihood - max(restricted_likelihood(base), null_likelihood))
-    return replace(found, gain=max(gain, 0.0))
+    return replace(found, gain=_gain(with_effect, base, null, effect, nonlinear))
 
 
-def evidence_with(
-    base: Residuals, null_likelihood: float, effect: Effect, nonlinear: Nonlinear
-) -> Evidence:
+def evidence_with(base: Residuals, null: Null, effect: Effect, nonlinear: Nonlinear) -> Evidence:
     """Return the evidence for an effect with the noise of ``base`` on the side of the effect.
 
     The noise is free, so that the largest likelihood is not below this one, wherever the noise of
     ``base`` was estimated. The estimate for one effect may stop where slow noise still absorbs the
     effect; the noise that another effect leaves may show it.
     """
-    score, likelihood = base.score(effect, nonlinear), restricted_likelihood(base)
-    gain = 2.0 * (likelihood + 0.5 * score.gain - max(likelihood, null_likelihood))
+    score = base.score(effect, nonlinear)
+    with_effect = restricted_likelihood(base) + 0.5 * score.gain
+    gain = _gain(with_effect, base, null, effect, nonlinear)
     freedom, share = freedom_of_a_size(base, *base.projected(effect, nonlinear, score))
-    return Evidence(max(gain, 0.0), freedom, share, score, base)
+    return Evidence(gain, freedom, share, score, base)
+
+
+def _gain(
+    with_effect: float, base: Residuals, null: Null, effect: Effect, nonlinear: Nonlinear
+) -> float:
+    """Return twice the rise of the log likelihood to ``with_effect``, or to that in the noise of a
+    random walk where it is larger."""
+    without = max(restricted_likelihood(base), null.likelihood)
+    if null.search_walk and with_effect > without:
+        in_walk = restricted_likelihood(null.walk)
+        without = max(without, in_walk)
+        with_effect = max(with_effect, in_walk + 0.5 * null.walk.score(effect, nonlinear).gain)
+    return max(2.0 * (with_effect - without), 0.0)
+
+
+def with_a_walk(residuals: Residuals) -> Residuals:
+    """Return the same model with the likeliest noise that a search from a random walk reaches.
+
+    The likelihood hardly rises with the logarithm of a small variance, so that the search for the
+    noise of a model may not find the walk. A slow effect then seems to be far more likely than
+    noise.
+    """
+    base = residuals.solution
+    left = base.capture_residual_arcsec(), base.reference_residual_arcsec()
+    design = ModelDesign(base.terms, base.observations, base.context)
+    noise = noise_of(design, left, base.noise, base.unknown_noise, rounds=FIRST_ROUNDS, walk=True)
+    return _with_noise(residuals, noise)
 
 
 def under(grown: Solution, base: Solution) -> Noise:

@@ -51,13 +51,16 @@ def estimated_law(
     white: WhiteBounds,
     before: NoiseLaw | None = None,
     rounds: int = 40,
+    *,
+    walk: bool = False,
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
     """Estimate the law of a channel; ``before`` is the law under another hypothesis, where the
     search starts.
 
     If ``before`` has scales of runs or of parts of the turn, they are estimated anew, because an
     effect that the model lacked can cause such scatter. The search starts from spectra with the
-    scatter of ``before``, because few steps lead to the maximum from a near start only.
+    scatter of ``before``, because few steps lead to the maximum from a near start only. ``walk`` is
+    that of :func:`fit_spectrum`.
     """
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))
@@ -65,12 +68,12 @@ def estimated_law(
     if warm and _is_uneven(law):
         law = _even(rows, law)
     elif warm:
-        return _with_spectra(rows, law, fixed_terms, white, warm, rounds)
-    law, groups = _with_spectra(rows, law, fixed_terms, white, warm, rounds)
+        return _with_spectra(rows, law, fixed_terms, white, warm, rounds, walk)
+    law, groups = _with_spectra(rows, law, fixed_terms, white, warm, rounds, walk)
     uneven = _uneven(rows, law)
     if uneven is None:
         return law, groups
-    return _with_spectra(rows, uneven, fixed_terms, white, True, rounds)
+    return _with_spectra(rows, uneven, fixed_terms, white, True, rounds, walk)
 
 
 def _is_uneven(law: NoiseLaw) -> bool:
@@ -105,6 +108,7 @@ def _with_spectra(
     white: WhiteBounds,
     warm: bool,
     rounds: int,
+    walk: bool,
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
     noise = row_noise(rows, law)
     residual = rows.residual / noise.scale
@@ -130,7 +134,7 @@ def _with_spectra(
             continue
         index = int(np.searchsorted(law.runs, members[0]))
         start = spectra[index] if warm else None
-        fit = fit_spectrum(stretches, fixed_terms, white, start=start, rounds=rounds)
+        fit = fit_spectrum(stretches, fixed_terms, white, start=start, rounds=rounds, walk=walk)
         fit = _rescaled(fit, stretches, white)
         for name in members:
             spectra[int(np.searchsorted(law.runs, name))] = fit.spectrum

@@ -116,11 +116,12 @@ def noise_of(
     *,
     warm: bool = True,
     rounds: int = NEXT_ROUNDS,
+    walk: bool = False,
 ) -> Noise:
     """Estimate the noise from the residuals ``left`` of a model, (capture, reference).
 
     ``before`` is the earlier noise, which weights the channels; with ``warm`` the search starts
-    from it.
+    from it. ``walk`` is that of :func:`fit_spectrum`.
     """
     noise = before
     groups: list[FittedGroup] = []
@@ -140,6 +141,7 @@ def noise_of(
             white_bounds(design.observations, capture=capture),
             (noise.capture_law if capture else noise.reference_law) if warm else None,
             rounds,
+            walk=walk,
         )
         groups += fits
         if capture:

@@ -27,7 +27,7 @@ STATED_READINGS = 8.0
 WALKS = (0.01, 0.1, 1.0, 10.0)
 """Variances of the slowest part from which the search may start, as shares of the variance of the
 rows."""
-ENOUGH = 0.0001
+ENOUGH = 0.01
 """Gain of log likelihood below which a step of the search is the last: steps along a flat direction
 gain little, and many of them gain much."""
 IMPOSSIBLE = 1e12
@@ -70,11 +70,12 @@ def fit_spectrum(
     *,
     start: Spectrum | None = None,
     rounds: int = 40,
+    walk: bool = False,
 ) -> SpectrumFit:
     """Return the maximum of the restricted likelihood times the priors.
 
     ``start`` is the spectrum of the same rows under another hypothesis; the search may start from
-    it.
+    it. With ``walk`` it also tries starts near a random walk.
     """
     steps = np.concatenate([np.diff(stretch.clock) for stretch in stretches])
     step = float(np.median(steps)) if steps.size else 1.0
@@ -120,7 +121,8 @@ def fit_spectrum(
         # two starts is used.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
-    begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)
+    if walk:
+        begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)
     found = minimize(
         cost_with_gradient,
         begin,

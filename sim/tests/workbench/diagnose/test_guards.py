@@ -34,7 +34,7 @@ from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.held_out import Improvement, folds_of, holds_out
-from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
+from arctrue.workbench.inference.likelihood_ratio import Null, evidence
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.inference.solution import Solution
@@ -170,7 +170,7 @@ def test_the_noise_with_an_effect_is_estimated_anew() -> None:
     target = np.tile(np.arange(60) * 6.0, 10)
     residuals = Residuals(fit([_base()], _reference(ramp, target)))
     drift = EFFECTS["reference_drift"]()
-    found = evidence(residuals, restricted_likelihood(residuals), drift, {})
+    found = evidence(Null(residuals), drift, {})
     assert found.gain > 5.0 * residuals.score(drift, {}).gain
     assert found.gain > 50.0
 
