@@ -1,4 +1,4 @@
-"""Measurement sets from the tables that scientists have: pandas, xarray, HDF5, dictionaries."""
+"""Builds measurement sets from pandas, xarray, HDF5, and dictionaries of arrays."""
 
 from __future__ import annotations
 
@@ -81,17 +81,18 @@ class Metadata(TypedDict, total=False):
 class Dataset(MeasurementSet):
     """A measurement set: measured data of a rotary table, and the known facts about the table.
 
-    Every function of ``arctrue`` that takes a set takes this one. It is made by :meth:`read_set`,
-    :meth:`from_pandas`, :meth:`from_xarray`, :meth:`from_hdf5` or :meth:`from_arrays`.
+    Every function of ``arctrue`` that needs a measurement set accepts a Dataset. A Dataset is made
+    by :meth:`read_set`, :meth:`from_pandas`, :meth:`from_xarray`, :meth:`from_hdf5` or
+    :meth:`from_arrays`.
 
     Parameters
     ----------
     table : Table
-        Counts a turn, heads, disc, gear.
+        Counts per turn, places of the heads, disc and drive gear.
     capture : Capture, optional
-        All heads over time, arrays of shape (rows,).
+        Readings of all heads over time, arrays of shape (rows,).
     reference : Reference, optional
-        Head 1 against a reference, arrays of shape (rows,).
+        Errors of head 1 against a reference, arrays of shape (rows,).
     title : str, optional
         One line that names the set.
     origin : Origin, optional
@@ -108,7 +109,7 @@ class Dataset(MeasurementSet):
 
     @classmethod
     def of(cls, measurement: MeasurementSet) -> Self:
-        """Take any measurement set as a Dataset.
+        """Return the content of any measurement set as a Dataset.
 
         Parameters
         ----------
@@ -136,12 +137,13 @@ class Dataset(MeasurementSet):
         Returns
         -------
         Dataset
-            The set as its files have it.
+            The set with the content of its files.
 
         Raises
         ------
         MeasurementError
-            A file is missing or wrong: file, row and column, what was expected, what was found.
+            A file is missing or wrong; the text states file, row, column, expected and found
+            content.
         """
         return cls.of(read_measurement_set(folder))
 
@@ -155,7 +157,7 @@ class Dataset(MeasurementSet):
         units: Mapping[str, Any] | None = None,
         **metadata: Unpack[Metadata],
     ) -> Self:
-        """Make a set of named arrays, lists or quantities.
+        """Make a set from named arrays, lists or quantities.
 
         Parameters
         ----------
@@ -166,8 +168,8 @@ class Dataset(MeasurementSet):
             Columns of head 1 against a reference: target, error (reading minus true angle) and, if
             present, time, run, cycle, direction, head1, temperature, u, mask.
         columns : mapping of str to str, optional
-            The name of a column for a quantity: ``{"head1": "enc_a"}``. Columns with the name of
-            the quantity or of the set's own column need no entry.
+            The name of the column that contains a quantity: ``{"head1": "enc_a"}``. Columns with
+            the name of the quantity or of the set's own column need no entry.
         units : mapping of str to str or astropy unit, optional
             The unit of a quantity or column: ``{"head1": "deg"}``. An entry is needed if neither
             the column (astropy, xarray, HDF5) nor the end of its name (``az_deg``) states the unit.
@@ -221,7 +223,7 @@ class Dataset(MeasurementSet):
         units: Mapping[str, Any] | None = None,
         **metadata: Unpack[Metadata],
     ) -> Self:
-        """Make a set of data frames.
+        """Make a set from data frames.
 
         Parameters
         ----------
@@ -279,7 +281,7 @@ class Dataset(MeasurementSet):
         units: Mapping[str, Any] | None = None,
         **metadata: Unpack[Metadata],
     ) -> Self:
-        """Make a set of xarray datasets.
+        """Make a set from xarray datasets.
 
         Parameters
         ----------
@@ -345,7 +347,7 @@ class Dataset(MeasurementSet):
         units: Mapping[str, Any] | None = None,
         **metadata: Unpack[Metadata],
     ) -> Self:
-        """Make a set of groups of an HDF5 or NeXus file.
+        """Make a set from groups of an HDF5 or NeXus file.
 
         Parameters
         ----------
@@ -599,8 +601,8 @@ def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) ->
 
 
 def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> dict[str, str]:
-    """Return the entries for this frame: entries whose column this frame has, or whose column no
-    other frame has."""
+    """Return the entries for this frame: each entry whose column is in this frame or in no other
+    frame."""
     if len(frames) == 1:
         return dict(columns)
     others = [other for other in frames if other is not frame]

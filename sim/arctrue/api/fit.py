@@ -1,4 +1,5 @@
-"""``arctrue.fit`` and its result: parameters with intervals, prediction, residuals, report."""
+"""Provides ``arctrue.fit`` and its result: parameters with intervals, prediction, residuals,
+report."""
 
 from __future__ import annotations
 
@@ -182,13 +183,14 @@ class FitResult:
 
     @property
     def bic(self) -> float:
-        """Bayesian information criterion: of two models of a set the one with the smaller value is
-        better."""
+        """Bayesian information criterion: of two models fitted to the same set, the model with the
+        smaller value is better."""
         return self.solution.bic
 
     @property
     def aic(self) -> float:
-        """Akaike's information criterion."""
+        """Akaike's information criterion: of two models fitted to the same set, the model with the
+        smaller value is better."""
         searched = sum(len(term.nonlinear) for term in self.solution.terms)
         return 2.0 * (self.solution.rank + searched - self.log_likelihood)
 
@@ -200,7 +202,8 @@ class FitResult:
 
     @cached_property
     def correlations(self) -> Mapping[tuple[str, str], float]:
-        """Correlation of each pair of parameters, −1 to 1; the key is both names in either order.
+        """Correlation of each pair of parameters, −1 to 1; a key is a pair of names, in either
+        order.
 
         A pair with a fixed parameter is left out.
         """
@@ -217,7 +220,8 @@ class FitResult:
 
     @cached_property
     def left(self) -> Left:
-        """Residual errors by channel, fitted and held out, and the noise; arcseconds."""
+        """RMS residual of each channel, on fitted and on held-out rows, and the noise;
+        arcseconds."""
         return left_by(self.solution)
 
     def predict(
@@ -283,7 +287,7 @@ class FitResult:
         -------
         dict of str to ndarray, shape (rows,)
             Residuals by channel, ``capture`` and ``reference``; arcseconds, or a pure number. For a
-            very long set, only the residuals of the rows that the statistics use.
+            very long set, they contain only the rows that the statistics use.
         """
         solution, found = self.solution, {}
         for name, values, noise in (
@@ -382,7 +386,7 @@ class ModelTest:
     held_out_fall_arcsec: dict[str, tuple[float, float]]
 
     def __str__(self) -> str:
-        """Return a line for each comparison."""
+        """Return one line of text for each comparison."""
         lines = [f"BIC of the first less that of the second: {figure(self.bic_difference, 2)}"]
         if self.ratio is not None:
             lines.append(
@@ -504,8 +508,8 @@ def _conditions(
     bounds: Mapping[str, tuple[float | None, float | None]] | None,
     tie: Mapping[str, Tied] | None,
 ) -> tuple[list[Condition], dict[str, float]]:
-    """Return the conditions of the fit, and the fixed values of search parameters that are
-    integers."""
+    """Return the conditions that the fit must meet, and the fixed values of search parameters that
+    are integers."""
     values = values_of(
         solution.terms, solution.widths, solution.coefficients, solution.observations
     )
@@ -638,7 +642,7 @@ def compare_models(one: FitResult, other: FitResult) -> ModelTest:
     Raises
     ------
     ValueError
-        The fits are not of the same rows.
+        The two fits use different rows.
     """
     first, second = one.solution, other.solution
     for channel in ("capture", "reference"):

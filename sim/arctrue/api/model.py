@@ -1,4 +1,4 @@
-"""The model of the Python interface: effects, fitted values, history."""
+"""Defines the model of the Python interface: effects, fitted values and the history of the fits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from arctrue.workbench.observations.build import observations_of
 
 @dataclass(frozen=True)
 class Model:
-    """The effects that a table is known to have; a change gives another model.
+    """The effects that a table is known to have; a method that changes effects returns a new model.
 
     Parameters
     ----------
@@ -81,7 +81,8 @@ class Model:
 
     @property
     def history(self) -> list[HistoryStep]:
-        """Steps of the fits, each with errors, date, program and hash of the set."""
+        """Steps of the history, one per fit, each with errors, date, program and hash of the
+        set."""
         return list(self.content.history)
 
     def having(self, *effects: str, **settings: dict[str, object]) -> Model:
@@ -171,7 +172,7 @@ class Model:
         Raises
         ------
         ValueError
-            The model has no such effect, or no other one.
+            The model lacks this effect, or has no other effect.
         MeasurementError
             The folder cannot be read.
         """
@@ -349,6 +350,6 @@ def drop(effect: str, measurement: SetOrFolder, model: ModelLike) -> Model:
     Raises
     ------
     ValueError
-        The model has no such effect, or no other one.
+        The model lacks this effect, or has no other effect.
     """
     return model_of(model).drop(effect, measurement)

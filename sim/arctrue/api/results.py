@@ -1,4 +1,4 @@
-"""compare, diagnose and explain of the Python interface, and their results."""
+"""Provides compare, diagnose and explain of the Python interface, and their results."""
 
 from __future__ import annotations
 
@@ -85,9 +85,9 @@ class Diagnosis:
     verdict : str
         ``named``, ``ambiguous``, ``unknown``, ``adequate``, ``cannot_tell`` or ``bad_data``.
     sentences : tuple of str
-        What ``arctrue diagnose`` says.
+        The sentences that ``arctrue diagnose`` prints.
     data : dict
-        What ``arctrue diagnose --json`` writes.
+        The content that ``arctrue diagnose --json`` writes.
     result : arctrue.workbench.diagnose.diagnosis.Diagnosis
         The same results as objects of the workbench.
     """
@@ -181,7 +181,7 @@ def compare(
     model : Model, Path, str or iterable of str, optional
         The model, its file, or names of effects; by default the paper's model.
     fit : bool, optional
-        False judges the stored coefficients, as ``--no-fit`` does.
+        If False, compare the model with its stored coefficients, as ``--no-fit`` does.
     seed : int, optional
         Seed of the random draws behind the lack of fit.
 
@@ -217,7 +217,7 @@ def diagnose(
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Diagnosis:
-    """Find the physical effect that the model lacks, or say that the set cannot tell.
+    """Find the physical effect that the model lacks, or report that the set does not determine it.
 
     Parameters
     ----------

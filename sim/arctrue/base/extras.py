@@ -1,4 +1,5 @@
-"""Imports packages that only an extra of the installation provides; says how to install them."""
+"""Imports packages that only an extra of the installation provides, and names the install
+command."""
 
 from __future__ import annotations
 

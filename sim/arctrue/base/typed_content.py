@@ -285,7 +285,7 @@ def _item(declared: inspect.Type, index: int) -> inspect.Type:
 
 
 def _words(declared: inspect.Type, found: object = None) -> str:
-    """Describe what is expected."""
+    """Describe the expected value in words."""
     if isinstance(declared, inspect.Metadata):
         said = (declared.extra_json_schema or {}).get("description")
         return str(said) if said else _words(declared.type, found)

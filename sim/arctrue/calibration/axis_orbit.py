@@ -72,7 +72,7 @@ def axis_orbit(
         reading = counts * unit - disc.offsets_rad[head]
         error = disc.under_head(head, reading + places[head]) * RAD_PER_ARCSEC
         rows.append(reading - error)
-    # The readings of each head may contain another number of whole turns.
+    # The readings of two heads may differ by whole turns.
     readings = np.array(rows)
     whole = np.rint((readings - readings[0]).mean(axis=1) / (2.0 * np.pi))
     readings -= 2.0 * np.pi * whole[:, np.newaxis]

@@ -31,8 +31,8 @@ from arctrue.measurement.measurement_set import Capture, MeasurementSet
 
 Method = Literal["fourier", "least_squares"]
 APART_U = 4.0
-"""Smallest difference, in standard uncertainties, at which two values of α contradict each other.
-"""
+"""Smallest difference, in standard uncertainties, at which two values of α contradict each
+other."""
 ROUNDS_MOST = 4
 SETTLED_U = 0.05
 """Change of α by the harmonics, in standard uncertainties, below which the iteration ends."""
@@ -58,7 +58,7 @@ class CalibrationSettings:
     separation : str, optional
         Source of the separation α of the heads. Default: the index if its value is plausible,
         otherwise the nominal value; the harmonics if their standard uncertainty is smaller than
-        that of both others.
+        those of index and nominal value.
     """
 
     method: Method = "least_squares"
@@ -109,7 +109,7 @@ class Calibration:
 def calibrate(
     measurement: MeasurementSet, settings: CalibrationSettings | None = None
 ) -> Calibration:
-    """Calibrate from the capture of a set; compare where it has a reference run.
+    """Calibrate from the capture of a set, and compare with its reference run if it has one.
 
     Parameters
     ----------
@@ -286,8 +286,8 @@ def _estimated(
 
 
 def _separations_apart(estimate: Estimate, separations: Mapping[Choice, Separation]) -> list[str]:
-    """Return a warning if the α in use and that of the harmonics differ by too many standard
-    uncertainties."""
+    """Return a warning if the α in use and the α of the harmonics differ by more than APART_U
+    standard uncertainties."""
     other = separations["harmonics"]
     if estimate.separation_choice == "harmonics" or not np.isfinite(other.u_rad):
         return []

@@ -2,9 +2,9 @@
 
 While the table turns once or more in its positive direction, the readings of all heads at the same
 clocks show the sense of each head, its place after head 1, and which cable is at which head. Two
-turns at one speed, forward and backward, show how much later the electronics of one head is than
-that of another: a head that is late by τ reads θ(t − τ), so that its offset changes by τ times the
-difference of both speeds.
+turns at one speed, forward and backward, show the delay between the electronics of two heads: a
+head with the delay τ reads θ(t − τ), so that its offset changes by τ times the difference of the
+two speeds.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ DELAY_MOST_CLOCKS = 255
 
 @dataclass(frozen=True)
 class Connection:
-    """The findings from the readings of the heads; lists are by cable, head 1 first.
+    """Reports how the heads are connected; lists are by cable, head 1 first.
 
     ``travels``: counts that each head moved; ``places_deg``: after head 1, NaN without an index;
     ``at_head``: number of the planned head to which each cable is connected, 0 if no plan fits.
@@ -59,7 +59,8 @@ def judge_connection(
     """Judge readings (n, H): positions modulo 2³², angles after the index in counts.
 
     ``indexed`` (H,): heads that have seen their index. The table must have turned in the positive
-    direction. Raises ValueError for too few readings or a number of heads that differs.
+    direction. Raises ValueError for too few readings, or if the arrays differ in the number of
+    heads.
     """
     if positions.shape[1] != len(places_deg):
         raise ValueError(

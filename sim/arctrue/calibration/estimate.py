@@ -76,7 +76,7 @@ class Estimate:
     separation_choice: Choice
     """Source of the α that was used."""
     measured_separation_rad: float
-    """Mean of R₂ − R₁ over uniform true angle: α by the index marks."""
+    """Mean of R₂ − R₁ over uniform true angle: the α that the index marks give."""
     u_measured_separation_rad: float
     runs: tuple[RunFit, ...]
     iterations: int

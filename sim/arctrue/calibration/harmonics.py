@@ -1,4 +1,4 @@
-"""Sums of harmonics, and the conversion of a function of the true angle to one of the reading."""
+"""Sums harmonics, and converts a function of the true angle to a function of the reading."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, rad_per_count
 
 Choice = Literal["measured", "nominal", "harmonics"]
 """Source of α. ``measured``: the index marks; ``nominal``: the value in the set; ``harmonics``: the
-reference, see separation_by_harmonics.
+reference run, see separation_by_harmonics.
 """
 
 NOMINAL_TOLERANCE_ARCSEC = 50.0
@@ -90,7 +90,7 @@ def chosen(
 
 
 def doubts(nominal_rad: float, measured_rad: float) -> str | None:
-    """Return the warning about a measured separation that no mounting explains; None if it is
+    """Return a warning if no mounting explains the measured separation; None if the value is
     plausible."""
     off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
     if abs(off_arcsec) <= BELIEVABLE_ARCSEC:
@@ -114,7 +114,7 @@ def judge(
     index_detection_arcsec: float = 0.0,
     index_repeatability_counts: float | None = None,
 ) -> tuple[Choice, list[str]]:
-    """Return which separation to use, and warnings for the user about it.
+    """Decide which separation is used, and return warnings for the user about this choice.
 
     The index is used if its value is plausible and its standard uncertainty of detection is not
     larger than that of the nominal value; otherwise the nominal value is used.

@@ -1,4 +1,4 @@
-"""Weights of the mean of the heads, and of the parity that detects a wrong head.
+"""Calculates the weights of the mean of the heads, and of the parity that detects a wrong head.
 
 Head i stands p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that moves by c = x
 + jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, ρ_i being the disc's nominal radius R over the radius

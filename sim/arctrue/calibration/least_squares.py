@@ -92,7 +92,7 @@ def least_squares(
     unit = arcsec_per_count(counts_per_rev)
     turn_arcsec = unit * counts_per_rev
     nominal = nominal_separation_rad * ARCSEC_PER_RAD
-    # Whole turns between the heads' counters have no meaning.
+    # Whole turns between the heads' counters are arbitrary and are removed.
     whole = [
         round((float(np.mean(p.head2_counts - p.head1_counts)) * unit - nominal) / turn_arcsec)
         for p in turns

@@ -21,8 +21,8 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MovedHead:
-    """One explanation: ``head`` (1, 2, …; 0: none) moved, and the axis moved by x and y,
-    arcseconds."""
+    """One explanation of the changes: ``head`` (1, 2, …; 0: none) moved, and the axis moved by x
+    and y, arcseconds."""
 
     head: int
     moved_arcsec: float

@@ -1,4 +1,4 @@
-"""The noise at each order, from the residual of the fit."""
+"""Estimates the noise at each order from the residual of the fit."""
 
 from __future__ import annotations
 

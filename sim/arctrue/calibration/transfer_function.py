@@ -1,4 +1,4 @@
-"""The transfer function of two read heads, equation (6)."""
+"""Calculates the transfer function of two read heads, equation (6)."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def _difference(forward: Forward, at: dict[str, float], name: str, step: float) 
 
 
 def _hint(column: Float, slope: Float) -> str:
-    """Return the ratio of column and slope in words, if all rows have the same one."""
+    """Describe the ratio of column to slope in words, if the ratio is the same in all rows."""
     square = float(slope @ slope)
     if square == 0.0:
         return "; the formula does not know this coefficient"

@@ -1,4 +1,5 @@
-"""Conditions that the residual follows, in words, and those that only resemble a stronger one.
+"""Describes in words the conditions that the residual follows, and marks conditions that only
+resemble a stronger one.
 
 Temperature and time rise together in a warming run, so that both "explain" the same variance. The
 strongest condition is removed from the residual first. The share that another condition still
@@ -38,7 +39,8 @@ rank."""
 
 @dataclass(frozen=True)
 class ExcessOf:
-    """RMS of one channel's residual, and its excess over the noise, to which the shares refer."""
+    """RMS of one channel's residual, and the excess of this RMS over the noise; shares are parts of
+    the excess."""
 
     rows: int
     rms_arcsec: float
@@ -68,7 +70,8 @@ class Finding:
     share_beyond: float
     """Share of the excess that follows the condition after all stronger ones were removed."""
     shadow_of: str | None
-    """The stronger condition that it resembles, if it adds little to that one."""
+    """The stronger condition that this condition resembles; None if this condition explains much
+    beyond it."""
     text: str
 
 

@@ -1,4 +1,4 @@
-"""A product of parts that a user has adopted as an effect under a name of its own."""
+"""Makes a product of parts an effect with its own name, which a user adopts by an effect file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Orders that the samples of a capture, or the stations of a reference, cannot distinguish."""
+"""Finds orders that the samples of a capture, or the stations of a reference, cannot
+distinguish."""
 
 from __future__ import annotations
 

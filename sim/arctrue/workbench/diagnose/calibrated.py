@@ -1,10 +1,12 @@
-"""Probability that an answer of a given kind and grounds is right: a logistic function of features.
+"""Calculates the probability that an answer of a given kind is right, as a logistic function of
+features.
 
-Each kind of answer has a constant of its own, and ``unknown`` one for each of its grounds; the
-features have one coefficient for all kinds. The coefficients are uncertain, so that the value for
-an answer unlike the fitted answers is uncertain too. The stated probability is the mean over this
-uncertainty, which is nearer to one half (MacKay, Neural Comput. 4 (1992) 720). The number of
-counted answers of a kind limits the stated probability of such an answer (rule of succession).
+Each kind of answer has a constant of its own, and ``unknown`` has a constant for each of its
+grounds; the features have one coefficient for all kinds. The coefficients are uncertain, so that
+the value for an answer unlike the fitted answers is uncertain too. The stated probability is the
+mean over this uncertainty, which is nearer to one half (MacKay, Neural Comput. 4 (1992) 720). The
+number of counted answers of a kind limits the stated probability of such an answer (rule of
+succession).
 
 ``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the
 benchmark, whose sets come from two generators, and prints the score of one generator's coefficients

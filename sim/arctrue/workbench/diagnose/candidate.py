@@ -1,4 +1,4 @@
-"""One effect, tested on the residuals of a model."""
+"""Holds the test of one effect on the residuals of a model."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Candidate:
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
     """Number of places by which p is corrected, if the places have unequal shares of the
-    false-alarm probability."""
+    false-alarm probability; otherwise None."""
     asked: Effect | None = None
     """The effect as it was before its settings were restricted to the form that the residuals show;
     None for a product of parts."""
@@ -120,7 +120,7 @@ def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.fl
 
 
 def sizes_arcsec(before: Solution, after: Solution) -> dict[str, float]:
-    """Return the RMS of the change of the prediction over the rows where it changes, by channel."""
+    """Return the RMS change of the prediction by channel, over the rows where the effect acts."""
     return {
         channel: _acting_rms(change) for channel, change in changes_arcsec(before, after).items()
     }

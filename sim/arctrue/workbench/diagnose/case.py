@@ -1,4 +1,5 @@
-"""A survey with the quantities that the rules need, each calculated once, on first use."""
+"""Holds a survey and the quantities that the rules need; each quantity is calculated once, on first
+use."""
 
 from __future__ import annotations
 
@@ -110,7 +111,7 @@ class Case:
         """The first effect that fits and matters, but that held-out rows, passes or speeds
         contradict.
 
-        The real error resembles this effect, but is not this effect.
+        The real error only resembles such an effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -165,7 +166,7 @@ class Case:
 
     @cached_property
     def others(self) -> dict[str, Candidate]:
-        """Every other candidate by its name."""
+        """Every candidate except the best, by its name."""
         return {item.name: item for item in self.survey.candidates if item is not self.best}
 
     @cached_property
@@ -188,7 +189,7 @@ class Case:
     @property
     def not_white(self) -> list[str]:
         """Channels whose residuals are not white after whitening with the fitted noise. In a dense
-        log, the whiteness test of the forward search decides instead."""
+        log, the whiteness test of the forward search replaces this test."""
         residuals, findings = self.survey.residuals, self.survey.findings
         found = []
         for channel, tests, least in (
@@ -234,8 +235,8 @@ class Case:
 
     @cached_property
     def confounded(self) -> Candidate | None:
-        """The error of the best effect with another condition as its factor, where these rows
-        cannot distinguish the two conditions."""
+        """An effect with the error of the best effect as a function of another condition, where
+        these rows cannot distinguish the two conditions; otherwise None."""
         return None if self.best is None else confounded_with(self.best, NEAR_TIE)
 
     @cached_property
@@ -335,8 +336,8 @@ class Case:
 
     @cached_property
     def ranked(self) -> list[Candidate]:
-        """All candidates: first the candidate that the decision states, even if negligible ones fit
-        as well."""
+        """All candidates, first the candidate that the decision names, even if a negligible
+        candidate fits as well."""
         first = self.decision.spoken_of
         others = [item for item in self.survey.candidates if item is not first]
         return others if first is None else [first, *others]

@@ -1,4 +1,4 @@
-"""Candidates that this data cannot distinguish from the best one."""
+"""Finds the candidates that this data cannot distinguish from the best candidate."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 LEAST_SHARE = 0.5
 """Least share of the best candidate's gain that a candidate needs to be in its class."""
 NOTHING_LEFT_P = 0.001
-"""Smallest p, corrected for all searched places, at which an effect adds nothing to a model that
-has the other effect."""
+"""Smallest p, corrected for all searched places, at which an effect adds nothing to a model with
+the other effect."""
 OF_THE_SAME_KIND = 0.1
 """Share of the first effect's gain, and of its mean square, that separates two cases. A larger
 remainder, a third of the effect's size, may be a part of the effect's own shape that the catalogue
@@ -144,13 +144,8 @@ def _explained(line: Candidate, other: Candidate) -> bool:
 
 
 def of_its_order(line: Candidate, other: Candidate) -> bool:
-    """Tell whether the other effect searched the disc order at which the line is, and explains most
-    of the line.
-
-    A line has a size and a phase for each head, so that it also fits small changes of an order of
-    the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The line must gain as
-    much at that whole order as at its own order; otherwise the orders differ.
-    """
+    """Tell whether the other effect searched the disc order of the line, and explains most of the
+    line."""
     if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):
         return False
     known = line.evidence or other.evidence

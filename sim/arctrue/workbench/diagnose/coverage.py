@@ -1,4 +1,5 @@
-"""Coverage of a verdict: sizes that would have been found, and effects that the set cannot test."""
+"""Determines the coverage of a verdict: sizes that would have been found, and effects that the set
+cannot test."""
 
 from __future__ import annotations
 
@@ -130,13 +131,8 @@ def blindness(
 def effect_or_noise(
     candidates: Sequence[Candidate], tests: int, matters: float
 ) -> Blindness | None:
-    """Return the effects that matter and explain the rows as well as slow noise does; None without
-    any.
-
-    Such an effect is significant with the noise that remains when it is in the model, but not with
-    the larger slow noise of the model without it, and the likelihoods cannot distinguish the two.
-    ``tests``: number of candidates by which its p is corrected.
-    """
+    """Return the effects that matter and explain the rows as well as slow noise does; None if there
+    is no such effect."""
     alike = [
         item.name
         for item in candidates
@@ -157,7 +153,7 @@ def effect_or_noise(
 
 
 def _p_with(item: Candidate, score: Score, tests: int) -> float:
-    """Return p of an effect with the noise that remains when it is in the model, at that noise's
+    """Return p of an effect with the noise estimated with the effect in the model, at that noise's
     degrees of freedom."""
     return corrected_p_value(score.gain, score.rank, item.trials, tests, item.freedom)
 

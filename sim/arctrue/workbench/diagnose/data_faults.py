@@ -1,4 +1,4 @@
-"""Faults of the data themselves, which are searched before any effect.
+"""Finds faults of the data, before any effect is searched.
 
 A deviation that stays (a slip, a settling), recurs at the same angle (a scratch) or continues
 everywhere (a vibration) is a real deviation of the table. A deviation of one row or a few rows,
