@@ -53,7 +53,7 @@ row to row."""
 
 
 def data_faults(observations: Observations) -> list[str]:
-    """Return what is wrong with the rows, in words: file, run, row, expected value, found value."""
+    """Describe the faults of the rows, each with file, run, row, expected value and found value."""
     found: list[str] = []
     # All rows of a long capture are examined, not only those that the statistics use.
     for rows in observations.pairs():
@@ -64,7 +64,7 @@ def data_faults(observations: Observations) -> list[str]:
         if rows.head == 2:
             found += _cut_runs(rows, spans)
             found += _temperature_faults("capture", rows.temperature_c, observations.sample_line)
-    # A fault of head 1 or of the time stamps is found once with each of the other heads.
+    # A fault of head 1 or of the time stamps is found again in the difference to every other head.
     found = list(dict.fromkeys(found))
     stations = observations.every_reference_row
     if stations is not None:
@@ -152,7 +152,7 @@ def _step_faults(
 
 def _expected_step(step: Float, passed_s: Float | None) -> Float:
     """Return the expected step of each row: the median of the steps around it. With ``passed_s``,
-    it is the median speed around the row times the time that passed."""
+    the expected step is the median speed around the row times the time that passed."""
     if passed_s is None:
         return np.asarray(median_filter(step, size=AROUND_ROWS, mode="nearest"))
     usual_s = float(np.median(passed_s[passed_s > 0.0]))

@@ -1,4 +1,4 @@
-"""The diagnosis states which physical effect is missing, that the data cannot show it, or that no
+"""States which physical effect a model lacks, or that the data cannot show it, or that no known
 effect fits.
 
 A diagnosis goes through stages, and each gives a frozen record to the next: faults of the data →
@@ -54,7 +54,7 @@ class Diagnosis:
     measurement: NextMeasurement | None
     """The next measurement to make."""
     candidates: Sequence[Candidate] = ()
-    """The candidate that the decision states, then the others, best first."""
+    """Candidates, first the candidate that the decision states, then the others, best first."""
     negligible: Sequence[Candidate] = ()
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     """Data that the set lacks, for each effect that it cannot test."""
@@ -86,7 +86,7 @@ class Diagnosis:
 
     @property
     def effect_class(self) -> list[str]:
-        """Every effect that this data cannot distinguish from the first, the first included."""
+        """The first effect, and every effect that this data cannot distinguish from it."""
         return list(self.decision.effect_class)
 
     @property
@@ -114,7 +114,8 @@ class Diagnosis:
 
     @property
     def further(self) -> list[Candidate]:
-        """Effects that would be named, one after another, with the first in the model."""
+        """Effects that the diagnosis would name next, one after another, with the first effect in
+        the model."""
         names: list[Candidate] = []
         further = self.decision.further if self.verdict == "named" else None
         while further is not None and further.verdict == "named" and further.first is not None:
@@ -232,7 +233,8 @@ def _case_of(
     """Collect the candidates with their evidence, and the further data that the rules need."""
     effects = adding.effects
     if adding.base is not base:
-        # This fit is without single wrong rows, which would hide what an effect explains.
+        # This fit excludes single wrong rows, because they would hide the error that an effect
+        # explains.
         adding = Adding(base, effects)
     count = base.observations.count_arcsec
     matters = 0.0 if count is None else matters_counts * count

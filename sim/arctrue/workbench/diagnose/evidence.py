@@ -1,9 +1,9 @@
 """Evidence of effects that may be named: likelihood ratios, and held-out rows.
 
 For the likelihood ratios the noise is estimated anew both without and with the effect ("free on
-both sides"). This is the second stage of a diagnosis: :func:`survey` tests everything
-(:mod:`candidates`), estimates the noise anew for what may be named, and gives one frozen record to
-the rules.
+both sides"). This is the second stage of a diagnosis: :func:`survey` tests every candidate
+(:mod:`candidates`), estimates the noise anew for candidates that may be named, and gives one frozen
+record to the rules.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ its own noise estimate, even where the noise of the model without the effect has
 the effect."""
 OF_ITS_SIZE = 0.2
 """Largest first p of an effect that slow noise may have absorbed. Such noise is about as large as
-the effect, so that the effect is at least one standard uncertainty; by chance, it is as large with
-this probability or less."""
+the effect, so that the effect is at least one standard uncertainty; by chance, an effect is as
+large with at most this probability."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew, free on both sides."""
 FAR_BEHIND = 60.0

@@ -1,4 +1,4 @@
-"""Results of the stages of a diagnosis for one set, which the rules of the verdict need."""
+"""Collects the results of a diagnosis's stages for one set; the rules of the verdict need them."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Facts:
 
     @cached_property
     def _left(self) -> Left | None:
-        """Residual of the model with the best effect added, where it can be added."""
+        """Residual of the model with the best effect added; None if the effect cannot be added."""
         if self.case is None:
             return None
         found = self.case.before_and_after
@@ -97,7 +97,8 @@ class Facts:
 
     @cached_property
     def unlike(self) -> tuple[str, ...]:
-        """Ways in which the set is unlike those that the probabilities were calibrated on."""
+        """Ways in which the set differs from the sets on which the probabilities were
+        calibrated."""
         case, left = self.case, self._left
         if case is None or left is None:
             return ()

@@ -1,4 +1,4 @@
-"""Tests of lack of fit: whitened residuals against the scatter of their own repeats."""
+"""Tests for lack of fit: compares whitened residuals with the scatter of their own repeats."""
 
 from __future__ import annotations
 

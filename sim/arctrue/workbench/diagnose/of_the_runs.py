@@ -1,6 +1,7 @@
 """Tests effects that appear only in the differences between runs.
 
-The tests compare the offsets of the runs with the index repeatability that was known before.
+The tests compare the offsets of the runs with the index repeatability that was known before the
+set.
 """
 
 from __future__ import annotations

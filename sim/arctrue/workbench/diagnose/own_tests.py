@@ -108,7 +108,7 @@ class BentScale(Effect):
     depends_on_model = True
 
     def column_names(self, observations: object) -> list[str]:
-        """Return the names of the square and the cube."""
+        """Return the names of the two columns, the square and the cube."""
         return ["square", "cube"]
 
     def reference_columns(

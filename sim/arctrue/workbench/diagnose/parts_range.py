@@ -1,5 +1,5 @@
-"""The products of parts that the rows can show: waves that the rows resolve, and sizes that the
-error contains."""
+"""Selects the products of parts that the rows can show: waves that the rows resolve, and sizes that
+the error contains."""
 
 from __future__ import annotations
 

@@ -31,8 +31,8 @@ SILENT = frozenset({"bad_data", "cannot_tell"})
 SAID = {"unknown": [UNKNOWN], "adequate": [NONE], "cannot_tell": [NONE]}
 """Hypotheses whose probability is stated with a verdict without an effect."""
 CLASS_SHARE = 0.95
-"""Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %).
-Where ``unknown`` alone has it, no effect belongs to the class."""
+"""Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %). If
+``unknown`` alone has this probability, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
 """Largest share of the probability that ``unknown`` may have against a class of one effect: the
 effect must be more probable than ``unknown``."""
@@ -106,9 +106,9 @@ def posterior(
         # at most as probable.
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
-        # ``unknown`` may be ahead of a single effect by the odds that the rules ask of a product.
-        # Where several effects explain the rows equally well, a smaller lead excludes none of them,
-        # and ``unknown`` may not be more probable than the first.
+        # ``unknown`` may be ahead of a single effect by the odds that the rules require of a
+        # product. Where several effects explain the rows equally well, a smaller lead excludes none
+        # of them, and ``unknown`` may not be more probable than the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
         # The first of a class can be excluded only because it does not show at every speed. It then
         # also counts as an excluded effect with its own probability, so that only another rival can
@@ -124,7 +124,7 @@ def posterior(
             if name not in effect_class:
                 # An effect outside the class adds nothing to a model with the first, or the first
                 # adds something to a model with that effect: its weight is at most this share of
-                # the first.
+                # the first one's weight.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)

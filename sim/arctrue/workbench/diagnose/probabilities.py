@@ -1,4 +1,5 @@
-"""Probability of each effect, of no missing effect, and of something unknown, given the set.
+"""Calculates the probability of each effect, of no missing effect, and of an unknown effect, given
+the set.
 
 The evidence of an effect is the marginal likelihood of its block of columns under a prior with the
 information of one row (unit information: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773); it
@@ -21,11 +22,12 @@ NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5
 """Prior probability that no effect is missing. It equals the probability that one is missing."""
 PRIOR_CATALOGUE = 0.4
-"""Prior probability that an effect of the catalogue is missing; its effects share it evenly."""
+"""Prior probability that an effect of the catalogue is missing; the effects of the catalogue share
+it evenly."""
 PRIOR_PRODUCT = 0.09
 """Prior probability of a product of parts that no catalogue has."""
 PRIOR_STRANGER = 0.01
-"""Prior probability of something that no product of parts describes."""
+"""Prior probability of an effect that no product of parts describes."""
 
 
 @dataclass(frozen=True)

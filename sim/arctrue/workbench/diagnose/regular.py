@@ -101,7 +101,7 @@ class RegularCause:
     """Lines of the cause, the largest first."""
     in_time: bool
     turns_s: float | None
-    """Speed that converts an order into a frequency; None where speeds differ."""
+    """Turns per second, which convert an order into a frequency; None if speeds differ."""
 
     @property
     def taken_arcsec(self) -> float:
@@ -188,8 +188,8 @@ class Findings:
         return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
     def further(self, name: str, left: Findings) -> Findings:
-        """Return the findings that are ``left`` with an effect in the model, and name those that it
-        explained."""
+        """Return the findings ``left`` with the effect ``name`` in the model, and list the findings
+        that this effect explained."""
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
         same = [
             f"{line.amplitude_arcsec:.3g}″ at {cause.place_of(line)}"
@@ -389,8 +389,8 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
 
 
 def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:
-    """Return an effect that the model lacks and for which the set declares an order; None without
-    one."""
+    """Return an effect that the model lacks and for which the set declares an order; None if there
+    is no such effect."""
     present = {term.effect.name for term in solution.terms}
     for name, kind in effects.items():
         if name not in present and kind.multiples_setting is not None:
@@ -419,7 +419,7 @@ def _causes(
 
 
 def _is_same(item: RegularCause, other: RegularCause, record: Record) -> bool:
-    """Tell whether a line over time is the same line as one found over the angle."""
+    """Tell whether a line over time is the same line as a line that was found over the angle."""
     if not item.in_time or other.in_time or other.turns_s is None:
         return False
     rates = [line.rate * other.turns_s for line in other.lines]

@@ -1,4 +1,4 @@
-"""A diagnosis as JSON (schema 2) and as sentences."""
+"""Writes a diagnosis as JSON (schema 2) and as sentences."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "negligible": [item.name for item in result.negligible],
         "findings": _findings_data(result),
         "further": [item.name for item in result.further],
-        # The former name, for one release.
+        # This entry is the former name of "further", kept for one release.
         "beside": [item.name for item in result.further],
         "second_finding": _second_data(result.second),
         "cannot_be_tested": dict(result.untestable),
@@ -245,8 +245,8 @@ def _smaller_part(result: Diagnosis) -> list[str]:
 
 
 def _explains_more(result: Diagnosis) -> str | None:
-    """Return the effect that would be named next; without one, the largest regular cause that is
-    then left."""
+    """Return the effect that would be named next. If there is none, return the largest regular
+    cause that remains with the named effect in the model."""
     if result.further:
         return result.further[0].name
     named = None if result.named is None else result.named.regular
@@ -286,7 +286,7 @@ def _probable(result: Diagnosis) -> list[str]:
 
 
 def _covered(covers: Coverage) -> list[str]:
-    """Return what "adequate" means for this set, as a list of sentences."""
+    """State in sentences what the verdict "adequate" covers for this set."""
     said = []
     if covers.smallest:
         sizes = ", ".join(

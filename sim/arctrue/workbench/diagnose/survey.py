@@ -1,4 +1,4 @@
-"""Tests with one model: candidates with their evidence, and the fit of the model."""
+"""Holds the tests with one model: candidates with their evidence, and the fit of the model."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Share of the smallest size that matters. An effect below it is not tested further: a new estimate
+"""Share of the smallest size that matters. A smaller effect is not tested further: a new estimate
 of the noise changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
@@ -34,7 +34,7 @@ without the effect predicts better than a model with it."""
 
 @dataclass(frozen=True)
 class FitOfChannel:
-    """The fit of a model to one channel, without the other."""
+    """The fit of a model to one channel; the other channel does not enter."""
 
     residual_rms_arcsec: float
     noise_arcsec: float
@@ -98,11 +98,11 @@ class Survey:
         return [item for item in self.candidates if item.p_corrected < SIGNIFICANCE]
 
     def matters(self, item: Candidate) -> bool:
-        """Tell whether the effect changes the prediction by more than what is negligible."""
+        """Tell whether the effect changes the prediction by more than the negligible size."""
         return max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec
 
     def may_matter(self, item: Candidate) -> bool:
-        """Tell whether the candidate's size is not far below the smallest that matters.
+        """Tell whether the candidate's size is not far below the smallest size that matters.
 
         A size changes with the estimate of the noise.
         """

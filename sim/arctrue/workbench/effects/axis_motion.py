@@ -1,4 +1,4 @@
-"""Columns for a motion of the axis in the stator frame; two effects use them."""
+"""Computes the columns of a motion of the axis in the stator frame for two effects."""
 
 from __future__ import annotations
 

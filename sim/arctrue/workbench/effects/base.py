@@ -1,4 +1,5 @@
-"""The interface of a physical effect to the workbench, which every file in this folder implements.
+"""Defines the interface of a physical effect to the workbench, which every file in this folder
+implements.
 
 An effect turns the conditions of each measured row (angle, time, temperature, direction, ...) into
 columns of the design matrix; the fit finds one coefficient per column, common to both channels. If
@@ -312,7 +313,8 @@ class Effect(ABC):
         return tuple(values)
 
     def declared_order(self, observations: Observations) -> float | None:
-        """Return the order whose multiples the effect has, if stated, such as a tooth count."""
+        """Return the order, such as a tooth count, that the set states and whose multiples the
+        effect contains; otherwise None."""
         return None
 
     def disc_orders(self, nonlinear: Nonlinear) -> Sequence[int]:
@@ -392,10 +394,11 @@ class Effect(ABC):
         return []
 
     def variety(self, observations: Observations) -> list[str]:
-        """List in words the missing variety of conditions that would separate it from similar
-        effects.
+        """List in words the missing variety of conditions that would separate the effect from
+        similar effects.
 
-        Such an effect can be fitted, but it is not named; it may share a class with another.
+        Without this variety, the effect can be fitted, but is not named; it may share a class with
+        another.
         """
         return []
 
@@ -445,13 +448,15 @@ class Effect(ABC):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """Return the contribution of each coefficient to R₂ − R₁, arcseconds; None: nothing."""
+        """Return the contribution of each coefficient to R₂ − R₁, arcseconds; None: the effect does
+        not change it."""
         return None
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """Return the contribution of each coefficient to ε of head 1, arcseconds; None: nothing."""
+        """Return the contribution of each coefficient to ε of head 1, arcseconds; None: the effect
+        does not change it."""
         return None
 
     def capture_formula(

@@ -105,7 +105,7 @@ def _raised_at(trace: TracebackType) -> bool:
 
 
 Check = Callable[[Effect, tuple[Any, ...], Any], str | None]
-"""Function that returns in words what is wrong with the result of a call; None if nothing is."""
+"""Function that describes the fault of a call's result in words; None if the result is correct."""
 
 
 def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) -> Callable[..., Any]:

@@ -1,4 +1,4 @@
-"""Effects that are not in the catalogue, composed of parts.
+"""Composes effects that are not in the catalogue from parts.
 
 A product consists of a condition (temperature, speed, time, ...), a wave (an order, the electrical
 phase, or nothing) and the frame to which it is fixed (the disc, the stator, a head, the reference).
@@ -190,8 +190,8 @@ def recorded_conditions(observations: Observations) -> list[Condition]:
 
 
 def conditions(observations: Observations) -> list[Condition]:
-    """Return the conditions that vary in this set, the simpler first; of equivalent ones only the
-    first."""
+    """Return the conditions that vary in this set, the simpler first; of equivalent conditions,
+    return the first only."""
     found = [ALWAYS, *recorded_conditions(observations)]
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)

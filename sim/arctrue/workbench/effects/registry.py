@@ -1,4 +1,4 @@
-"""All effects by name: the built-in ones, those of a folder, and those of other packages."""
+"""Finds all effects by name: the built-in ones, those of a folder, and those of other packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects whose parameters are their coefficients, in the effect's own unit.
+"""Defines effects whose parameters are their coefficients, in the effect's own unit.
 
 Most have one coefficient; an effect that exists at each head has one coefficient per head.
 """

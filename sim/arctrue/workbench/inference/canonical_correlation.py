@@ -1,4 +1,5 @@
-"""Canonical correlations of the columns of two effects, with the model projected out of both."""
+"""Calculates canonical correlations of the columns of two effects, with the model projected out of
+both."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The smallest size of an effect that a set would show.
+"""Calculates the smallest size of an effect that a set would show.
 
 An effect is found if its gain passes the F test of :mod:`significance`, and if held-out rows show
-it. It is also found without held-out rows if its evidence is too strong to be disregarded. All of
-this depends on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the
+it. It is also found without held-out rows if its evidence is too strong to be disregarded. These
+tests depend on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the
 tests is that of noncentral F and normal distributions.
 """
 
@@ -62,7 +62,7 @@ class Refused:
     delta_bic: float
     """Smallest ΔBIC of such an effect."""
     trials: float = 1.0
-    """Number of places of its search, for which ΔBIC has a charge."""
+    """Number of places of the effect's search; ΔBIC is reduced for them."""
     rows_by_themselves: float = 0.5
     """Share of the index in the variance of a size above which held-out rows are not used."""
 

@@ -1,4 +1,5 @@
-"""Error on rows that were not fitted, given their neighbours and the noise's correlation.
+"""Calculates the error on rows that were not fitted, given their neighbours and the noise's
+correlation.
 
 The rows are omitted in turn, a quarter of them at a time, as single rows. An omitted row is
 predicted from the model and from the coloured noise of its neighbours: the covariance, not the
@@ -36,7 +37,7 @@ FOLDS = 4
 """Number of folds. Each fit has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows
 from this number."""
 STANDARD_ERRORS = 2.0
-"""The error must fall by this number of its standard errors."""
+"""Number of its standard errors by which the held-out error must fall."""
 ENOUGH_ERRORS = 3.0
 """If a true effect would lower the error by less than this number of standard errors, the test does
 not require a fall."""
@@ -93,7 +94,7 @@ def holds_out(channels: Iterable[Improvement]) -> bool:
 
 @dataclass(frozen=True)
 class Folds:
-    """Number of the fit that leaves out each row, by channel; shape (rows,)."""
+    """For each row, the number of the fit that leaves out this row, by channel; shape (rows,)."""
 
     capture: Integer | None
     reference: Integer | None
@@ -175,7 +176,7 @@ def held_out(
     context: FitContext,
     noise: Noise | None = None,
 ) -> HeldOut:
-    """Return the errors of the model on rows that the fit did not see, without a prediction from
+    """Return the errors of the model on rows that the fit did not use, without a prediction from
     neighbours.
 
     ``noise`` weights the rows; it is estimated if it is not given.

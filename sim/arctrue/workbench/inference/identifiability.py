@@ -1,4 +1,4 @@
-"""The coefficients that a set determines, and the smallest effects that it could show."""
+"""Finds the coefficients that a set determines, and the smallest effects that it could show."""
 
 from __future__ import annotations
 

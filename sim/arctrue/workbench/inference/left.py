@@ -1,4 +1,4 @@
-"""The residual of a model on a set: the one place that computes *left* and *held out*.
+"""Computes the residual of a model on a set, *left* and *held out*; no other module computes it.
 
 Ladder, diagnosis, comparison, page and report show these figures and no others.
 """

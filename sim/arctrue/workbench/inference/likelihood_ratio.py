@@ -1,4 +1,4 @@
-"""The likelihood ratio of an effect, with the noise estimated anew on both sides.
+"""Calculates the likelihood ratio of an effect, with the noise estimated anew on both sides.
 
 Noise that is estimated from residuals which still contain an effect contains the effect too: a slip
 becomes slow noise, a reversal of a few rows becomes a correlation. Therefore, for every effect that

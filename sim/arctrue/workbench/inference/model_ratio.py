@@ -1,4 +1,4 @@
-"""The likelihood ratio of two models of one set, of which one contains the other."""
+"""Calculates the likelihood ratio of two models of one set, of which one contains the other."""
 
 from __future__ import annotations
 

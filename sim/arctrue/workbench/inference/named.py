@@ -1,4 +1,4 @@
-"""The fitted parameters of a whole model under one name each: ``hysteresis.reversal_error``.
+"""Collects the fitted parameters of a model, each under one name: ``hysteresis.reversal_error``.
 
 The second occurrence of an effect has ``#2`` after its name: ``periodic_error#2.amplitude``.
 """

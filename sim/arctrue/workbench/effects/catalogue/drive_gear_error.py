@@ -30,7 +30,8 @@ LEAST_VARIANCE = 0.1
 """Smallest variance over the stations of a line's cosine and sine columns, summed; it is 1 if the
 stations resolve the line fully."""
 AS_GOOD = 6.0
-"""Gain by which a line must exceed that of a lower line to replace it: odds of 20 to 1."""
+"""Gain by which a line must exceed the gain of a lower line to replace this line: odds of 20 to
+1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, each with the offset of its orders from the
 multiples."""

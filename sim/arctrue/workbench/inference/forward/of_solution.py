@@ -1,4 +1,4 @@
-"""The records of the forward search, made from the residuals of a fitted model in the reference."""
+"""Makes the records of the forward search from the residuals of a fitted model in the reference."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ shows scatter, but no line."""
 
 
 def records_of(solution: Solution, declared: float | None) -> list[Record]:
-    """Return a record over the angle, and one over time unless a constant speed makes both the
-    same.
+    """Return a record over the angle, and one over time unless a constant speed makes the two
+    records equal.
 
     The list is empty for stations. ``declared``: order whose multiples are expected.
     """

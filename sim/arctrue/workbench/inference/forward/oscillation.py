@@ -1,7 +1,7 @@
-"""A damped oscillation driven by noise, as a part of the noise of a record.
+"""Finds a damped oscillation, driven by noise, as a part of the noise of a record.
 
-It keeps its phase for a few of its periods only and is therefore not a line. No regular effect
-explains it, but any effect that follows it for a while may look like its cause.
+Such an oscillation keeps its phase for a few periods only and is therefore not a line. No regular
+effect explains it, but any effect that follows it for a while may look like its cause.
 """
 
 from __future__ import annotations

@@ -83,9 +83,9 @@ class Line:
     """RMS over all rows of the error that the line's prediction from other blocks removes."""
     share: float
     """Share of the line's own error that the other blocks predict; 1 for a record of one turn,
-    which cannot show it."""
+    which cannot show this share."""
     gain: float
-    """Log likelihood gained when the line was added, with the noise estimated without and with
+    """Rise of the log likelihood when the line was added, with the noise estimated without and with
     it."""
     oscillator_gain: float
     periods: float
@@ -447,7 +447,7 @@ MUCH = 0.05
 
 def _multiple_of(record: Record, rate: float) -> int | None:
     """Return which multiple of the declared rate this rate is, within the resolution of the record;
-    None if it is none."""
+    None if it is no multiple."""
     if record.declared is None:
         return None
     times = round(rate / record.declared)
@@ -495,9 +495,9 @@ def own_shares(record: Record, columns: Float) -> Float:
     """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
     A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
-    that part of the noise, which is then known less well. Without this factor, the remainder of any
-    slow change over a part of a turn would look like lines next to the table's orders, and these
-    lines would cancel the orders.
+    that part of the noise, so that the noise is known less well. Without this factor, the remainder
+    of any slow change over a part of a turn would look like lines next to the table's orders, and
+    these lines would cancel the orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)

@@ -1,4 +1,4 @@
-"""A slow change of unknown form. With fewer than four periods in the record it is no line."""
+"""Fits a slow change of unknown form; with fewer than four periods in the record it is no line."""
 
 from __future__ import annotations
 

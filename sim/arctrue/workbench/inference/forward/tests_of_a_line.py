@@ -1,4 +1,4 @@
-"""The tests that a line must pass in addition to its likelihood ratio."""
+"""Contains the tests that a line must pass in addition to its likelihood ratio."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ def coherence(
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
     Waugh): the part that the base alone would explain does not count as error of the line. c_b are
-    the line's coefficients from block b alone, c₋ those from all other blocks. Both are fitted
-    together with the covariance of the noise, so that correlation across the edges counts. The
-    share is
+    the line's coefficients from block b alone, c₋ the line's coefficients from all other blocks.
+    Both are fitted together with the covariance of the noise, so that correlation across the edges
+    counts. The share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
@@ -141,5 +141,5 @@ def periods_in(record: Record, rate: float) -> float:
 
 
 def nearest(rates: Sequence[float], rate: float) -> float:
-    """Return the distance to the nearest of ``rates``; infinite if there are none."""
+    """Return the distance from ``rate`` to the nearest of ``rates``; infinite if there are none."""
     return min((abs(rate - other) for other in rates), default=float("inf"))
