@@ -1,4 +1,5 @@
-"""Residuals of a fitted model, and the part of their variance that additional columns explain."""
+"""Holds the residuals of a fitted model, and finds the part of their variance that additional
+columns explain."""
 
 from __future__ import annotations
 
@@ -253,7 +254,7 @@ class Residuals:
         for name in ("_designs", "_normal", "_inverse", "_reading_noise_arcsec"):
             # The model's own matrices, and the noise of the set, do not depend on the residuals.
             other.__dict__[name] = getattr(self, name)
-        # A fit leaves the other residuals without a moment along the model's columns.
+        # After a fit, the other residuals have no moment along the model's columns.
         other.__dict__["_left_moment"] = np.zeros(self._layout.size)
         noise, layout = self.solution.noise, self._layout
         white = [self._whitened(capture, noise.capture), self._whitened(reference, noise.reference)]

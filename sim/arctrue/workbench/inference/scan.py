@@ -67,8 +67,8 @@ ALIAS_AHEAD = 6.0
 """Gain by which an order above half the samples per turn must exceed the best order below: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 STATION_DECIMALS = 6
-"""Number of decimals of a radian to which stations are rounded; stations with equal results are
-one."""
+"""Number of decimals of a radian to which stations are rounded; stations with equal rounded angles
+count as one."""
 LARGEST_GAP_STEPS = 8.0
 """Largest gap of a reference run, in its own steps, at which the run counts as a whole turn."""
 
@@ -166,7 +166,7 @@ def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     the range.
 
     With N samples per turn, orders n and N − n differ only by a phase in each run: runs that start
-    at different angles separate them, one run does not. The lower order is then preferred.
+    at different angles separate them, one run does not. For one run, the lower order is preferred.
     """
     low, high = effect.search_range("order")
     above = int(low) - 1
@@ -263,8 +263,8 @@ def _away_from_halves(orders: Float | float) -> Float:
 def _inside_a_gap(
     effect: Effect, residuals: Residuals, power: Float, orders: Float, trials: float, step: float
 ) -> list[Place]:
-    """Return the best order that is nearer to a whole or half order than the turns resolve, if it
-    differs from it.
+    """Return the best order within the gap around a whole or half order, which the turns do not
+    resolve, if it differs significantly from that whole or half order.
 
     Two lines are resolved at 1/(2·turns). The place of a single line is the more exact, the higher
     the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it has

@@ -1,4 +1,4 @@
-"""A fitted model: coefficients of generalised least squares, predictions, uncertainties.
+"""Holds a fitted model: coefficients of generalised least squares, predictions, uncertainties.
 
 The inverse of the joint normal matrix of columns and tangents is the covariance of coefficients and
 search parameters together (Seber and Wild, Nonlinear Regression, section 2.1); the uncertainty of
@@ -32,7 +32,7 @@ from arctrue.workbench.observations import Observations
 
 @dataclass(frozen=True)
 class Solution:
-    """A fitted model."""
+    """A model fitted to a set, with coefficients, covariance and noise."""
 
     terms: tuple[Term, ...]
     observations: Observations
@@ -49,8 +49,8 @@ class Solution:
     """Number of combinations of coefficients that the data determine."""
     condition: float
     every_row: bool = False
-    """True if the coefficients are fitted to every row of a set of which the statistics use only a
-    part."""
+    """True if the coefficients are fitted to every row of a set, while the statistics use only a
+    part of its rows."""
     held: bool = False
     """True if the coefficients are those of another set: only offsets were fitted to this set."""
     unknown_noise: frozenset[str] = frozenset()
@@ -150,7 +150,8 @@ class Solution:
 
 @dataclass(frozen=True)
 class Held:
-    """Coefficients that are not fitted: their places among those of all terms, and their values."""
+    """Coefficients that are not fitted: their places among the coefficients of all terms, and their
+    values."""
 
     places: NDArray[np.int64]
     values: Matrix
@@ -242,7 +243,7 @@ def context_of(solution: Solution) -> FitContext:
 
 
 def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> FitContext:
-    """Return ε(ψ) from those of the terms that are disc-fixed; ``coefficients`` has the values of
+    """Return ε(ψ) from the disc-fixed terms among ``terms``; ``coefficients`` has the values of
     each term."""
     orders: list[int] = []
     cosines: list[float] = []

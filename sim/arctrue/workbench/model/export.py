@@ -291,7 +291,7 @@ def export_model(
     MODULATORS. ``with_local_table``: errors at one place of the turn go into a table, which needs a
     gateware with LOCAL_TABLE. ``with_real_orders``: lines at orders that are not whole get lanes,
     which need a gateware with REAL_ORDERS. Raises ValueError for a model without coefficients, a
-    set that does not count, or a reversal that is too steep for its width.
+    set without counts per turn, or a reversal that is too steep for its width.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")

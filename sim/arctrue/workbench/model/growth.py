@@ -153,7 +153,7 @@ def add_effect(
 
 
 def _with_settings(model: Model, name: str, settings: dict[str, object]) -> list[ModelEffect]:
-    """Return the model's effects, with the settings of one changed; this one moves to the end.
+    """Return the model's effects; the effect ``name`` gets the new settings and moves to the end.
 
     Raises AlreadyThereError if no setting changes.
     """

@@ -1,5 +1,5 @@
-"""Local errors of a fitted model as a table of the gateware, and the correction that the table
-makes."""
+"""Converts local errors of a fitted model to a table of the gateware, and calculates the correction
+of that table."""
 
 from __future__ import annotations
 

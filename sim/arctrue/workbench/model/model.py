@@ -1,4 +1,4 @@
-"""The data of a model: a list of effects with settings, fitted values and a history."""
+"""Defines the data of a model: a list of effects with settings, fitted values and a history."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The error of head 1 that a fitted model predicts at any angle and condition."""
+"""Predicts the error of head 1 from a fitted model, at any angle and condition."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The time constant of a set's thermometer, fitted as a parameter of the temperature effects.
+"""Fits the time constant of a set's thermometer as a parameter of the temperature effects.
 
 A thermometer of first order shows T_s with T_s′ = (T − T_s)/τ, so that the table's temperature is T
 = T_s + τ·T_s′. The effects of a model that depend on T fit best with the right τ. The fitted time
@@ -91,7 +91,7 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     half_s = PIECES * (knots[1] - knots[0])
     since = (at_s[near] - knots[:, np.newaxis]) / half_s
     powers = since[..., np.newaxis] ** np.arange(3)
-    # Two pieces with rows determine a straight line; a single one determines no slope.
+    # Two pieces with rows determine a straight line; a single piece determines no slope.
     filled = np.count_nonzero(weight, axis=1)
     powers[filled < 3, :, 2] = 0.0
     powers[filled < 2, :, 1] = 0.0

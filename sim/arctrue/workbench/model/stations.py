@@ -1,4 +1,5 @@
-"""The model that a reference run alone determines: the orders that its stations can separate."""
+"""Makes the model that a reference run alone determines, with the orders that its stations can
+separate."""
 
 from __future__ import annotations
 

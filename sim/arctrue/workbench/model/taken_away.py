@@ -86,8 +86,8 @@ def outcome(
     """Compute how far ``coefficients``, which were exported from the model, correct each of its
     effects.
 
-    The figures are calculated from the model, not measured: on the rows of the capture, or on those
-    of the reference if there is no capture. ``temperature_c`` is that of the export.
+    The figures are calculated from the model, not measured: on the rows of the capture or, without
+    a capture, on the rows of the reference. ``temperature_c`` is the temperature of the export.
     """
     table_rows, reference_rows = _rows_of_head1(observations), observations.every_reference_row
     assert table_rows is not None

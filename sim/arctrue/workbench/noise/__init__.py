@@ -1,5 +1,5 @@
-"""The noise of both channels as a part of the model: white and coloured parts, uneven scatter,
-index.
+"""Estimates the noise of both channels as a part of the model: white and coloured parts, uneven
+scatter, index.
 
 ``fit`` estimates it together with a design matrix, channel by channel (``estimate``); ``row_noise``
 whitens rows; ``repeats`` calculates the scatter of repeats without a model, and

@@ -57,7 +57,7 @@ def estimated_law(
 
     If ``before`` has scales of runs or of parts of the turn, they are estimated anew, because an
     effect that the model lacked can cause such scatter. The search starts from spectra with the
-    scatter of ``before``, because few steps lead to the maximum from a near start only.
+    scatter of ``before``, because only a near start leads to the maximum in few steps.
     """
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))
@@ -192,7 +192,7 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
 
 
 def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
-    """Return the deviation of each group divided by the typical one; None if no difference is
+    """Return the deviation of each group divided by the typical deviation; None if no difference is
     significant."""
     counts = np.bincount(group, minlength=groups).astype(np.float64)
     full = counts >= LEAST_ROWS_A_BIN

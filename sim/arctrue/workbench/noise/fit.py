@@ -208,7 +208,8 @@ def _white_start(design: Design) -> tuple[Noise, frozenset[str]]:
             laws.append(None)
             continue
         spectra = tuple(Spectrum(variance[channel]) for _ in law.spectra)
-        # A single channel keeps its weight: then the noise of the whole set is not determined.
+        # If the set has a single channel, this channel keeps its weight, and the noise of the whole
+        # set is not determined.
         weightless = channel in unknown and len(variance) > len(unknown)
         laws.append(replace(law, spectra=spectra, weightless=weightless))
     return _with_laws(observations, laws[0], laws[1]), frozenset(unknown)

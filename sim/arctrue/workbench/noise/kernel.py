@@ -1,4 +1,4 @@
-"""Stationary noise as a sum of decaying parts, with the derivatives of its likelihood.
+"""Models stationary noise as a sum of decaying parts, and differentiates its likelihood.
 
 A part has the covariance a·exp(−c·τ) or, with a frequency, that of an oscillator driven by white
 noise, a·exp(−c·τ)·(cos dτ + (c/d)·sin dτ). A smooth part is the critically damped oscillator, in
@@ -192,8 +192,8 @@ def with_slopes(
 
 
 def _fitted(whitened: Float) -> tuple[Float, Float]:
-    """Return the whitened first column minus its fit by the others, and the coefficients of the
-    fit."""
+    """Return the whitened first column minus its fit by the other columns, and the coefficients of
+    the fit."""
     own, columns = whitened[:, 0], whitened[:, 1:]
     if columns.shape[1] == 0:
         return own, np.zeros(0)

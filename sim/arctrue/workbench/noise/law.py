@@ -1,4 +1,4 @@
-"""The noise of one channel as a law that also applies to rows that were not measured."""
+"""Describes the noise of one channel by a law that also applies to rows that were not measured."""
 
 from __future__ import annotations
 

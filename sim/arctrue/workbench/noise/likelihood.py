@@ -1,4 +1,5 @@
-"""Restricted likelihood of the noise, from residuals that are averaged where noise is slow.
+"""Calculates the restricted likelihood of the noise, from residuals that are averaged where noise
+is slow.
 
 Fast parts show in a few thousand consecutive rows, slow parts in means over blocks of rows. The
 covariance of such means is known in closed form. The only approximation is that the levels, one for

@@ -1,4 +1,4 @@
-"""The noise of a set: the rows of both channels, and the index of the capture's runs."""
+"""Describes the noise of a set: the rows of both channels, and the index of the capture's runs."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The noise of each channel from its own repeats: the scatter of rows at the same place.
+"""Calculates the noise of each channel from its own repeats: the scatter of rows at the same place.
 
-No model can remove this scatter, so that it is a figure of the set and not of the model. If a model
-describes a deviation that does not repeat, such as a vibration, the residual can be smaller than
-the scatter; the residual is then the noise.
+No model can remove this scatter, so that the scatter is a figure of the set and not of the model.
+If a model describes a deviation that does not repeat, such as a vibration, the residual can be
+smaller than the scatter; the residual is then the noise.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Noise covariance C = L·Lᵀ of the rows of one channel, and whitening of columns by L⁻¹.
+"""Factors the noise covariance C = L·Lᵀ of the rows of one channel, and whitens columns by L⁻¹.
 
 The covariance is semiseparable: a Cholesky factor takes time linear in the rows (Foreman-Mackey et
 al., Astron. J. 154 (2017) 220; library celerite2). L⁻¹, applied to measured values and columns,
@@ -235,8 +235,8 @@ class RowNoise:
         return float(np.sqrt(sum(parts) / max(self.rows, 1)))
 
     def mean_square_scale(self, rows: slice) -> float:
-        """Return the harmonic mean of the squared scales in a stretch, the factor on its
-        spectrum."""
+        """Return the harmonic mean of the squared scales in a stretch; the noise spectrum of the
+        stretch is multiplied by this value."""
         return float(1.0 / np.mean(1.0 / self.scale[rows] ** 2))
 
     def step(self, rows: slice) -> float:

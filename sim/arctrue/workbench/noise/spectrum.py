@@ -1,4 +1,4 @@
-"""Stationary noise: a white part and exponentially correlated parts.
+"""Describes stationary noise by a white part and exponentially correlated parts.
 
 The covariance of two rows a time τ apart is Σ aⱼ·exp(−|τ|/τⱼ); for τ = 0 the white variance is
 added. A sum of parts with time constants a few octaves apart approximates any falling spectrum:

@@ -19,7 +19,8 @@ Cost = Callable[[Float], float]
 PRIOR_CENTRE = 1e-3
 """Centre of the prior of a coloured part's variance, as a share of the variance of the rows."""
 PRIOR_WIDTH = float(np.log(1e3))
-"""Width of that prior in logarithms; it is log-normal, a factor of a thousand either way."""
+"""Width of this prior in logarithms; the prior is log-normal, with a factor of a thousand in either
+direction."""
 SMALLEST, LARGEST = 1e-7, 30.0
 """Limits of a coloured part's variance, as shares of the variance of the rows."""
 STATED_READINGS = 8.0

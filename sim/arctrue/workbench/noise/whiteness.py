@@ -28,7 +28,7 @@ hundredth."""
 
 @dataclass(frozen=True)
 class Whiteness:
-    """p values of the tests. A small one means that σ and p of the diagnosis may be too small."""
+    """p values of the tests. A small value means that σ and p of the diagnosis may be too small."""
 
     autocorrelation_p: float
     """p of Ljung and Box, Biometrika 65 (1978) 297, over LAGS lags, or fewer lags for few rows."""
@@ -93,7 +93,8 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
     row.
 
     A row is wild if its residual, in its own standard deviation, exceeds what normal noise shows in
-    one of a hundred sets; the largest one is taken out first, because it also moves its neighbours.
+    one of a hundred sets; the row with the largest residual is taken out first, because it also
+    moves its neighbours.
     """
     limit = float(-ndtri(0.5 * WILD / values.size)) if values.size else 0.0
     for _ in range(int(MOST_WILD * values.size)):

@@ -1,4 +1,4 @@
-"""Unit of a further column of a measurement set, from the column's name."""
+"""Finds the unit of a further column of a measurement set from the column's name."""
 
 from __future__ import annotations
 

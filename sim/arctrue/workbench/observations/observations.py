@@ -1,4 +1,4 @@
-"""Both channels of a measurement set, ready for a fit."""
+"""Holds both channels of a measurement set, ready for a fit."""
 
 from __future__ import annotations
 
@@ -162,7 +162,8 @@ class Observations:
         return 1 if self.capture is None else self.capture.channels
 
     def pairs(self) -> list[CaptureRows | StoredCapture]:
-        """Give every sample of the capture once for each further head, as rows of Rᵢ − R₁.
+        """Return the rows of Rᵢ − R₁ of every sample of the capture, separately for each further
+        head.
 
         Returns
         -------

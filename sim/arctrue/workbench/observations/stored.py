@@ -31,11 +31,11 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class StoredCapture:
-    """Every row of a capture in 48 bytes; a row in :class:`CaptureRows`, which is made for a part
-    at a time, takes 112.
+    """Stores every row of a capture in 48 bytes. A row in :class:`CaptureRows` takes 112 bytes, but
+    exists only for a part of the capture at a time.
 
     With three or four heads each sample has one row per channel, as :class:`CaptureRows` describes.
-    The counts are those of the samples: row k belongs to sample ``sample[k]``.
+    The counts are stored once per sample: row k belongs to sample ``sample[k]``.
     """
 
     table: Table

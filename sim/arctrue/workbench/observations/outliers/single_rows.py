@@ -30,7 +30,7 @@ MAD_EFFICIENCY = 0.37
 """Efficiency of the median absolute deviation relative to the standard deviation (Rousseeuw and
 Croux, J. Am. Stat. Assoc. 88 (1993) 1273): n rows give 0.37·n degrees of freedom."""
 NEAR_SIGMA = 3.0
-"""Largest distance, in standard deviations, of the rows next to an outlier, and of those at the
+"""Largest distance, in standard deviations, of the rows next to an outlier, and of the rows at the
 same angle in other revolutions."""
 MOST_ROWS = 3
 """Largest number of neighbouring outliers; a longer deviation may be real."""
@@ -140,12 +140,12 @@ def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean
 
 
 def from_both_sides(values: Float) -> Float:
-    """Return the value of each row that the rows before and after it predict, (rows,).
+    """Predict the value of each row from the rows before and after it, (rows,).
 
-    It is the mean of two medians, of the SIDE_ROWS rows before and of the SIDE_ROWS rows after the
-    row: exact where the values rise evenly, and unaffected by MOST_ROWS wrong rows on each side.
-    Near an end, all rows up to the end are used, and as many on the other side. The first and the
-    last LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side` predicts them.
+    The prediction is the mean of two medians, of the SIDE_ROWS rows before and of the SIDE_ROWS
+    rows after the row: exact where the values rise evenly, and unaffected by MOST_ROWS wrong rows
+    on each side. Near an end, all rows up to the end are used, and as many on the other side. The
+    first and the last LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side` predicts them.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -161,11 +161,11 @@ def from_both_sides(values: Float) -> Float:
 
 
 def from_one_side(values: Float) -> Float:
-    """Return the value of each row that the rows after it predict.
+    """Predict the value of each row from the rows after it.
 
-    It is on the straight line through two medians, of the next SIDE_ROWS rows and of the SIDE_ROWS
-    rows after these; MOST_ROWS rows of each may be wrong. It is not-a-number at the last
-    2·SIDE_ROWS rows.
+    The prediction is on the straight line through two medians, of the next SIDE_ROWS rows and of
+    the SIDE_ROWS rows after these; MOST_ROWS rows of each may be wrong. At the last 2·SIDE_ROWS
+    rows the prediction is not-a-number.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -186,8 +186,9 @@ def far_from_neighbours(
     missing.
 
     The first and last LEAST_SIDE_ROWS rows of a piece have neighbours on one side only, which
-    predict them. Their standard deviation is that of this prediction over the END_ROWS rows there,
-    which is larger than that of a prediction from both sides.
+    predict them. The standard deviation of their distance is calculated from the same one-sided
+    prediction over the END_ROWS rows at that end; it is larger than for a prediction from both
+    sides.
     """
     away = np.full(values.size, np.nan)
     after, before = away.copy(), away.copy()
@@ -453,9 +454,9 @@ def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
     """Return, for each row, the median of the SIDE_ROWS rows around it in its pass, without the row
     itself.
 
-    ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass it is the
-    median of all other rows. A pass of fewer than three rows cannot show a wrong row, so that its
-    own values are returned. Shape (rows,).
+    ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass this is the
+    median of all other rows. A pass of fewer than three rows cannot show a wrong row, so that the
+    values of the pass are returned. Shape (rows,).
     """
     expected = of_the_others(values, pass_of)
     rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)
