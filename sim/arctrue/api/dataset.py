@@ -459,7 +459,7 @@ class Dataset(MeasurementSet):
         """Hash by which the history of a model identifies the set, 64 hexadecimal digits.
 
         If the folder of the set still holds the same content, this is the hash of its files;
-        otherwise it is that of the files that :func:`arctrue.write_set` would write.
+        otherwise it is the hash of the files that :func:`arctrue.write_set` would write.
         """
         return sha256_of(self)
 

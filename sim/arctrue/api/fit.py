@@ -251,7 +251,8 @@ class FitResult:
         error_arcsec : ndarray, shape (n,)
             Predicted error.
         std_arcsec : ndarray, shape (n,)
-            Its standard uncertainty, from that of the parameters; where ``return_std`` is True.
+            Standard uncertainty of the predicted error, from the uncertainties of the parameters;
+            where ``return_std`` is True.
 
         Raises
         ------
@@ -348,7 +349,7 @@ class FitResult:
         Returns
         -------
         Pictures
-            The same pictures as those of :func:`arctrue.compare`.
+            The same pictures as :func:`arctrue.compare` draws.
 
         Raises
         ------

@@ -91,7 +91,7 @@ def columns_of(
     """Return the columns of ``frame`` in the units of a measurement set.
 
     ``columns``: the frame's name for a quantity or a set's column. ``units``: the unit of either.
-    Raises MeasurementError, which names the column, what was expected and what to do.
+    Raises MeasurementError, which names the column, the expected content and the remedy.
     """
     places = _places(frame, columns)
     found: dict[str, NDArray[Any]] = {}

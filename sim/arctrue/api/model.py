@@ -154,7 +154,7 @@ class Model:
         return self.grown(content, data)
 
     def drop(self, effect: str, measurement: SetOrFolder) -> Model:
-        """Drop the last effect of a name and fit the others again.
+        """Drop the last effect with this name and fit the remaining effects again.
 
         Parameters
         ----------
@@ -331,7 +331,7 @@ def add(
 
 
 def drop(effect: str, measurement: SetOrFolder, model: ModelLike) -> Model:
-    """Drop an effect from a model and fit the others, as ``arctrue drop`` does.
+    """Drop an effect from a model and fit the remaining effects, as ``arctrue drop`` does.
 
     Parameters
     ----------

@@ -260,7 +260,8 @@ def explain(
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Explanation:
-    """Add the effects that the diagnosis names, one after the other, until it names no further one.
+    """Add the effects that the diagnosis names, one after the other, until it names no further
+    effect.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ def import_files(
     sign : {"reading-true", "true-reading"}, optional
         Meaning of the error column.
     zero : {"shift", "keep"}, optional
-        Whether the reference's zero is shifted to that of the reading.
+        Whether the reference's zero is shifted to the zero of the reading.
     missing : {"drop"}, optional
         Leave out rows without a value.
     order : str, optional

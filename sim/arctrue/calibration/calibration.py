@@ -41,7 +41,7 @@ METHODS = {"fourier": fourier, "least_squares": least_squares}
 
 @dataclass(frozen=True)
 class CalibrationSettings:
-    """Settings of the calibration; the defaults are those of the command line.
+    """Settings of the calibration; the defaults are equal to the defaults of the command line.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class CalibrationSettings:
     runs : sequence of int, optional
         Runs of the capture; default: those at the lowest speed.
     most_order : int, optional
-        Orders 1 to this one are fitted.
+        Highest order; the orders from 1 to this order are fitted.
     lanes : int, optional
         Lanes of the gateware.
     gain_limit : float, optional

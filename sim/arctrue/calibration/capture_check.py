@@ -1,4 +1,4 @@
-"""Checks which samples of a capture can be used, and states why the others cannot."""
+"""Checks which samples of a capture can be used, and states why other samples cannot be used."""
 
 from __future__ import annotations
 

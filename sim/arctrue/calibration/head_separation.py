@@ -4,9 +4,9 @@ mean(R₂ − R₁) over uniform true angle is the separation according to the i
 count from the same mark, and ε(θ + α) − ε(θ) has no mean. This mean repeats to ± 1 count per head.
 Repeated runs do not show a constant difference between the places where the heads detect the mark,
 but α contains all of this difference (10 µm at the disc are 38″). A set states the standard
-uncertainty of the difference as ``table.index_detection_arcsec``; the default is that of the heads'
-mounting, 50″/√3. If a head did not find its index, the runs disagree or the value is far from
-nominal.
+uncertainty of the difference as ``table.index_detection_arcsec``; the default is the standard
+uncertainty of the heads' mounting, 50″/√3. If a head did not find its index, the runs disagree or
+the value is far from nominal.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def judge(
     """Decide which separation is used, and return warnings for the user about this choice.
 
     The index is used if its value is plausible and its standard uncertainty of detection is not
-    larger than that of the nominal value; otherwise the nominal value is used.
+    larger than the standard uncertainty of the nominal value; otherwise the nominal value is used.
     """
     warnings = []
     trusted = True

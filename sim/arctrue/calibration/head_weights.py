@@ -8,7 +8,7 @@ With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with 
 of the axis, at any order, repeating or not. Three heads have one solution. Four heads have a family
 of solutions, of which the one with the least noise √Σwᵢ² is taken. Two heads have a solution at
 180° only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 contains neither the motion of the
-table nor that of the axis; it needs four heads.
+table nor the motion of the axis; it needs four heads.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Float = NDArray[np.float64]
 MOST_WEIGHT = WEIGHT_LIMIT / WEIGHT_ONE
 """Largest weight of the format s1.16."""
 NOISE_LIMIT = 1.0
-"""Largest ratio of the mean's noise to that of one reading: above it, one head alone has less
+"""Largest ratio of the mean's noise to the noise of one reading; above 1, one head alone has less
 noise."""
 LEAK_LIMIT = 1e-3
 """Largest share of a translation that the mean may contain if no weights make it 0, as for two

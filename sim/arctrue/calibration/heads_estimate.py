@@ -83,13 +83,13 @@ class HeadsEstimate:
 
     @property
     def u_places_arcsec(self) -> Float:
-        """Standard uncertainty of the places, (heads,); that of head 1 is 0."""
+        """Standard uncertainty of the places, (heads,); the entry of head 1 is 0."""
         part = self.state.layout.late
         return np.concatenate(([0.0], np.sqrt(np.diag(self.covariance)[part])))
 
     @property
     def radius_ratios(self) -> Float:
-        """Ratio of the nominal radius to that of each head, (heads,)."""
+        """Ratio of the disc's nominal radius to the radius of each head, (heads,)."""
         return self.state.radius_ratios
 
     @property

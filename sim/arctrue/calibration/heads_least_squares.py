@@ -415,7 +415,8 @@ def _converged(
     settings: HeadsSettings,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """Iterate until no step changes a prediction; the information is that of the last step."""
+    """Iterate until no step changes a prediction; return the information matrix of the last
+    step."""
     for _ in range(ROUNDS_MOST):
         before = state
         state, information = _solved(data, state, combinations, settings, known=known)

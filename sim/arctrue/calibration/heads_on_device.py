@@ -1,8 +1,8 @@
 """Calibrates two to four heads in numpy with the equations of the firmware.
 
-The unknowns are those of :mod:`heads_least_squares`, in three parts. Each pass solves each part at
-the present values of the others, so that the device stores one triangular matrix only, that of the
-disc's orders:
+The unknowns of :mod:`heads_least_squares` are split into three parts. Each pass solves each part
+with the present values of the other parts, so that the device stores only one triangular matrix,
+for the disc's orders:
 
 - the disc's orders, from the combinations that no rotation changes: with four heads the parity,
   which no motion of the axis changes either; with three heads both combinations, if the axis is at

@@ -235,7 +235,8 @@ def _square_left(normal: _Normal, x: Float) -> float:
 
 
 def _noise(normal: _Normal, own: Float) -> float:
-    """Return the standard deviation of a run's noise, from the residual with its own values."""
+    """Return the standard deviation of a run's noise, from the residual after a fit of this run
+    alone."""
     free = max(normal.samples - own.size, 1)
     # A residual of exactly zero must not divide by zero.
     return float(np.sqrt(max(_square_left(normal, own) / free, 1e-18)))

@@ -43,7 +43,7 @@ class HeadsOnDisc:
     ``orders`` (N,), ``values`` (2N,) in arcseconds, cosines before sines: g(R) of the disc reading;
     ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn, p_i less
     the angle by which head i detects the index mark late; ``radius_ratios`` (H,): the disc's
-    nominal radius over that of each head, the factor of order 1.
+    nominal radius divided by the radius of each head; order 1 is multiplied by this ratio.
     """
 
     orders: Integer

@@ -1,4 +1,4 @@
-"""Selects the orders that the gateware is to apply, and states why the others are left out."""
+"""Selects the orders that the gateware is to apply, and states why other orders are left out."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ succession).
 
 ``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the
 benchmark, whose sets come from two generators, and prints the score of one generator's coefficients
-on the sets of the other.
+on the sets of the other generator.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ form more exactly."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
-"""Largest ratio of the remaining RMS to the noise of the repeats; larger ratios count as this
-one."""
+"""Largest ratio of the remaining RMS to the noise of the repeats; larger ratios are replaced by
+it."""
 MOST_NOT_WHITE = 20.0
-"""Largest −log₁₀ p of whiteness; larger values count as this one."""
+"""Largest −log₁₀ p of whiteness; larger values are replaced by it."""
 LIKE_BENCHMARK = 2
 """Number of differences (:mod:`distance`) from which on a set is reported as unlike the
 benchmark."""

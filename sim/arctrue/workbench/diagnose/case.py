@@ -38,7 +38,7 @@ NEAR_TIE = 6.0
 """ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Relative difference up to which two gains count as those of the same columns; a search determines
+"""Relative difference up to which two gains count as gains of the same columns; a search determines
 the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
 """p below which a lack of fit is sure."""

@@ -64,10 +64,10 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
 
 
 def adds(item: Candidate, other: Candidate) -> bool:
-    """Tell whether the first effect still gains more than chance when the other is in the model.
+    """Tell whether ``item`` still gains more than chance when ``other`` is in the model.
 
-    Both gains use the same noise: the noise estimated with the first in the model or, if there is
-    none, with the other.
+    Both gains use the same noise: the noise estimated with ``item`` in the model or, if there is
+    none, with ``other`` in the model.
     """
     known = item.evidence or other.evidence
     solution, share = other.solution, 1.0
@@ -84,11 +84,11 @@ def adds(item: Candidate, other: Candidate) -> bool:
 
 
 def lead(item: Candidate, other: Candidate) -> float:
-    """Return twice the log of the ratio of the evidence of the first to that of the other.
+    """Return twice the log of the evidence of ``item`` divided by the evidence of ``other``.
 
     Both have the same noise, and each is a family of coefficients of one size
-    (:func:`family_gain`): a BIC would penalise the 23 faces of a polygon as if each had a size of
-    its own.
+    (:func:`family_gain`): a BIC would penalise the 23 faces of a polygon as if each face had a size
+    of its own.
     """
     known = item.evidence or other.evidence
     if known is None:
@@ -124,7 +124,7 @@ def family_gain(score: Score) -> float:
 
 
 def stands_in(best: Candidate, other: Candidate) -> bool:
-    """Tell whether the best effect, with the other in the model, adds at most the gain that its
+    """Tell whether the best effect, with ``other`` in the model, adds at most the gain that its
     search finds by chance."""
     return not adds(best, other)
 

@@ -39,15 +39,16 @@ COLOURED_SHARE = 0.99
 noise is then ten times the scatter of a single reading, and any effect that changes as slowly would
 count as noise."""
 UNSEEN_SHARE = 0.5
-"""Largest share of the generic effects that may need an RMS above that of the whole residual to be
-found; above this share, the set could not show most of what may be missing. Chosen, not calibrated.
+"""Largest share of the generic effects that may need an RMS above the RMS of the whole residual to
+be found; above this share, the set could not show most of what may be missing. Chosen, not
+calibrated.
 """
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that represent all others: slow and fast, whole and half. None is an effect
 without a wave."""
 HIGHEST_BLIND_ORDER = 1000
-"""Highest order up to which blind orders are listed; at 33° there are 8 of them. The list is only
-shown and decides nothing."""
+"""Highest order up to which blind orders are listed; with heads at 33° there are 8 blind orders.
+The list is only shown and decides nothing."""
 
 
 @dataclass(frozen=True)

@@ -62,8 +62,8 @@ large with at most this probability."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew, free on both sides."""
 FAR_BEHIND = 60.0
-"""A candidate whose ΔBIC is this far behind that of a real one needs no noise estimate of its
-own."""
+"""A candidate whose ΔBIC is this far behind the ΔBIC of a real effect needs no noise estimate of
+its own."""
 SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
 columns."""
@@ -121,9 +121,9 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     """Return the survey with evidence, the noise free on both sides, for every candidate that may
     be named.
 
-    The candidates of the catalogue are taken in the order of their ΔBIC, until none of the others
-    can be ahead of the best one that is significant and confirmed (the real one). The first product
-    of parts is added if it can be ahead of the real one.
+    The candidates of the catalogue are taken in the order of their ΔBIC, until no further candidate
+    can be ahead of the real effect: the best candidate that is significant and confirmed. The first
+    product of parts is added if it can be ahead of the real effect.
     """
     null = restricted_likelihood(tried.residuals)
     waiting = _near_to_a_name(tried)
@@ -180,7 +180,7 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
 
 
 def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
-    """Return those of ``items`` that would be significant without slow noise.
+    """Return the effects among ``items`` that would be significant without slow noise.
 
     This test also disregards offsets of the runs beyond the index repeatability, if the effect
     explains them: a drifting head causes them in one warm run. Every estimate contains at least the
@@ -207,7 +207,7 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
 
 
 def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
-    """Return those of ``items`` that are significant with the noise of ``white``."""
+    """Return the effects among ``items`` that are significant with the noise of ``white``."""
     scores = white.scores([(item.effect, item.nonlinear) for item in items])
     tests = tried.absent * tried.looks
     return [
@@ -248,7 +248,7 @@ def _gain_with(item: Candidate, real: Candidate) -> float:
 
 
 def _bic_with(item: Candidate, real: Candidate) -> float:
-    """Return ΔBIC of a candidate minus that of a real effect, both with the noise of the real
+    """Return ΔBIC of a candidate minus ΔBIC of a real effect, both with the noise of the real
     effect."""
     assert real.evidence is not None
     rows = rows_moved(item.size_arcsec, real.evidence.base.solution)
@@ -277,8 +277,7 @@ def _best_with(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
 
 
 def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Give each candidate without evidence of its own the gain with the noise of the real
-    effect."""
+    """Give each candidate without its own evidence the gain with the noise of the real effect."""
     assert real.evidence is not None
     base = real.evidence.base
     _score_with([item for item in items if item.evidence is None], real)

@@ -27,8 +27,8 @@ def look_alikes(
     """Return effects without a search that would look like ``best``, with what the set lacks for a
     test of each.
 
-    On the rows of the set, with the model projected out, the columns of such an effect contain
-    those of ``best`` and give at least half of its gain.
+    On the rows of the set, with the model projected out, the columns of such an effect contain the
+    columns of ``best`` and give at least half of the gain of ``best``.
     """
     found = {}
     for name, lacking in untestable.items():

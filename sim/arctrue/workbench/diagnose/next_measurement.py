@@ -116,7 +116,7 @@ def measurement_for(
 
 def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:
     """Return the first plan that distinguishes the best effect from all rivals. If there is none,
-    return the first plan that distinguishes the best effect from one of them."""
+    return the first plan that distinguishes the best effect from one rival."""
     own = NextMeasurement(best.effect.next_measurement, None)
     observations = best.solution.observations
     if not rivals or observations.rows > MOST_ROWS:

@@ -53,9 +53,10 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
     """Return in words why the lines of a log are one shape that repeats; None where they may be
     separate lines.
 
-    The harmonics of a jump fall as 1/n, those of a bend as 1/n². If the shape repeats at an order
-    of the model, the lines are whole orders above the model's orders, in even steps of that order,
-    and that order itself is no line. Stator slots or a gear also show the line at their base order.
+    The harmonics of a jump fall as 1/n, the harmonics of a bend as 1/n². If the shape repeats at an
+    order of the model, the lines are whole orders above the model's orders, in even steps of that
+    order, and that order itself is no line. Stator slots or a gear also show the line at their base
+    order.
     """
     lines = [line for cause in causes if not cause.in_time for line in cause.lines]
     orders = np.array([round(line.rate) for line in lines], dtype=np.int64)

@@ -33,7 +33,7 @@ ELECTRICAL_MULTIPLES = (1.0, 2.0)
 """Multiples of the signal period. The first is an offset of sine and cosine, the second a
 difference of gain or phase."""
 SHORTLIST = 8
-"""Number of products that are fitted with the noise free, to limit cost; the best of them
+"""Number of products that are fitted with the noise free, to limit cost; the best product
 decides."""
 LEAST_ARC_RAD = 1.5 * np.pi
 """Smallest arc of a reference run that counts as a whole turn."""

@@ -67,9 +67,9 @@ def posterior(
     The sum is 1. ``look_alikes``, which the set cannot test, look like the first of the class and
     are as probable. ``product`` is the best product of parts, unless it equals one of the
     candidates. ``excluded`` are effects that fit but that held-out rows, passes or speeds
-    contradict; the first of the class may be one of them, and ``unknown`` is then as likely as the
-    first. ``confounded``: the product is the first effect with another condition as its factor, and
-    as likely as the first. ``near_tie`` is the ΔBIC by which the rules prefer a name to a product,
+    contradict; if the first of the class is such an effect, ``unknown`` is as likely as the first.
+    ``confounded``: the product is the first effect with another condition as its factor, and as
+    likely as the first. ``near_tie`` is the ΔBIC by which the rules prefer a name to a product,
     ``advantage`` the ΔBIC by which they prefer a product to a name.
     """
     effects = len(candidates) + untestable
@@ -107,8 +107,8 @@ def posterior(
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
         # ``unknown`` may be ahead of a single effect by the odds that the rules require of a
-        # product. Where several effects explain the rows equally well, a smaller lead excludes none
-        # of them, and ``unknown`` may not be more probable than the first.
+        # product. Where several effects explain the rows equally well, a smaller lead excludes no
+        # effect, and ``unknown`` may not be more probable than the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
         # The first of a class can be excluded only because it does not show at every speed. It then
         # also counts as an excluded effect with its own probability, so that only another rival can

@@ -20,7 +20,8 @@ from arctrue.workbench.inference.significance import single_p_value
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5
-"""Prior probability that no effect is missing. It equals the probability that one is missing."""
+"""Prior probability that no effect is missing. It equals the probability that an effect is
+missing."""
 PRIOR_CATALOGUE = 0.4
 """Prior probability that an effect of the catalogue is missing; the effects of the catalogue share
 it evenly."""
@@ -40,7 +41,8 @@ class Weighed:
     trials: float
     """Number of places that share the effect's prior."""
     rows: int
-    """Number of rows that determine the effect's size: those of the channels that it changes."""
+    """Number of rows that determine the effect's size: the rows of the channels that the effect
+    changes."""
     freedom: float = float("inf")
     """Degrees of freedom of the noise variance: the number of independent rows (ten of 24,000 rows,
     if four runs are the sample)."""

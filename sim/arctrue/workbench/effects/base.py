@@ -160,8 +160,8 @@ false names."""
 class FitContext:
     """State of the present model, for effects whose columns depend on it.
 
-    The error function ε is that of the graduation, equation (9): arcseconds as a function of the
-    disc angle in radians.
+    The error function ε is the error of the graduation, equation (9): arcseconds as a function of
+    the disc angle in radians.
     """
 
     cosine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
@@ -409,7 +409,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Explain in words why the fitted values cannot be those of this effect; None: they can be.
+        """Explain in words why this effect cannot have the fitted values; None: it can.
 
         The check covers what the effect's physics requires of the values in addition to the shape
         of its columns. An effect whose values contradict its physics is not named. A check should
@@ -425,11 +425,10 @@ class Effect(ABC):
     def search_contradiction(
         self, found: Mapping[str, Parameter], observations: Observations
     ) -> str | None:
-        """Explain in words why the search parameters that were found cannot be those of this
-        effect.
+        """Explain in words why this effect cannot have the search parameters that were found.
 
         ``found``: every fitted parameter; search parameters have their σ at the maximum of the
-        likelihood. None: they can be.
+        likelihood. None: it can have them.
         """
         return None
 
@@ -561,8 +560,8 @@ def amplitude_and_phase(
 ) -> dict[str, Parameter]:
     """Convert c·cos x + s·sin x to amplitude·cos(x + phase), with standard uncertainties.
 
-    ``covariance`` is the 2 × 2 block of (c, s). The uncertainty of the phase is at most that of a
-    uniform distribution (180°/√3).
+    ``covariance`` is the 2 × 2 block of (c, s). The uncertainty of the phase is at most the
+    standard deviation of a uniform distribution (180°/√3).
     """
     amplitude = float(np.hypot(cosine, sine))
     direction = np.array([cosine, sine]) / amplitude if amplitude > 0.0 else np.array([1.0, 0.0])

@@ -33,7 +33,8 @@ def capture_block(
 
 
 def in_place_of_head(column: Columns, rows: CaptureRows) -> Columns:
-    """Place the columns of head i among those of heads 2 … H; the columns of the others are 0.
+    """Place the columns of head i among the columns of heads 2 … H; the columns of all other heads
+    are 0.
 
     ``column`` has shape (rows, k); the result has k columns for each of heads 2 … H.
     """

@@ -501,7 +501,7 @@ class ProductOfParts(Effect):
         if len(orders) != len(self.orders):
             return []
         if self.frame == "stator" and self.electrical_head is None:
-            # Head 1 reads y; the columns of y come after those of x.
+            # Head 1 reads y; the columns of y come after the columns of x.
             coefficients = coefficients[2 * len(orders) :]
         return paired_lanes(orders, coefficients)
 

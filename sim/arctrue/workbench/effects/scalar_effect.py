@@ -46,8 +46,9 @@ class ScalarOfEachHead(ScalarEffect):
     """An effect that exists at each head, such as a bracket angle or a delay, with one number per
     head.
 
-    Heads 2, 3, … have one coefficient each; an effect at head 1 changes all of them equally. The
-    setting ``heads``, if given, lists the heads that have coefficients and may contain head 1.
+    Heads 2, 3, … have one coefficient each; an effect at head 1 changes all these coefficients
+    equally. The setting ``heads``, if given, lists the heads that have coefficients and may contain
+    head 1.
     """
 
     defaults: ClassVar[Mapping[str, object]] = {"heads": []}

@@ -3,7 +3,7 @@
 An effect is found if its gain passes the F test of :mod:`significance`, and if held-out rows show
 it. It is also found without held-out rows if its evidence is too strong to be disregarded. These
 tests depend on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the
-tests is that of noncentral F and normal distributions.
+tests follows from noncentral F and normal distributions.
 """
 
 from __future__ import annotations
@@ -203,8 +203,8 @@ def _gain_of(
         weights, (residuals.capture_precise, residuals.reference_precise), strict=True
     ):
         if weight is not None and precise is not None and np.any(weight):
-            # The error of a row, given its neighbours, is C⁻¹r divided by the row's precision,
-            # whose mean over the rows is that of (C⁻¹r)².
+            # The error of a row, given its neighbours, is C⁻¹r divided by the row's precision, and
+            # the mean of this precision over the rows is the mean of (C⁻¹r)².
             shown += float(weight @ weight) / max(float(np.mean(precise**2)), 1e-300)
             rows += weight.size
     confirmed = held_out_gain(form.rank, shown)

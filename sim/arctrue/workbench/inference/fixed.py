@@ -34,7 +34,7 @@ def with_fixed_coefficients(
     context = context_of(draft)
     draft = replace(draft, context=context)
     left = draft.capture_residual_arcsec(), draft.reference_residual_arcsec()
-    # Coefficients from another set use no degree of freedom of this one: only constants are fitted
+    # Coefficients from another set use no degree of freedom of this set: only constants are fitted
     # to its rows.
     noise, unknown = estimated_noise(ModelDesign((), _leaving(observations, left), FitContext()))
     sums = [

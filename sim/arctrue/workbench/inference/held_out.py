@@ -1,7 +1,7 @@
 """Calculates the error on rows that were not fitted, given their neighbours and the noise's
 correlation.
 
-The rows are omitted in turn, a quarter of them at a time, as single rows. An omitted row is
+The rows are omitted in turn, a quarter of the rows at a time, as single rows. An omitted row is
 predicted from the model and from the coloured noise of its neighbours: the covariance, not the
 length of a fold, accounts for the correlation. The same noise is used for the model with the effect
 and without it.

@@ -17,7 +17,7 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
 """Smallest correlation at which a pair is listed; no decision uses it. At this correlation each σ
-is 2.3 times that of the coefficient alone, 1/√(1 − 0.9²)."""
+is 2.3 times the σ of the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
 """Share of a coefficient in directions that no row shows. Above it, the coefficient counts as not
 determined."""

@@ -143,7 +143,7 @@ def freedom_of_a_size(
     """Return the degrees of freedom of the noise in an effect's size, and the index's share in its
     variance.
 
-    ``weights`` and ``offsets`` are those of :meth:`Residuals.projected`.
+    ``weights`` and ``offsets`` are results of :meth:`Residuals.projected`.
     """
     observations, noise = residuals.observations, residuals.solution.noise
     runs = {

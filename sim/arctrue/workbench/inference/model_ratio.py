@@ -1,4 +1,4 @@
-"""Calculates the likelihood ratio of two models of one set, of which one contains the other."""
+"""Calculates the likelihood ratio of two models of one set; one model contains the other."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ModelRatio:
 
 
 def model_ratio(one: Solution, other: Solution) -> ModelRatio | None:
-    """Compare two models; return None if neither has all terms of the other."""
+    """Compare two models; return None if neither model has all terms of the other model."""
     if _contains(other, one):
         return _ratio(one, other, 2)
     if _contains(one, other):

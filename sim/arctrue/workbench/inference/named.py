@@ -68,7 +68,7 @@ def named_parameters(solution: Solution, covariance: Float | None = None) -> dic
     """Return every parameter with its standard uncertainty and unit.
 
     ``covariance``: covariance of all coefficients and, after them, of the continuous search
-    parameters of each term; by default that of the solution.
+    parameters of each term; by default the covariance of the solution.
     """
     own, sigmas = joint_uncertainty(solution)
     if covariance is not None:

@@ -4,8 +4,8 @@ contradict.
 At each value of the parameter, all other parameters and the noise have their most likely values.
 Such an interval also holds where the standard uncertainty of a linearised fit does not: slow noise
 that is estimated together with a drift has absorbed part of the drift, and a frequency of few
-periods is not a linear parameter. The limit of the likelihood ratio is that of Student's t with the
-degrees of freedom of the noise variance: exact for a linear parameter in white noise (Bates and
+periods is not a linear parameter. The limit of the likelihood ratio follows from Student's t with
+the degrees of freedom of the noise variance: exact for a linear parameter in white noise (Bates and
 Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
 """
 
@@ -211,7 +211,8 @@ def _as_a_walk(noise: Noise) -> Noise:
     """Return noise with the same steps from row to row, in which the slow parts are a random walk.
 
     The steps hardly distinguish a random walk from slow noise, but a slow walk hides a drift. The
-    search for the likeliest noise does not lead from one to the other, so that both are tried.
+    search for the likeliest noise does not lead from slow noise to a random walk, so that both are
+    tried.
     """
     laws = [
         None if law is None else replace(law, spectra=tuple(map(_slowest, law.spectra)))

@@ -53,7 +53,8 @@ class Score:
     information: Matrix
     """Normal matrix of the block, with the model projected out."""
     cross: Matrix
-    """Products of the model's columns (terms, run offsets, constant) with those of the block."""
+    """Products of the model's columns (terms, run offsets, constant) with the columns of the
+    block."""
     own_share: float
     """Share of the block's weighted squares that the model cannot explain, 0 to 1."""
 
@@ -91,8 +92,8 @@ def own_directions(
 def above_the_phase_noise(
     projected: Matrix, moment: Matrix, noise: Matrix
 ) -> tuple[Matrix, Matrix]:
-    """Return ``projected`` and ``moment`` in the directions in which the squares exceed those of
-    phase noise.
+    """Return ``projected`` and ``moment`` in the directions in which the squares exceed the squares
+    of phase noise.
 
     ``noise``: squares that the noise of the readings gives each column, shape (columns,). If the
     rows have few different signal phases, the model explains most of a wave, and the part that it

@@ -267,8 +267,8 @@ def _inside_a_gap(
     resolve, if it differs significantly from that whole or half order.
 
     Two lines are resolved at 1/(2·turns). The place of a single line is the more exact, the higher
-    the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it has
-    an order of its own if its gain exceeds that at the whole or half order by TOLD_APART.
+    the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
+    has an order of its own if its gain exceeds the gain at the whole or half order by TOLD_APART.
     """
     resolution = residuals.observations.order_resolution
     near = _away_from_halves(orders) < resolution
@@ -314,7 +314,8 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     shortest = min((period for period in periods if period > 0.0), default=0.0)
     if shortest <= 0.0:
         return []
-    # A long run is cut into windows, whose powers are added like those of the runs.
+    # A long run is cut into windows, and the powers of the windows are added like the powers of the
+    # runs.
     window_s = min(longest, LONGEST_WINDOW * shortest) * (1.0 + 1e-9)
     spacing = 0.25 / min(longest, window_s)
     total = np.zeros(0)
@@ -347,7 +348,7 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         return moved_to_maximum(
             effect, residuals, scored(effect, residuals, coarse, trials), "frequency", spacing
         )
-    # The whole run resolves frequencies that lie between those of a window.
+    # The whole run resolves frequencies that lie between the frequencies of a window.
     places = [
         {"frequency": float(frequency)}
         for place in coarse[:2]

@@ -108,8 +108,8 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         columns[:, own] = 0.0
         left = rows.difference_arcsec - columns @ solution.coefficients
         left -= solution.run_offsets_arcsec[run]
-        # Log likelihood of a step before row k minus that of no step: Σ_{i ≥ k} step·(left −
-        # step/2).
+        # Log likelihood of a step before row k minus the log likelihood of no step: Σ_{i ≥ k}
+        # step·(left − step/2).
         gain = np.cumsum((step * (left - 0.5 * step))[::-1])[::-1]
         best = float(rows.time_s[int(np.argmax(gain))])
         terms[index] = replace(term, nonlinear={**term.nonlinear, instant_name: best})

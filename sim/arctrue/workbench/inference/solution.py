@@ -52,7 +52,7 @@ class Solution:
     """True if the coefficients are fitted to every row of a set, while the statistics use only a
     part of its rows."""
     held: bool = False
-    """True if the coefficients are those of another set: only offsets were fitted to this set."""
+    """True if the coefficients were fitted to another set: only offsets were fitted to this set."""
     unknown_noise: frozenset[str] = frozenset()
     """Channels that have too few rows for their coefficients, so that the rows do not show their
     scatter."""
@@ -336,5 +336,6 @@ def _instant_sigma_s(solution: Solution, index: int) -> float:
     noise = 0.0 if of_rows is None else of_rows.white_rms_arcsec
     scatter = position_sigma_samples(abs(step), noise)
     within_s = float(np.hypot(scatter, np.sqrt(1.0 / 12.0)) * solution.observations.sample_period_s)
-    # σ is at most that of an instant with equal probability anywhere in the run.
+    # σ is at most the standard deviation of an instant that is equally probable anywhere in the
+    # run.
     return min(within_s, solution.observations.longest_run_s / float(np.sqrt(12.0)))

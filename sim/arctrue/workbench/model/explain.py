@@ -2,7 +2,8 @@
 effect.
 
 Each step estimates the noise anew. At the end every added effect is omitted once: an effect that
-later effects replace is dropped, and the others are sorted by the error that they explain.
+later effects replace is dropped, and the remaining effects are sorted by the error that they
+explain.
 """
 
 from __future__ import annotations

@@ -140,9 +140,10 @@ def harmonics_of_reading(
 ) -> ReadingHarmonics:
     """Return the orders of a fitted model that a correction by the reading can remove.
 
-    An order counts if it is significant: the covariance is that of a fit of the model to
-    ``observations``, the limit is that of the calibration. ``taken``: places in the model of
-    effects that lanes with a condition correct. Raises ValueError for a model without coefficients.
+    An order counts if it is significant: the covariance comes from a fit of the model to
+    ``observations``, and the limit is the limit of the calibration. ``taken``: places in the model
+    of effects that lanes with a condition correct. Raises ValueError for a model without
+    coefficients.
     """
     left_out: list[str] = []
     entries = []
@@ -241,7 +242,7 @@ def _with_temperature(
     taken: frozenset[int],
 ) -> _Thermal:
     """Evaluate the model at T₀ and THERMAL_SPAN_K below and above; an order counts if it is
-    significant at one of them."""
+    significant at one of these temperatures."""
     reference_c = observations.reference_temperature_c
     count = arcsec_per_count(observations.counts_per_rev or 0)
     cold, middle, warm = (

@@ -23,7 +23,8 @@ def table_rows(
 ) -> ReferenceRows:
     """Return rows (n,) at these angles and conditions, in the form of a reference's rows.
 
-    Raises ValueError for a condition that is not known, or whose length is not that of the angles.
+    Raises ValueError for a condition that is not known, or whose length differs from the length of
+    the angles.
     """
     angle = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=np.float64)))
     if angle.ndim != 1:

@@ -11,7 +11,7 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import ReferenceRows
 
 MOST_ORDER = 20
-"""Highest order of the model; it equals that of the default model."""
+"""Highest order of the model; it equals the highest order of the default model."""
 LEAST_ORDER = 2
 """Smallest allowed value of the highest order: a correction needs eccentricity and ovality."""
 

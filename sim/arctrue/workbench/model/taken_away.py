@@ -306,8 +306,8 @@ def _values(
 
 
 def _rows_of_head1(observations: Observations) -> ReferenceRows | None:
-    """Return rows for the error of head 1: those of the capture or, without a capture, of the
-    reference."""
+    """Return rows for the error of head 1: the rows of the capture or, without a capture, the rows
+    of the reference."""
     rows = observations.capture
     if rows is None:
         return observations.every_reference_row

@@ -92,8 +92,8 @@ class KernelFit:
 def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
     """Return the maximum of the likelihood that is reached from ``start``.
 
-    In noise with more than MOST_FREE columns only the last part is fitted and the others are fixed,
-    because that part was added to noise at its maximum.
+    In noise with more than MOST_FREE columns only the last part is fitted and all other parts are
+    fixed, because that part was added to noise at its maximum.
     """
     low, high = _limits(rows, start)
     whole = np.clip(start.logs, low, high)

@@ -29,10 +29,11 @@ class NoiseLaw:
     runs: Integer
     """Names of the runs, in increasing order."""
     run_scale: Float
-    """Standard deviation of each run divided by that of its spectrum, shape (runs,)."""
+    """Standard deviation of each run divided by the standard deviation of its spectrum, shape
+    (runs,)."""
     angle_scale: Float | None = None
-    """Standard deviation in equal parts of the turn, divided by that of the spectrum, shape
-    (ANGLE_BINS,)."""
+    """Standard deviation in equal parts of the turn, divided by the standard deviation of the
+    spectrum, shape (ANGLE_BINS,)."""
     weightless: bool = False
 
     def on(self, rows: CaptureRows | ReferenceRows) -> RowNoise:

@@ -37,7 +37,8 @@ def row_noise_arcsec(
     """
     if channel == "reference":
         return min(reference_noise_arcsec(observations, residual), rms_arcsec)
-    # Each estimate contains errors that the other does not contain, and neither is below the noise.
+    # Each estimate contains errors that the other estimate does not contain, and neither estimate
+    # is below the noise.
     at_one_phase = _at_one_phase_arcsec(observations, residual)
     at_one_angle = capture_noise_arcsec(observations, residual)
     return min(at_one_angle, at_one_phase or at_one_angle, rms_arcsec)

@@ -117,7 +117,8 @@ class RowNoise:
     spectra: tuple[Spectrum, ...]
     """Spectrum of each stretch."""
     scale: Float
-    """Standard deviation of each row divided by that of its spectrum, shape (rows,)."""
+    """Standard deviation of each row divided by the standard deviation of its spectrum, shape
+    (rows,)."""
     weightless: bool = False
     """True if the noise of this channel cannot be estimated, so that no fit uses its rows."""
 

@@ -56,7 +56,7 @@ class Spectrum:
         """Return the mean |Σ eᵢ·exp(−2πj·f·tᵢ)|² per row, for rows ``step`` apart, arcsec².
 
         White noise has its variance at every frequency. ``frequency`` is in periods per unit of the
-        clock; the sum over rows is that of the infinite series.
+        clock; the sum is over an infinite series of rows.
         """
         flat = np.ravel(np.asarray(frequency, dtype=np.float64))
         found = np.full(flat.size, self.white)

@@ -30,7 +30,7 @@ WALKS = (0.01, 0.1, 1.0, 10.0)
 rows."""
 ENOUGH = 0.0001
 """Gain of log likelihood below which a step of the search is the last: steps along a flat direction
-gain little, and many of them gain much."""
+gain little, and many such steps gain much."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum that is not possible for any rows."""
 

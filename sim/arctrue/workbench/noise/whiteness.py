@@ -116,7 +116,7 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
 WILD = 0.01
 """Probability that normal noise contains a row that counts as wild."""
 MOST_WILD = 0.02
-"""Largest share of wild rows; more of them are tails of the noise."""
+"""Largest share of wild rows; a larger share counts as tails of the noise."""
 
 
 def _orthonormal(rows: int, model: Float | None) -> Float:

@@ -44,7 +44,8 @@ def observations_of(
     """Make the observations of a measurement set.
 
     ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
-    the set's own median. ``mask_outliers``: False uses every row except those that the set masks.
+    the set's own median. ``mask_outliers``: if False, every row is used except the rows that the
+    set masks.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg.
     """

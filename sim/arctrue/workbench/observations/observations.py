@@ -92,7 +92,7 @@ class Observations:
         Parameters
         ----------
         sample : int
-            Number of the sample among those that are used, from 0.
+            Number of the sample among the samples that are used, from 0.
 
         Returns
         -------
@@ -108,7 +108,7 @@ class Observations:
         Parameters
         ----------
         row : int
-            Number of the row among those that are used, from 0.
+            Number of the row among the rows that are used, from 0.
 
         Returns
         -------

@@ -2,8 +2,9 @@
 
 The part consists of stretches of consecutive rows, spread over every run; a stretch has two turns
 if the run is long enough. Sample rate, electrical phase, turn-to-turn scatter and every run's own
-conditions are then those of the whole capture. An error that 150,000 rows of 0.2″ noise cannot show
-is smaller than 0.002″, far below the smallest error that matters (half a count RMS, 0.039″).
+conditions are then the same as in the whole capture. An error that 150,000 rows of 0.2″ noise
+cannot show is smaller than 0.002″, far below the smallest error that matters (half a count RMS,
+0.039″).
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""The conditions and the measured value of each row, as the effects' columns need them."""
+"""Defines rows with the conditions and the measured value, from which effects compute their
+design-matrix columns."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ class _Sliceable:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Make every array a read-only view, so that no effect can change the rows that others are
-        fitted to."""
+        """Make every array a read-only view, so that no effect can change the rows to which other
+        effects are fitted."""
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
@@ -66,7 +67,8 @@ class CaptureRows(_Sliceable):
     direction: Float
     """Direction of the run, +1 or −1."""
     speed_rad_s: Float
-    """Signed speed: the mean of the run if it turns evenly, otherwise that of the rows around."""
+    """Signed speed: the mean speed of the run if it turns evenly, otherwise the local speed, from
+    the rows around."""
     angle_rad: Float
     """Estimate of the true angle θ of the table, unwrapped."""
     disc1_rad: Float
@@ -90,7 +92,8 @@ class CaptureRows(_Sliceable):
     head_separation_rad: float
     """Nominal angle from head 1 to head 2 (or :attr:`head`), radians."""
     reference_temperature_c: float
-    """T₀ of the temperature effects: the model's, or the median over the whole set."""
+    """T₀ of the temperature effects: T₀ of the model, or the median temperature of the whole
+    set."""
     difference_arcsec: Float
     """R₂ − R₁ − α with the nominal α."""
     u_arcsec: Float | None = None
@@ -109,7 +112,7 @@ class CaptureRows(_Sliceable):
     further_electrical_rad: Float | None = None
     """Phases of the signal periods of heads 3 and 4, shape (rows, heads − 2)."""
     head: int = 2
-    """Number of the head i in Rᵢ − R₁, for which an effect states its columns."""
+    """Number of the head i in Rᵢ − R₁; an effect computes its columns for this head."""
 
     @property
     def measured_arcsec(self) -> Float:
@@ -145,7 +148,8 @@ class CaptureRows(_Sliceable):
         return f"run {run // self.channels} head {run % self.channels + 2}"
 
     def of_head(self, head: int) -> CaptureRows:
-        """Return the samples as rows of Rᵢ − R₁, for which an effect states what head i sees.
+        """Return the samples as rows of Rᵢ − R₁, from which an effect computes its columns for head
+        i.
 
         Parameters
         ----------
@@ -155,12 +159,12 @@ class CaptureRows(_Sliceable):
         Returns
         -------
         CaptureRows
-            Rows whose ``head`` is this one; ``channel`` is None.
+            Rows whose ``head`` is ``head``; ``channel`` is None.
 
         Raises
         ------
         ValueError
-            If these rows are already those of another head.
+            These rows already belong to another head.
         """
         if self.channel is None:
             if head == self.head:

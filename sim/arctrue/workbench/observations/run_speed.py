@@ -31,7 +31,7 @@ class RunSpeeds:
     """Speed of each row, (rows,); None if every run turns evenly."""
 
     def of(self, run: Integer, rows: slice | Integer) -> Float:
-        """Return the speed of the given rows; ``run`` is the run of each of them."""
+        """Return the speed of the given rows; ``run`` is the run of each row."""
         if self.local_rad_s is None:
             return self.mean_rad_s[run]
         return self.local_rad_s[rows]

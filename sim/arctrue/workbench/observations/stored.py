@@ -58,7 +58,7 @@ class StoredCapture:
     conditions: Mapping[str, Float] = field(default_factory=dict)
     reference_in_time: bool = False
     further_counts: tuple[Integer, ...] = ()
-    """Counts of heads 3 and 4, like those of heads 1 and 2."""
+    """Counts of heads 3 and 4, in the same form as the counts of heads 1 and 2."""
     sample: Integer | None = None
     """Number of the sample of each row; None if row k is sample k."""
     channel: Integer | None = None
@@ -108,7 +108,7 @@ class StoredCapture:
         return np.asarray(apart)
 
     def of_head(self, head: int) -> StoredCapture:
-        """Return every sample once, with the counts of head ``head`` in place of those of head
+        """Return every sample once, with the counts of head ``head`` in place of the counts of head
         2."""
         if self.channel is None or self.sample is None:
             return self

@@ -15,8 +15,8 @@ there, but the table cannot have gone back by a turn in this time."""
 
 
 def unwrapped(columns: Reference) -> Reference:
-    """Return the columns, with angles that continue past a turn if the angles are those of a
-    wrapped log.
+    """Return the columns, with angles that continue past a turn if the angles come from a wrapped
+    log.
 
     A log is wrapped if its rows are close together and within one turn, and if in some places the
     angle jumps back by about a turn between two successive readings of a run. Without this

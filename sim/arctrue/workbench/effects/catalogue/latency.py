@@ -1,4 +1,4 @@
-"""The reading of the table is older than that of the reference."""
+"""The reading of the table is older than the reading of the reference."""
 
 from __future__ import annotations
 

@@ -80,9 +80,10 @@ class PolygonFaceError(Effect):
         are independent.
 
         Patterns are a wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125
-        (1929) 54), one or some neighbouring faces as outliers among the others (Grubbs, Ann. Math.
-        Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of variance). A
-        motion of the table itself causes such patterns; a polygon on the table shows it as well.
+        (1929) 54), one face or some neighbouring faces as outliers among the other faces (Grubbs,
+        Ann. Math. Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of
+        variance). A motion of the table itself causes such patterns; a polygon on the table shows
+        it as well.
         """
         values = coefficients - coefficients.mean()
         size, level = values.size, CONTRADICTED_P

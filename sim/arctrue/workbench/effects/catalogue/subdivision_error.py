@@ -24,8 +24,8 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 WORTH_P = 0.01
-"""A multiple of the phase is kept if chance gives its gain, that of two columns per head, with at
-most this probability."""
+"""Largest probability that chance gives the gain of a multiple of the phase, with two columns per
+head, at which the multiple is kept."""
 
 
 class SubdivisionError(Effect):

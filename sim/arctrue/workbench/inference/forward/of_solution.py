@@ -24,7 +24,7 @@ LEAST_STRETCH_ROWS = 50
 """Fewest rows of a stretch: ten periods of the shortest line of the search."""
 LEAST_EVENT_ROWS, LEAST_STRETCH_STATIONS = 30, 12
 """Fewest rows of a record, and of each of its stretches, for the search of events: with fewer rows,
-a step does not differ from a straight line through all of them."""
+a step does not differ from a straight line through all rows."""
 LEAST_FREE = 0.5
 """Smallest share of the rows that the base must leave as degrees of freedom. With less, 1 of 10
 sets of white noise shows a step (``python -m scripts.calibrate_line_search --short``, 72 stations

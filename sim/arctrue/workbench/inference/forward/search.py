@@ -53,9 +53,9 @@ MOST_MULTIPLE = 8
 """Highest multiple of a declared rate that is searched."""
 OSCILLATOR_GAIN = 7.0
 """Log likelihood that a line must gain over an oscillator at its frequency. In 24 logs of a
-resonance that keeps its phase for a sixth of the log, 65 places pass all other tests, and none of
-them gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``). In
-other noise no place passes the other tests, or it gains 5.1 at most."""
+resonance that keeps its phase for a sixth of the log, 65 places pass all other tests, and no place
+gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``). In other
+noise, no place passes the other tests, or a place that passes them gains at most 5.1."""
 PREDICTED_SHARE = 0.5
 """Smallest share of a line's own error that the other blocks must predict."""
 NOT_WHITE = 1e-4
@@ -251,7 +251,7 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
     spectrum.
 
     The level is the median of the periodogram of the whitened residuals over NEIGHBOURS ordinates,
-    divided by that of white noise, ln 2: a line among them does not change the median.
+    divided by the median for white noise, ln 2: a line among them does not change the median.
     """
     left = _whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size

@@ -49,8 +49,8 @@ SCALE_ROWS = 256
 END_ROWS = 4 * SCALE_ROWS
 """Number of rows at each end of a run that show how accurately one side predicts a row."""
 WAVE_ORDERS = 20
-"""Number of orders, those of the paper's model, that are subtracted before rows on both sides of a
-gap are compared."""
+"""Number of orders, as in the paper's model, that are subtracted before rows on both sides of a gap
+are compared."""
 WAVE_CONDITION = 1e-6
 """Share of the largest singular value below which an arc does not separate orders."""
 MOST_FITTED = 20_000
@@ -82,7 +82,8 @@ def far_threshold(rows: int, scatter_rows: float) -> float:
 
 
 def local_scatter(away: Float, resolution: float) -> Float:
-    """Return the robust standard deviation around each row, (rows,), at least that of all rows.
+    """Return the robust standard deviation around each row, (rows,), at least the standard
+    deviation of all rows.
 
     It is the largest scatter of a stretch of SCALE_ROWS rows and its two neighbours, so that rows
     with larger noise over a part of the turn are no outliers. Values with steps of ``resolution``
@@ -105,8 +106,8 @@ def local_scatter(away: Float, resolution: float) -> Float:
 def middle(values: Float) -> Float:
     """Return the mean of the middle fifth along the last axis, (…, rows) → (…).
 
-    It replaces a median, which has steps: the median of rounded values is one of them, or half-way
-    between two.
+    It replaces a median, which has steps: the median of rounded values is a rounded value, or
+    half-way between two.
     """
     last = values.shape[-1] - 1
     low, high = int(np.floor(0.4 * last)), int(np.ceil(0.6 * last))
