@@ -103,7 +103,8 @@ class FitParameters(Mapping[str, FitParameter]):
         self._parameters = dict(parameters)
 
     def __getitem__(self, name: str) -> FitParameter:
-        """Return one parameter; raises KeyError with the names that are like an unknown one."""
+        """Return the parameter ``name``; raises KeyError, which lists similar names, for an unknown
+        name."""
         if name not in self._parameters:
             raise KeyError(
                 f"no parameter {name!r}.{did_you_mean(name, self._parameters)} There are: "
@@ -344,7 +345,7 @@ class FitResult:
         return "\n".join(lines)
 
     def plot(self) -> Pictures:
-        """Draw the residual by branches, and its maps.
+        """Draw the residual over the angle, by run and direction, and its maps.
 
         Returns
         -------

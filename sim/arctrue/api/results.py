@@ -40,7 +40,7 @@ class Comparison:
     solution: Solution = field(repr=False)
 
     def plot(self) -> Pictures:
-        """Draw the residual by branches, and its maps.
+        """Draw the residual over the angle, by run and direction, and its maps.
 
         Returns
         -------
@@ -66,7 +66,7 @@ class Comparison:
 
 
 def comparison_pictures(solution: Solution, result: ModelComparison) -> Pictures:
-    """Draw the residual by branches, and its maps."""
+    """Draw the residual over the angle, by run and direction, and its maps."""
 
     def charts() -> Any:
         from arctrue.report.charts.comparison_charts import comparison_charts
@@ -78,7 +78,7 @@ def comparison_pictures(solution: Solution, result: ModelComparison) -> Pictures
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Result of a diagnosis: the missing effect.
+    """Result of a diagnosis: the verdict, and the missing effect if the verdict names one.
 
     Parameters
     ----------

@@ -25,11 +25,11 @@ EXTRA_OF: Mapping[str, str] = {
     "distributed": "cluster",
     "xmlschema": "certificate",
 }
-"""The extra of pyproject.toml that installs each package, by the name it is imported with."""
+"""The extra of pyproject.toml that installs each package, by the package's import name."""
 
 
 class MissingExtraError(ImportError, ValueError):
-    """A package of an extra is needed and not installed; the text has the command for it."""
+    """A package of an extra is needed and not installed; the text contains the install command."""
 
 
 def missing_extra(error: ModuleNotFoundError) -> MissingExtraError | None:

@@ -39,7 +39,7 @@ class AxisOrbit:
 
 
 def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
-    """Return the axis orbit of the first run in the set's own calibration; None for two heads.
+    """Calibrate the set and return the axis orbit of its first run; None for two heads.
 
     Raises CaptureRefusedError or ValueError for a set that does not determine the orbit.
     """
@@ -56,7 +56,8 @@ def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
 def axis_orbit(
     turns: WholeTurns, disc: HeadsOnDisc, counts_per_rev: int, noise_arcsec: float
 ) -> AxisOrbit:
-    """Solve every sample of one run; ``disc`` is calibrated from this or another capture.
+    """Solve for θ, x and y at every sample of one run; ``disc`` is calibrated from this or another
+    capture.
 
     Raises ValueError for fewer than three heads, which do not determine θ, x and y.
     """

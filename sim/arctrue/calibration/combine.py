@@ -49,9 +49,10 @@ def combined_estimate(
     run with different values does not count as noisy; ``residual_rms_by_run``: RMS of the residuals
     with the common values.
 
-    The covariance is that of white noise with each run's own variance, times the residual's power
-    near each order over its mean power (noise that is not white then counts at its own orders),
-    times the disagreement between runs if it exceeds chance, plus the contribution of α.
+    The covariance of white noise, with each run's own variance, is multiplied by the residual's
+    power near each order over its mean power (noise that is not white then counts at its own
+    orders) and by the disagreement between runs if it exceeds chance; the contribution of α is
+    added.
     """
     sigmas = noise_by_run(own_residuals, 2 * seen.size + 1)
     covariance = np.linalg.inv(_sum(information, sigmas))

@@ -1,7 +1,7 @@
 """Fits the error by the Fourier method of the paper, equations (1)–(7).
 
 The method assumes K samples at equal steps of the true angle over whole turns. Samples at equal
-*times* and uneven speed violate this; ``least_squares`` does not need it.
+*times* and uneven speed violate this assumption; ``least_squares`` does not need it.
 """
 
 from __future__ import annotations

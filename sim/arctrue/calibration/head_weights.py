@@ -6,9 +6,9 @@ of head i.
 
 With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with the table and contains no translation
 of the axis, at any order, repeating or not. Three heads have one solution. Four heads have a family
-of solutions, of which the one with the least noise √Σwᵢ² is taken. Two heads have a solution at
-180° only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 contains neither the motion of the
-table nor the motion of the axis; it needs four heads.
+of solutions; the solution with the least noise √Σwᵢ² is taken. Two heads have a solution at 180°
+only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 contains neither the motion of the table
+nor the motion of the axis; it needs four heads.
 """
 
 from __future__ import annotations
@@ -110,8 +110,8 @@ def weights_without_each(
     *,
     noise_limit: float = NOISE_LIMIT,
 ) -> tuple[Float | WeightsRefusedError, ...]:
-    """Return one entry for each head: the weights (H,) of the mean without it, 0 for that head
-    itself.
+    """Return one entry for each head: the weights (H,) of the mean without this head, 0 for this
+    head itself.
 
     Where no weights can be used, the entry is the refusal.
     """
@@ -136,8 +136,8 @@ def weight_words(
 ) -> NDArray[np.int32]:
     """Return weights as s1.16 words whose sum is 2¹⁶ exactly, (H,); a weight 0 stays 0.
 
-    Among the words within 2 units of each weight, those with the smallest share of a translation
-    are selected. Raises WeightsRefusedError for a weight that s1.16 does not hold.
+    Among the words within 2 units of each weight, the words with the smallest share of a
+    translation are selected. Raises WeightsRefusedError for a weight that s1.16 does not hold.
     """
     values = np.asarray(weights, dtype=np.float64) * WEIGHT_ONE
     columns = translation_columns(places_rad, radius_ratios)

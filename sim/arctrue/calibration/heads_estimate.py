@@ -33,7 +33,7 @@ class AxisCircle:
 class HeadsEstimate:
     """Values of ``state`` with their ``covariance``, (size, size), in the units of its layout.
 
-    The columns after those of the layout are the offsets of heads 2, 3 and 4 for each run in turn,
+    The columns after the layout's columns are the offsets of heads 2, 3 and 4 for each run in turn,
     in arcseconds. A value that was held fixed has variance 0.
     """
 

@@ -2,7 +2,7 @@
 
 The mean Σwᵢrᵢ has the error E = Σwᵢ·ε under head i. With g(R) = ε(θ) as a function of the reading,
 as the calibration fits it, and y_i the disc reading under head i, y_i = θ + p_i + g_i(y_i), the
-readings rᵢ = y_i − p_i give E = Σwᵢ·g_i(y_i). It is calculated here at even steps of the carrier's
+readings rᵢ = y_i − p_i give E = Σwᵢ·g_i(y_i). E is calculated here at even steps of the carrier's
 r_s: θ = r_s − g_s(r_s + p_s) without approximation.
 """
 
@@ -32,8 +32,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ROUNDS = 6
-"""Number of iterations. Each multiplies the error of y_i by |dε/dR| ≤ 10⁻²; after six it is below
-the resolution of float64."""
+"""Number of iterations. Each iteration multiplies the error of y_i by |dε/dR| ≤ 10⁻²; after six
+iterations the error is below the resolution of float64."""
 
 
 @dataclass(frozen=True)

@@ -341,8 +341,8 @@ def _stands_for(pattern: str, name: str) -> bool:
 
 
 def _value(item: SearchParameter, share: float) -> float:
-    """Return the value at ``share`` of the range of a search parameter; an integer where it must be
-    one."""
+    """Return the value at ``share`` of the range of a search parameter; an integer if the parameter
+    is an integer."""
     value = item.low + share * (item.high - item.low)
     return float(round(value)) if item.integer else value
 

@@ -148,7 +148,7 @@ def _centred(residuals: Residuals, channel: str) -> Float:
 def ranked_findings(
     residuals: Residuals, maps: Sequence[ResidualMap], excess: Mapping[str, ExcessOf]
 ) -> list[Finding]:
-    """Return all findings: the independent ones first, each followed by its shadows."""
+    """Return all findings: the independent findings first, each followed by its shadows."""
     found: list[Finding] = []
     for channel, reference in excess.items():
         found += _ranked(residuals, channel, maps, reference)
@@ -165,7 +165,8 @@ def ranked_findings(
 
 
 def _products(residuals: Residuals, channel: str, known: set[str]) -> list[_Follower]:
-    """Return the products of parts that the residuals follow beyond chance, without known ones."""
+    """Return the products of parts that the residuals follow beyond chance, without the products in
+    ``known``."""
     found: list[_Follower] = []
     for item in best_parts(residuals, look_alikes=True):
         if corrected_p_value(item.gain, item.rank, item.trials, 1) > SIGNIFICANCE:

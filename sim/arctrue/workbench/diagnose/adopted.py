@@ -30,7 +30,7 @@ class AdoptedProduct(ProductOfParts):
     defaults: ClassVar[dict[str, object]] = {}
 
     def __init_subclass__(cls, **keywords: Any) -> None:
-        """Make the attributes the defaults of the settings."""
+        """Use the class attributes as the defaults of the settings."""
         super().__init_subclass__(**keywords)
         if "defaults" not in vars(cls):
             cls.defaults = {

@@ -53,7 +53,7 @@ def _of_samples(item: Candidate) -> list[float]:
 
     Each order is scored on the rows themselves: runs that start at different angles or have other
     numbers of samples per turn exclude an alias, and so does a reference. The list is empty for an
-    effect that was not weighed.
+    effect without evidence.
     """
     order = item.nonlinear.get("order", 0.0)
     if order <= 0.0 or item.evidence is None:

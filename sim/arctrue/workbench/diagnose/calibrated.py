@@ -40,8 +40,8 @@ FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 ``stated.csv``. The scores of the chosen features are a little optimistic; only answers that were
 made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
-"""Least distance of the evidence from 0 and 1: likelihoods do not determine the probability of a
-form more exactly."""
+"""Least distance of the evidence from 0 and 1: likelihoods do not determine a probability more
+exactly."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
@@ -50,7 +50,7 @@ it."""
 MOST_NOT_WHITE = 20.0
 """Largest −log₁₀ p of whiteness; larger values are replaced by it."""
 LIKE_BENCHMARK = 2
-"""Number of differences (:mod:`distance`) from which on a set is reported as unlike the
+"""Smallest number of differences (:mod:`distance`) at which a set is reported as unlike the
 benchmark."""
 
 
@@ -66,8 +66,8 @@ class Calibration:
         """Return the mean of the logistic function of a row (n,) of features over the uncertain
         coefficients.
 
-        After n answers of a kind that were all right, the next one is right with probability (n +
-        1)/(n + 2) (Laplace); this limits the stated probability on both sides.
+        If n answers of a kind were all right, the next answer is right with probability (n + 1)/(n
+        + 2) (Laplace); this limits the stated probability on both sides.
         """
         value = float(row @ self.coefficients)
         variance = float(row @ self.covariance @ row)

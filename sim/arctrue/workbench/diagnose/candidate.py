@@ -36,9 +36,10 @@ class Candidate:
     trials: float
     solution: Solution
     delta_bic: float
-    """BIC before minus BIC after, with a charge for each searched place: above 0 is better."""
+    """BIC before minus BIC after, reduced for each searched place; above 0 the effect improves the
+    model."""
     size_arcsec: dict[str, float]
-    """RMS by which the effect changes the prediction where it acts, by channel."""
+    """RMS of the effect's change of the prediction where the effect acts, by channel."""
     p_corrected: float
     rows: int
     """Number of rows of the channels that the effect changes; only these rows determine its
@@ -77,7 +78,7 @@ class Candidate:
 
     @cached_property
     def moved_arcsec(self) -> dict[str, float]:
-        """RMS over every row by which the effect changes the prediction, by channel."""
+        """RMS of the effect's change of the prediction over all rows, by channel."""
         if self.evidence is None:
             return self.size_arcsec
         before = self.evidence.base.solution

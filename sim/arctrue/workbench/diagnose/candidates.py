@@ -150,8 +150,8 @@ def _candidate(
 
 
 def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
-    """Return what the set lacks for orders that do not complete a period on the arc of the
-    reference.
+    """Return, in words, the data that the set lacks for orders that do not complete a period on the
+    arc of the reference.
 
     Such orders are a slow curve, like a drift, and contain no information about the disc.
     """

@@ -58,7 +58,7 @@ model."""
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A survey with the quantities that the rules need, each calculated once."""
+    """A survey and the quantities that the rules need; each quantity is calculated once."""
 
     survey: Survey
     effects: Mapping[str, type[Effect]]
@@ -127,8 +127,8 @@ class Case:
     def best(self) -> Candidate | None:
         """The first of ``real``, or a larger effect that contains it and adds more than chance.
 
-        A regular cause that explains more error replaces it. A regular cause also replaces drifts
-        and events, because the prediction of blocks cannot judge what happens once.
+        A regular cause that explains more error replaces this effect. A regular cause also replaces
+        drifts and events, because the prediction of blocks cannot judge an event that happens once.
         """
         found, regular = _large_enough(self.real), self.regular
         if found is None or regular is None or found is regular:
@@ -171,7 +171,7 @@ class Case:
 
     @cached_property
     def oscillation(self) -> Oscillation | None:
-        """A damped oscillation in the noise, larger than what is negligible.
+        """A damped oscillation in the noise, larger than the negligible size.
 
         In a capture, the oscillation is searched for if the whitened residuals are not white, or if
         an effect was found or refused.
@@ -204,7 +204,7 @@ class Case:
 
     @cached_property
     def similar(self) -> Similar:
-        """Candidates that this data cannot distinguish from the best.
+        """Candidates that this data cannot distinguish from the best effect.
 
         An order of the disc above half the samples per turn may be the alias of a line of any
         order.
@@ -216,8 +216,8 @@ class Case:
 
     @cached_property
     def rivals(self) -> list[Candidate]:
-        """Candidates in ``similar`` without more coefficients than the best, and the larger ones
-        that are as likely."""
+        """Candidates in ``similar`` without more coefficients than the best effect, and larger
+        candidates that are as likely."""
         best, similar = self.best, self.similar
         assert best is not None
         larger = [self.others[name] for name in similar.larger]
@@ -226,8 +226,8 @@ class Case:
 
     @cached_property
     def look_alikes(self) -> dict[str, list[str]]:
-        """Effects that this set cannot test and whose columns look like those of the best effect,
-        each with what the set lacks."""
+        """Effects that this set cannot test and whose columns look like the columns of the best
+        effect, each with the data that the set lacks."""
         best, survey = self.best, self.survey
         if best is None or best.effect.unspecific:
             return {}
@@ -241,7 +241,8 @@ class Case:
 
     @cached_property
     def stand_in(self) -> Candidate | None:
-        """A product of parts that explains the same error as the best and is not in its class."""
+        """A product of parts that explains the same error as the best effect and is not in the
+        class of that effect."""
         best, product = self.best, self.product
         assert best is not None
         if product is None or not stands_in(best, product):
@@ -284,7 +285,8 @@ class Case:
 
     @cached_property
     def before_and_after(self) -> tuple[Left, Left] | None:
-        """Residuals of the model without and with the best effect; None if it cannot be added."""
+        """Residuals of the model without and with the best effect; None if the effect cannot be
+        added."""
         after = None if self.best is None else self._added.after(self.best.name)
         return None if after is None else (self.before, after)
 

@@ -30,8 +30,8 @@ are equal."""
 
 @dataclass
 class Similar:
-    """Names of the candidates that this data cannot distinguish from the best: those without more
-    coefficients, and larger ones that contain the best."""
+    """Names of the candidates that this data cannot distinguish from the best candidate: candidates
+    without more coefficients, and larger candidates that contain the best candidate."""
 
     equals: list[str] = field(default_factory=list)
     larger: list[str] = field(default_factory=list)
@@ -145,7 +145,12 @@ def _explained(line: Candidate, other: Candidate) -> bool:
 
 def of_its_order(line: Candidate, other: Candidate) -> bool:
     """Tell whether the other effect searched the disc order of the line, and explains most of the
-    line."""
+    line.
+
+    A line has a size and a phase for each head, so that it also fits small changes of an order of
+    the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The line must gain as
+    much at that whole order as at its own order; otherwise the orders differ.
+    """
     if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):
         return False
     known = line.evidence or other.evidence

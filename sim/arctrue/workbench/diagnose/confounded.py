@@ -29,8 +29,8 @@ FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "referen
 
 
 def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
-    """Return the same error as a function of another condition of the set, if the rows cannot
-    distinguish the two conditions. If several conditions qualify, return the most probable.
+    """Return the error of ``best`` as a function of another condition of the set, if the rows
+    cannot distinguish the two conditions. If several conditions qualify, return the most probable.
 
     The result is None where ``best`` does not state its parts, or where the rows decide: twice the
     log likelihood of ``best`` is ``near_tie`` or more ahead.

@@ -28,7 +28,8 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import Observations
 
 MOST_UNTESTED = 0.5
-"""Largest share of untestable effects with which a set may still say that nothing is missing.
+"""Largest share of untestable effects with which a set may still support the verdict that nothing
+is missing.
 
 With half of the catalogue unseen, the priors of :mod:`probabilities` give odds of 0.5 : (0.4/2 +
 0.01), 2.4 to 1, that nothing is missing; above 3 to 1 evidence is "positive" (Kass and Raftery, J.
@@ -66,7 +67,8 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Blindness:
-    """Reason why the set cannot show that the model is adequate, and the measurement that could."""
+    """Reason why the set cannot show that the model is adequate, and the measurement that could
+    show it."""
 
     reason: str
     next_measurement: str
@@ -121,7 +123,8 @@ def blind_orders(residuals: Residuals) -> list[int]:
 def blindness(
     residuals: Residuals, found: Coverage, residual_rms_arcsec: Mapping[str, float], matters: float
 ) -> Blindness | None:
-    """Return why the set does not support the verdict "adequate"; None where it does."""
+    """Return the reason why the set does not support the verdict "adequate"; None if it supports
+    it."""
     return (
         _little_testable(found)
         or _slow_noise(residuals, matters)
@@ -133,7 +136,13 @@ def effect_or_noise(
     candidates: Sequence[Candidate], tests: int, matters: float
 ) -> Blindness | None:
     """Return the effects that matter and explain the rows as well as slow noise does; None if there
-    is no such effect."""
+    is no such effect.
+
+    Such an effect is significant with the noise estimated with the effect in the model, but not
+    with the larger slow noise of the model without the effect, and the likelihoods cannot
+    distinguish the two models. ``tests``: number of candidates by which the effect's p is
+    corrected.
+    """
     alike = [
         item.name
         for item in candidates

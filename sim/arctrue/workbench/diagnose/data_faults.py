@@ -27,8 +27,8 @@ Boolean = NDArray[np.bool_]
 STEP_TOLERANCE = 0.1
 """Relative deviation from the steps around it up to which a step is plausible."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""A run counts as meant to be whole turns if its number of turns is within this distance of a whole
-number."""
+"""Largest distance of a run's number of turns from a whole number at which the run counts as meant
+to be whole turns."""
 LEAST_GAP_STEPS = 3.0
 """Number of usual steps above which a step means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
@@ -55,7 +55,7 @@ row to row."""
 def data_faults(observations: Observations) -> list[str]:
     """Describe the faults of the rows, each with file, run, row, expected value and found value."""
     found: list[str] = []
-    # All rows of a long capture are examined, not only those that the statistics use.
+    # All rows of a long capture are examined, not only the rows that the statistics use.
     for rows in observations.pairs():
         found += _separation_fault(rows)
         spans = run_spans(rows.run)

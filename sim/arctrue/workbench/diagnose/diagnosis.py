@@ -65,7 +65,7 @@ class Diagnosis:
     left: Mapping[str, Left] = field(default_factory=dict)
     """Residual of the model with the stated effect, and with each effect that looks like it."""
     unlike: tuple[str, ...] = ()
-    """Ways in which the set is unlike the sets that the probabilities were calibrated on."""
+    """Ways in which the set differs from the sets on which the probabilities were calibrated."""
     grounds: Grounds | None = None
     """Numbers on which the stated probability rests; None where nothing was tested."""
     second: SecondFinding | None = None
@@ -81,7 +81,7 @@ class Diagnosis:
 
     @property
     def named(self) -> Candidate | None:
-        """The missing effect, where the verdict is a name."""
+        """The missing effect, if the verdict names one."""
         return self.decision.first if self.verdict == "named" else None
 
     @property

@@ -16,8 +16,8 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Least number of runs of a capture, or of visits of a station: two that differ do not show which
-one is wrong."""
+"""Least number of runs of a capture, or of visits of a station: if only two differ, the wrong one
+cannot be recognised."""
 NOT_WHITE_P = 1e-4
 """p of whiteness below which the noise is of a kind that the noise model does not have; it is the p
 of a sure lack of fit."""
@@ -25,10 +25,10 @@ MUCH_LEFT = 1.5
 """Ratio of the remaining RMS to the noise of the repeats; above it, the unexplained error is larger
 than the noise."""
 LEAST_P = 1e-300
-"""Smallest p value that is used: smaller ones underflow in float64."""
+"""Smallest p value that is used: smaller values underflow in float64."""
 MOST_UNTESTED = 1.0 / 3.0
 """Largest share of effects that the set may be unable to test; the usual set of the benchmark can
-test all."""
+test all effects."""
 
 
 def ways_unlike(

@@ -172,8 +172,8 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
     others = [item for item in ranked if item.name not in near]
     near |= {item.name for item in taken_by_noise(others, tried)}
     near |= {item.name for item in ranked if item.regular is not None}
-    # Noise estimated without a line may have absorbed it: every line of a forward search stays in
-    # the list, before all others.
+    # Noise that was estimated without a line may have absorbed the line: every line of a forward
+    # search stays in the list, before all other effects.
     return sorted(
         (item for item in ranked if item.name in near), key=lambda item: item.regular is None
     )
@@ -257,7 +257,7 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
     """Return the candidates that are not far behind the real effect or gain more: they may be
-    larger effects that contain the real one.
+    larger effects that contain the real effect.
 
     The disc order at which a line was found is always included, however far it is behind the line.
     """
@@ -331,10 +331,11 @@ def _judged(
 def _largest_sure(
     item: Candidate, tried: Survey, null: float, report_step: ReportStep
 ) -> Candidate:
-    """Return the candidate with its evidence.
+    """Return the candidate, or a larger cause with its name, with evidence.
 
-    If several regular causes have its name, return the largest that is significant: slow noise may
-    explain a slow line but does not hide a fast one. If none is significant, return the largest.
+    If several regular causes have the name, return the largest significant cause: slow noise may
+    explain a slow line but does not hide a fast line. If no cause is significant, return the
+    largest.
     """
     judged = _judged(item, tried, null, tried.absent, report_step)
     if item.regular is None or judged.p_corrected < SIGNIFICANCE:

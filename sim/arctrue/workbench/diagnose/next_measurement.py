@@ -1,8 +1,8 @@
 """Finds the measurement that would distinguish two effects which this data cannot separate.
 
 Each plan is tested by calculation: one effect, with the size that was found, is assumed to be the
-truth, and the other effect is fitted to the error of the first in the measured and planned rows.
-The χ² that the other effect leaves, with the noise of this set, measures how well the plan
+truth, and the other effect is fitted to the error of the assumed effect in the measured and planned
+rows. The χ² that the other effect leaves, with the noise of this set, measures how well the plan
 distinguishes the two effects.
 """
 
@@ -52,8 +52,8 @@ OF_PARTS = {
 }
 """Kind and words of the measurement that tests a condition."""
 ANOTHER_SPEED = 1.5
-"""Ratio above which two speeds differ: such a set already shows which errors grow with the
-speed."""
+"""Ratio above which two speeds differ; a set with two such speeds already shows which errors grow
+with the speed."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "

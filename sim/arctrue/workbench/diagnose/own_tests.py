@@ -1,4 +1,4 @@
-"""Tests of a named effect against the meaning of its name: one order, a constant, an error of the
+"""Tests a named effect against the meaning of its name: one order, a constant, an error of the
 angle."""
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ SURE_P = 1e-4
 
 
 def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
-    """Return in words why several orders of the disc are one shape that repeats; None where they
-    may be separate orders.
+    """Explain in words why several orders of the disc are one shape that repeats; None if they may
+    be separate orders.
 
     ``places``: number of local defects of the disc that were named after these orders; the
     remaining harmonics look like a defect.
@@ -50,7 +50,7 @@ def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
 
 
 def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
-    """Return in words why the lines of a log are one shape that repeats; None where they may be
+    """Explain in words why the lines of a log are one shape that repeats; None if they may be
     separate lines.
 
     The harmonics of a jump fall as 1/n, the harmonics of a bend as 1/n². If the shape repeats at an
@@ -126,9 +126,9 @@ def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) 
     """Tell whether a nonlinear scale of the reference is significant and explains the rows as well
     as the best effect.
 
-    Both are scored with the same noise. ΔBIC of the nonlinear scale may be up to ``near_tie``
-    behind; if the best effect is itself proportional to the reading, the nonlinear scale must be
-    ``near_tie`` ahead.
+    The scale and the effect are scored with the same noise. ΔBIC of the nonlinear scale may be up
+    to ``near_tie`` behind; if the best effect is itself proportional to the reading, the nonlinear
+    scale must be ``near_tie`` ahead.
     """
     rows = residuals.observations.reference
     if rows is None or residuals.observations.capture is None or best.regular is not None:

@@ -117,7 +117,7 @@ def posterior(
         others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))
         if confounded or (suspect and rival < first):
-            # ``unknown`` is then at most as probable as the first.
+            # ``unknown`` is then at most as probable as the first effect.
             most = -A_LITTLE
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():

@@ -26,7 +26,7 @@ PRIOR_CATALOGUE = 0.4
 """Prior probability that an effect of the catalogue is missing; the effects of the catalogue share
 it evenly."""
 PRIOR_PRODUCT = 0.09
-"""Prior probability of a product of parts that no catalogue has."""
+"""Prior probability of a product of parts that is in no catalogue."""
 PRIOR_STRANGER = 0.01
 """Prior probability of an effect that no product of parts describes."""
 
@@ -63,7 +63,7 @@ def log_evidence(item: Weighed) -> float:
 
 
 def _with_known_noise(item: Weighed) -> float:
-    """Return the gain that, with known noise, has the same p as this gain with its estimated
+    """Return the gain that has the same p with known noise as this gain has with its estimated
     noise."""
     p_value = single_p_value(item.gain, item.rank, item.freedom)
     if not np.isfinite(item.freedom) or p_value < 1e-290:

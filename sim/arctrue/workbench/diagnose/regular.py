@@ -50,7 +50,7 @@ class Jump:
     row: int | None
     """First row after the jump, where there is no time and the rows are stations."""
     gain: float
-    """Gain in log likelihood from the step."""
+    """Gain in log likelihood by the step."""
 
     def data(self) -> dict[str, float | int | None]:
         """Return the jump as JSON."""
@@ -217,7 +217,7 @@ class Findings:
         return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
 
     def without_steps(self) -> Findings:
-        """Return the findings that are left with an effect in the model that is a step itself."""
+        """Return the findings that are left if an effect in the model is itself a step."""
         return replace(self, steps=())
 
     @property
@@ -250,7 +250,7 @@ class Findings:
         }
 
     def sentences(self) -> list[str]:
-        """Return the findings in words, a sentence each."""
+        """Return the findings in words, one sentence each."""
         found = []
         if self.same:
             found.append(

@@ -221,8 +221,8 @@ the smaller part of the error."""
 def _smaller_part(result: Diagnosis) -> list[str]:
     """Return one sentence if most of the error remains with the named effect in the model.
 
-    There is none for an effect that only the offsets of the runs show, because the RMS of the rows
-    does not contain it.
+    There is no sentence for an effect that only the offsets of the runs show, because the RMS of
+    the rows does not contain it.
     """
     item, before = result.named, result.before
     after = None if item is None else result.left.get(item.name)
@@ -261,9 +261,9 @@ def _measurement(result: Diagnosis) -> list[str]:
 
 
 SHOWN_PROBABILITIES = 3
-"""Largest number of probabilities in a sentence; the JSON has all."""
+"""Largest number of probabilities in a sentence; the JSON contains all probabilities."""
 LEAST_SHOWN = 0.01
-"""Smallest probability in a sentence; the JSON has all."""
+"""Smallest probability in a sentence; the JSON contains all probabilities."""
 
 
 def _probable(result: Diagnosis) -> list[str]:
@@ -338,7 +338,7 @@ def _with_aliases(result: Diagnosis) -> tuple[Candidate | None, list[float]]:
 
 
 MOST_ORDERS = 5
-"""Largest number of blind orders in a sentence; the JSON has all."""
+"""Largest number of blind orders in a sentence; the JSON contains all orders."""
 
 
 def _smallest(item: Detectable) -> str:

@@ -34,7 +34,8 @@ grouping that is tested."""
 
 @dataclass(frozen=True)
 class SecondFinding:
-    """The error that remains, by channel, and its description."""
+    """The error that remains with the named effect in the model, by channel, and its
+    description."""
 
     left_arcsec: Mapping[str, float]
     noise_arcsec: Mapping[str, float]

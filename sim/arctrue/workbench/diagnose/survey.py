@@ -63,15 +63,15 @@ def fit_of_channels(residuals: Residuals) -> dict[str, FitOfChannel]:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Candidates that were tried with one model, best first, and the fit of the model itself."""
+    """Candidates that were tried with one model, best first, and the fit of the model."""
 
     residuals: Residuals
     matters_arcsec: float
     """Smallest RMS change of the prediction of an effect that is not negligible."""
     absent: int
-    """Number of effects of the catalogue that the model lacks, by which their p is corrected."""
+    """Number of effects of the catalogue that the model lacks; the p of each is corrected by it."""
     looks: int = 1
-    """Number of surveys in a diagnosis, by which every p is corrected."""
+    """Number of surveys in a diagnosis; every p is corrected by it."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
@@ -81,7 +81,7 @@ class Survey:
 
     @property
     def base(self) -> Solution:
-        """The model to which every candidate was added."""
+        """The model (a fitted solution) to which every candidate was added."""
         return self.residuals.solution
 
     @property

@@ -56,7 +56,7 @@ effect declares."""
 
 
 class Gain(Protocol):
-    """The result of adding a block of columns to the model."""
+    """Result of adding a block of columns to the model."""
 
     @property
     def gain(self) -> float:
@@ -216,8 +216,8 @@ FORMER_NAMES = {
 
 
 class Effect(ABC):
-    """One physical effect. A subclass is one file; the built-in effects, too, use only this
-    interface."""
+    """Base class of a physical effect. Each subclass is in a file of its own; built-in effects use
+    only this interface too."""
 
     name: ClassVar[str]
     """Public name, as used on the command line, in model files and in JSON."""
@@ -258,7 +258,8 @@ class Effect(ABC):
     """Whether the effect describes the observation, not its cause: a more specific effect that fits
     as well is named in its place."""
     in_parts: ClassVar[tuple[str, ...]] = ()
-    """The product of parts that equals the effect by definition, on every set; empty: none."""
+    """The product of parts that equals the effect by definition, on every set; empty if there is no
+    such product."""
     local_on_disc: ClassVar[bool] = False
     """Whether the effect acts on a short arc of the disc, so that every turn must show it."""
     multiples_setting: ClassVar[str | None] = None
@@ -347,7 +348,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        """Return the harmonics that lanes with a condition can correct; default none."""
+        """Return the harmonics that lanes with a condition can correct; by default none."""
         return []
 
     def real_lanes(
@@ -362,7 +363,7 @@ class Effect(ABC):
     def local_error(
         self, coefficients: NDArray[np.float64], nonlinear: Nonlinear
     ) -> LocalError | None:
-        """Return the error that a local table of the gateware can correct; default none."""
+        """Return the error that a local table of the gateware can correct; by default None."""
         return None
 
     @property
@@ -390,7 +391,8 @@ class Effect(ABC):
         return True
 
     def missing(self, observations: Observations) -> list[str]:
-        """List in words what the set lacks for a test of this effect; empty: it can be tested."""
+        """List in words the data that the set lacks for a test of this effect; empty if it can be
+        tested."""
         return []
 
     def variety(self, observations: Observations) -> list[str]:
@@ -476,7 +478,8 @@ class Effect(ABC):
         return None
 
     def describe_data(self, nonlinear: Nonlinear, observations: Observations) -> str:
-        """Describe what the data show about the effect; empty if there is nothing to add."""
+        """Describe in words what the data show about the effect; empty if there is nothing to
+        add."""
         return ""
 
     def describe_values(self, parameters: Mapping[str, Parameter]) -> str:

@@ -1,4 +1,4 @@
-"""Errors of the worm or the gear that drives the table."""
+"""The worm or the gear that drives the table has periodic errors."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ USUAL: list[list[Line]] = [
     for distances in ((0,), tuple(LISTS.values()))
 ]
 """The usual forms of the lines: the tooth count and its first multiples, for a centred gear and for
-an eccentric one."""
+an eccentric gear."""
 
 
 class DriveGearError(Effect):
     """Adds cosine and sine of the tooth count and its multiples to the reference run only.
 
     A gear off its centre meshes slightly early and late once a turn, which causes a line one order
-    below and one above each multiple: ``below`` and ``above`` list them.
+    below and a line one order above each multiple: ``below`` and ``above`` list them.
     """
 
     name = "drive_gear_error"

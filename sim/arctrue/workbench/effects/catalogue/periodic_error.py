@@ -54,7 +54,7 @@ class PeriodicError(Effect):
 
     With ``by_direction`` the line has a whole order of a reference, with a size and a phase for
     each direction: stiction or a drive with play. If such an error were fitted as one line, its
-    order would differ a little from the whole one.
+    order would differ a little from the whole order.
     """
 
     name = "periodic_error"
