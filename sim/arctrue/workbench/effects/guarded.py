@@ -45,7 +45,7 @@ class EffectFileError(ValueError):
 
 
 def guarded(kind: type[Effect], path: Path) -> type[Effect]:
-    """Make a subclass of the effect of a user's file whose methods are checked.
+    """Make, from the effect in a user's file, a subclass whose methods are checked.
 
     Columns must be a finite float array of shape (rows, coefficients). An exception from the file,
     including an exit, becomes an EffectFileError with file, method and line; so does a call that

@@ -118,7 +118,7 @@ _BY_GATEWARE: Mapping[str, GatewareCondition] = {
     "speed": "speed",
     "speed²": "speed_squared",
 }
-"""Conditions of the gateware by the words of the workbench's conditions."""
+"""Conditions of the gateware, by the words for the same condition in the workbench."""
 
 
 CONDITIONS: Mapping[str, Condition] = {
@@ -243,7 +243,7 @@ def _share(head: int, rows: CaptureRows) -> float:
 
 
 class ProductOfParts(Effect):
-    """Adds condition × wave, fixed to a frame."""
+    """Adds a condition times a wave that is fixed to a frame."""
 
     name = "product_of_parts"
     physics = "A description by parts, which the settings say; its physics is not known yet."
@@ -278,11 +278,11 @@ class ProductOfParts(Effect):
     def __init__(self, **settings: object) -> None:
         """Check and store the settings.
 
-        ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets a
-        settling, from the start of each run with ``each_run`` and of the set without, or ``column``
-        sets a column minus ``column_zero``. ``orders``: an empty list is a constant.
-        ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. Raises ValueError
-        for settings that define no product.
+        ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets a settling
+        that starts with each run (``each_run``) or with the set, or ``column`` sets a column minus
+        ``column_zero``. ``orders``: an empty list is a constant. ``electrical_head``: 1 to 4 for
+        multiples of that head's electrical phase. Raises ValueError for settings that define no
+        product.
         """
         super().__init__(**settings)
         said = self.settings
@@ -336,8 +336,8 @@ class ProductOfParts(Effect):
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # The condition replaces an equal one, because two settlings with the same time constant are
-        # different objects.
+        # The condition replaces an equal condition, because two settlings with the same time
+        # constant are different objects.
         product.condition = condition
         return product
 

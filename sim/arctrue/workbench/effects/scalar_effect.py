@@ -1,6 +1,7 @@
 """Defines effects whose parameters are their coefficients, in the effect's own unit.
 
-Most have one coefficient; an effect that exists at each head has one coefficient per head.
+Most such effects have one coefficient; an effect that exists at each head has one coefficient per
+head.
 """
 
 from __future__ import annotations

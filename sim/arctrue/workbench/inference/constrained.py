@@ -227,8 +227,8 @@ def _nearest(
     at = unknowns.best
     slopes = _slopes(unknowns, at, conditions)
     if not slopes.any():
-        # An amplitude of zero has no derivative; after a small step, the derivatives show which
-        # unknowns it depends on.
+        # An amplitude of zero has no derivative; after a small step, the derivatives show on which
+        # unknowns the amplitude depends.
         slopes = _slopes(unknowns, at + spread, conditions)
     involved = np.flatnonzero(slopes.any(axis=0) & (spread > 0.0))
     if not involved.size:

@@ -1,8 +1,9 @@
 """Computes the design matrix of a model: the columns of its terms, raw and whitened by the noise.
 
 Columns depend on the rows alone and are kept in memory while the rows exist: all columns of wide
-linear terms, and the last few of other terms. Whitened columns are kept while the noise exists. A
-long capture is processed block by block; the columns of a block are released with the block.
+linear terms, and the last few columns of other terms. Whitened columns are kept while the noise
+exists. A long capture is processed block by block; the columns of a block are released with the
+block.
 """
 
 from __future__ import annotations

@@ -47,9 +47,9 @@ FOLDS_SHARE = 4.0 / 3.0
 
 
 FEW_FREEDOM = 6.0
-"""Degrees of freedom below which a detectable size is at least 2.8 times that with known noise.
+"""Degrees of freedom below which a detectable size is at least 2.8 times the size with known noise.
 With one column among 19 effects, this size is 14 standard errors in place of 5.1; with the fewest
-degrees of freedom, 2, it is 188 (:func:`needed_gain`)."""
+degrees of freedom, 2, it is 188 standard errors (:func:`needed_gain`)."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
 
 
 def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> float:
-    """Return the threshold of χ² or F: both p and a rise of the log likelihood by ``gain``/2 are
-    reached."""
+    """Return the threshold of χ² or F at which both the p value and a rise of the log likelihood by
+    ``gain``/2 are reached."""
     if freedom > MANY:
         return max(float(chdtri(rank, p_value)), gain)
     of_gain = freedom / rank * float(np.expm1(gain / (freedom + rank)))

@@ -96,9 +96,9 @@ class SubdivisionError(Effect):
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
         """Return the sum of all amplitudes.
 
-        Sine and cosine that deviate from quadrature by ψ cause ψ/2·(1 ± cos 2φ), of which the
-        columns contain only the wave. A counter that is zeroed at the index also keeps, as an
-        offset, the whole error at the index.
+        Sine and cosine that deviate from quadrature by ψ cause ψ/2·(1 ± cos 2φ), and the columns
+        contain only the wave. A counter that is zeroed at the index also keeps, as an offset, the
+        whole error at the index.
         """
         pairs = coefficients.reshape(-1, 2)
         return float(np.sum(np.hypot(pairs[:, 0], pairs[:, 1])))

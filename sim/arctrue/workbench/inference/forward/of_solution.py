@@ -38,7 +38,7 @@ shows scatter, but no line."""
 
 
 def records_of(solution: Solution, declared: float | None) -> list[Record]:
-    """Return a record over the angle, and one over time unless a constant speed makes the two
+    """Return a record over the angle, and a record over time unless a constant speed makes the two
     records equal.
 
     The list is empty for stations. ``declared``: order whose multiples are expected.
@@ -90,8 +90,8 @@ def records_of_events(solution: Solution) -> list[Record]:
 
     The first record is one stretch, if time continues from run to run: a part that was knocked
     keeps its new place. In the second record each run is a stretch of its own: the index corrects a
-    counter's loss at the start of a run. Both fit an effect of the direction of approach too, so
-    that a reversal is not taken for a step.
+    counter's loss at the start of a run. Both records fit an effect of the direction of approach
+    too, so that a reversal is not taken for a step.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise:

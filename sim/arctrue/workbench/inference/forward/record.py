@@ -30,7 +30,7 @@ SAME_COLUMNS = 1e-4
 the disc on a short arc are a few slow curves)."""
 WHOLE_TURN = 0.1
 """Largest difference from one turn at which a record counts as one turn. Such a record shows whole
-orders only: another line near an order differs from it by less than a period."""
+orders only: another line near an order differs from this order by less than a period."""
 
 
 @dataclass(frozen=True, eq=False)

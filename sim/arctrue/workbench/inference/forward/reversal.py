@@ -43,7 +43,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     """Fit the direction, ±1, shape (rows,), with the record's base and ``steps``, shape (rows, k).
 
     The size is the mean over all rows, in plain least squares: with weights for slow noise only the
-    rows next to each reversal would count. The passes are the sample: each is omitted once
+    rows next to each reversal would count. The passes are the sample: each pass is omitted once
     (jackknife). The result is None where the passes are too few, the base contains the direction,
     or noise may cause as large a size.
     """

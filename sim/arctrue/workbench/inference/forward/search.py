@@ -37,8 +37,8 @@ from arctrue.workbench.noise.whiteness import whiteness
 Float = NDArray[np.float64]
 
 LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
-"""Fewest periods of a line in a record. Fewer are a slow change of unknown form; 3 are enough if
-the set declares the period."""
+"""Fewest periods of a line in a record. A line with fewer periods is a slow change of unknown form;
+3 periods are enough if the set declares the period."""
 TRIED = 3
 """Number of highest places of each scan that are tested further."""
 OVERSAMPLED = 3.0
