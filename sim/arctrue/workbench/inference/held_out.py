@@ -37,7 +37,7 @@ FOLDS = 4
 """Number of folds. Each fit has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows
 from this number."""
 STANDARD_ERRORS = 2.0
-"""Number of its standard errors by which the held-out error must fall."""
+"""Number of standard errors by which the held-out error must fall."""
 ENOUGH_ERRORS = 3.0
 """If a true effect would lower the error by less than this number of standard errors, the test does
 not require a fall."""
@@ -73,15 +73,15 @@ class Improvement:
     gain: float
     """Rise of the log predictive density of all rows of the channel."""
     information: float
-    """Σ (change of the prediction)²/variance. For a real effect it is the variance of the rise, and
-    twice the mean of the rise."""
+    """Σ (change of the prediction)²/variance. For a real effect, this sum equals the variance of
+    the rise and twice the mean of the rise."""
 
 
 def holds_out(channels: Iterable[Improvement]) -> bool:
     """Tell whether the predictive density of held-out rows rises by more than two standard errors.
 
     If such rows cannot show the effect (neighbours and slow noise already predict it), it is enough
-    that the density does not fall by more than that.
+    that the density does not fall by more than two standard errors.
     """
     found = list(channels)
     gain = sum(item.gain for item in found)
@@ -114,8 +114,8 @@ def improvement(before: Float | None, after: Float | None, scale: Float) -> Impr
     change = old - new
     information = float(change @ change) / variance
     gain = 0.5 * float(old @ old - new @ new) / variance
-    # Standard error of the mean square: it is twice the sum of change times error, whose variance
-    # is known.
+    # The fall of the mean square contains twice the sum of (change times error); the known variance
+    # of this sum gives the standard error.
     spread = 2.0 * np.sqrt(float(change @ change) * variance) / old.size
     rms_before, rms_after = float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2)))
     unit = float(np.mean(scale**2)) / max(rms_before + rms_after, 1e-30)
@@ -241,7 +241,8 @@ class _Errors:
         )
 
     def judge(self, solution: Solution, keep: Keep) -> None:
-        """Store the errors of a solution, which was fitted to the kept rows, for all other rows."""
+        """Store, for all rows that were not kept, the errors of a solution that was fitted to the
+        kept rows."""
         for total, kept, of_rows, is_capture in (
             (self._capture, keep[0], self._noise.capture, True),
             (self._reference, keep[1], self._noise.reference, False),

@@ -1,4 +1,5 @@
-"""Finds the coefficients that a set determines, and the smallest effects that it could show."""
+"""Finds the coefficients that a set determines, and the smallest effects that the set could
+show."""
 
 from __future__ import annotations
 
@@ -42,7 +43,8 @@ class Identifiability:
     rank: int
     condition: float
     undetermined: list[str]
-    """Coefficients that have no effect on any row, or that others can replace exactly."""
+    """Coefficients that have no effect on any row, or that other coefficients can replace
+    exactly."""
     weakest: dict[str, float]
     """σ of the three coefficients with the largest σ, arcseconds (or their unit), by name."""
     correlated: list[Pair]
@@ -91,7 +93,7 @@ def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
         sums = channel_sums(terms, observations, context, noise, capture=is_capture)
         if sums is None:
             continue
-        # Constants (of the runs, or a₀) can replace a part of the columns, which is therefore
+        # Constants (of the runs, or a₀) can replace a part of the columns, so that this part is
         # subtracted.
         own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
         constants = np.diag(sums.gram)[size:]

@@ -41,14 +41,14 @@ from arctrue.workbench.numeric.symmetric import solve_symmetric
 Float = NDArray[np.float64]
 
 NOISE_ROUNDS = 2
-"""Number of rounds of model and noise at each value; the first starts from the noise of the
+"""Number of rounds of model and noise at each value; the first round starts from the noise of the
 previous value."""
 FARTHEST = 40.0
 """Distance from the fitted value, in standard uncertainties, beyond which the interval counts as
 unbounded."""
 WIDER = 1.6
-"""Factor by which each step outwards is longer than the one before, until the likelihood has fallen
-far enough."""
+"""Factor by which each step outwards is longer than the step before, until the likelihood has
+fallen far enough."""
 PRECISION = 0.01
 """Accuracy of the ends of the interval, in standard uncertainties."""
 HALF_TURN_DEG = 180.0

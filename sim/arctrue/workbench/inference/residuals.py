@@ -36,8 +36,8 @@ TIMES_THE_NOISE = 4.0
 """Smallest ratio of squares: the part of a signal-period wave that the model leaves must be twice
 its phase noise."""
 MOST_OWN_SHARE = 0.5
-"""Largest value of the limit on the share, whatever the noise is: a block of which the model leaves
-more is always tested."""
+"""Largest value of the limit on the share, whatever the noise is: a block is always tested if the
+model leaves a larger share."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class Residuals:
         if values is None:
             return None
         if design is None or self.solution.held:
-            # Coefficients that were not fitted to these rows absorb none of their noise.
+            # Coefficients that were not fitted to these rows absorb no noise of these rows.
             return whiteness(values)
         return whiteness(values, design.every_column)
 
@@ -278,8 +278,8 @@ class Residuals:
     def whitened_columns(
         self, effect: Effect, nonlinear: Nonlinear
     ) -> tuple[Matrix | None, Matrix | None]:
-        """Return the whitened columns of one effect by channel; None for a channel to which it adds
-        nothing."""
+        """Return the whitened columns of one effect by channel; None for a channel to which the
+        effect adds nothing."""
         term, noise = Term(effect, nonlinear), self.solution.noise
         found: list[Matrix | None] = []
         for rows, of_rows, is_it in (
@@ -401,8 +401,8 @@ class Residuals:
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
     ) -> tuple[Matrix | None, list[int], list[float]]:
         """Return whitened columns of one channel and the numbers of the effects that have columns
-        in it. For each of these, also return the sum of the squares of a wave (cosine and sine)
-        before whitening."""
+        in it. For each of these effects, also return the sum of the squares of a wave (cosine and
+        sine) before whitening."""
         noise = self.solution.noise.capture if capture else self.solution.noise.reference
         assert noise is not None
         blocks: list[Matrix] = []
@@ -452,7 +452,7 @@ class Residuals:
         self, effect: Effect, nonlinear: Nonlinear, score: Score
     ) -> tuple[tuple[Matrix | None, Matrix | None], Matrix]:
         """Return C⁻¹ times the columns of a scored effect, multiplied by its coefficients, with the
-        model projected out, by channel; and the run offsets in it, arcseconds."""
+        model projected out, by channel; and the run offsets in this result, arcseconds."""
         layout, noise = self._layout, self.solution.noise
         back = self._inverse @ (score.cross @ score.coefficients)
         found: list[Matrix | None] = []
@@ -497,7 +497,7 @@ class Residuals:
         """Return the solution of the model with one more effect, whose search parameters are not
         fitted.
 
-        It equals a fit with this noise, and is computed from the sums of the score test.
+        The solution equals a fit with this noise, and is computed from the sums of the score test.
         """
         solution, layout = self.solution, self._layout
         shift = self._inverse @ score.cross

@@ -31,8 +31,8 @@ from arctrue.workbench.observations import ReferenceRows
 Float = NDArray[np.float64]
 
 LONGEST_WINDOW = 1 << 19
-"""Largest number of samples in one transform over time; with zeros it has four times as many, 16
-MB."""
+"""Largest number of samples in one transform over time; padded with zeros, the transform has four
+times as many, 16 MB."""
 BEST_PLACES = 4
 """Number of places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4
@@ -43,7 +43,7 @@ the gain is cut off."""
 PARABOLAS = 3
 """Number of parabolas, each through the three best places so far."""
 SAME_PLACE = 2e-3
-"""Share of the distance between the outer two places: a maximum that moves by less has been
+"""Share of the distance between the outer two places: a maximum that moves by less counts as
 found."""
 DISC_BINS = 1 << 15
 """Number of bins in a turn. With eight bins per period, the highest order that is searched is
@@ -64,7 +64,7 @@ is searched for at an eighth of a period or more from an order."""
 BLIND_FACTOR = 0.02
 """Value of |e^{jnα} − 1| below which two heads cannot see the order."""
 ALIAS_AHEAD = 6.0
-"""Gain by which an order above half the samples per turn must exceed the best order below: odds of
+"""Gain by which an order above half the samples per turn must exceed the best lower order: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 STATION_DECIMALS = 6
 """Number of decimals of a radian to which stations are rounded; stations with equal rounded angles
@@ -483,11 +483,12 @@ changes slowly and is interpolated."""
 def step_trials(gain: float, rows: int) -> float:
     """Return the number of independent instants of a step among ``rows`` rows.
 
-    It grows with the gain, because a larger gain has a sharper maximum in time. The probability
-    that white noise gives a gain of b² anywhere is b·φ(b)·Σ ν(b·√r)·r over the instants k, r =
-    n/(k(n − k)) (James, James and Siegmund, Biometrika 74 (1987) 71; ν as Siegmund and Yakir, The
-    Statistics of Gene Mapping, 2007, approximate it). Here it is divided by the probability at one
-    instant, 2·Φ(−b). Below b = 1, where the formula does not hold, b = 1 is used.
+    This number grows with the gain, because a larger gain has a sharper maximum in time. The
+    probability that white noise gives a gain of b² anywhere is b·φ(b)·Σ ν(b·√r)·r over the instants
+    k, r = n/(k(n − k)) (James, James and Siegmund, Biometrika 74 (1987) 71; ν as Siegmund and
+    Yakir, The Statistics of Gene Mapping, 2007, approximate it). Here this probability is divided
+    by the probability at one instant, 2·Φ(−b). Below b = 1, where the formula does not hold, b = 1
+    is used.
     """
     if rows < 2 * LEAST_STEP_ROWS:
         return 0.0

@@ -24,7 +24,7 @@ ROUNDS = 6
 """Largest number of Gauss–Newton steps; SMALL_STEP ends them earlier."""
 HALVINGS = 5
 """Largest number of trials of a step; each trial after the first takes a quarter of the step
-before, so that the last is below the uncertainty of a place."""
+before, so that the last trial is below the uncertainty of a place."""
 SMALL_STEP = 0.02
 """The refinement ends when no search parameter would change by more than this share of its own
 uncertainty."""

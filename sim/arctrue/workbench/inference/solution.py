@@ -287,7 +287,7 @@ def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, lis
 
 
 def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
-    """Return the terms and, after them, the tangents of each; also the places of each term's
+    """Return the terms and, after them, the tangents of each term; also the places of each term's
     tangents."""
     observations, terms = solution.observations, list(solution.terms)
     places: list[list[int]] = []

@@ -434,10 +434,10 @@ set."""
 def _orders_of_waves(orders: Iterable[int]) -> list[int]:
     """Return the orders of lanes that follow a condition, without order 0.
 
-    The file also contains the plain lane of such an order. Without it, the device's calibration
-    would fit the order, and the plain lane would then contain the condition's contribution to the
-    calibrated turn. If the lanes of a file are all used, the calibration has no free lane, so that
-    a plain lane of 0 may be omitted.
+    The file also contains the plain lane of such an order. Without this lane, the device's
+    calibration would fit the order, and the plain lane would then contain the condition's
+    contribution to the calibrated turn. If the lanes of a file are all used, the calibration has no
+    free lane, so that a plain lane of 0 may be omitted.
     """
     return sorted({order for order in orders if order > 0})
 
@@ -519,8 +519,8 @@ class _FollowedLanes:
         return list(dict.fromkeys(named))
 
     def _column_scale(self, one: ConditionedLane) -> float:
-        """Return the column's value, from its zero, at which its word is 1: 1.5 times the largest
-        of the set."""
+        """Return the deviation of a column from its zero at which its word is 1: 1.5 times the
+        largest deviation in the set."""
         channels = (self.observations.capture, self.observations.every_reference_row)
         most = [
             float(np.nanmax(np.abs(rows.conditions[one.column] - one.column_zero)))
@@ -569,8 +569,8 @@ class _FollowedLanes:
         ]
 
     def extension(self, first_lane: int) -> Extension:
-        """Make the coefficient file's extension for lanes that come after ``first_lane`` others.
-        Raises ValueError for a steep reversal."""
+        """Make the coefficient file's extension for lanes that come after ``first_lane`` other
+        lanes. Raises ValueError for a steep reversal."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev

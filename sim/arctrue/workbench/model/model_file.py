@@ -37,7 +37,7 @@ def known_unit(unit: str) -> bool:
 
 
 class _Declared(Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """A struct of which the file omits each key with the default value."""
+    """A structure that the file stores without the keys that have their default value."""
 
 
 class _Parameter(_Declared):

@@ -15,7 +15,7 @@ from arctrue.workbench.observations.rows import ReferenceRows
 
 Float = NDArray[np.float64]
 KNOWN = ("temperature_c", "time_s", "direction", "speed_deg_s")
-"""Conditions that every set may have; a set may have further ones."""
+"""Conditions that every set may have; a set may have further conditions."""
 
 
 def table_rows(

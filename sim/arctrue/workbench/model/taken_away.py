@@ -43,7 +43,7 @@ Taker = Literal[
 orders" have a phase that continues from turn to turn; "firmware's model" are lanes that the
 firmware computes at the table's temperature; "the mean" is the weighted mean of three or four
 heads, as ``arctrue calibrate --angle mean`` writes it. "not in the output": only a head other than
-head 1 has the error; "reference": the error is one of the reference, not of the table."""
+head 1 has the error; "reference": the error is an error of the reference, not of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,8 +179,8 @@ def without_reference_errors(
     observations: Observations,
     effects: Mapping[str, type[Effect]],
 ) -> MeasurementSet:
-    """Return the set without the errors of its reference, so that they do not count against a
-    correction."""
+    """Return the set without the errors of its reference, so that these errors do not count against
+    a correction."""
     reference = measurement.reference
     if reference is None or observations.every_reference_row is None:
         return measurement

@@ -23,10 +23,11 @@ UNEVEN_P = 1e-4
 """Noise counts as uneven if even noise would show as large a difference with a probability below
 this limit."""
 LEAST_ROWS_A_BIN = 40
-"""Smallest number of rows in a bin; with it, the scatter of the bin has an uncertainty of 11 %,
-1/√(2·40)."""
+"""Smallest number of rows in a bin; with this number, the scatter of the bin has an uncertainty of
+11 %, 1/√(2·40)."""
 ROBUST_LIMIT = 4.0
-"""Limit of whitened residuals: larger ones are clipped to it before their scatter is estimated."""
+"""Limit of whitened residuals: larger residuals are clipped to this limit before their scatter is
+estimated."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +56,9 @@ def estimated_law(
     """Estimate the law of a channel; ``before`` is the law under another hypothesis, where the
     search starts.
 
-    If ``before`` has scales of runs or of parts of the turn, they are estimated anew, because an
-    effect that the model lacked can cause such scatter. The search starts from spectra with the
-    scatter of ``before``, because only a near start leads to the maximum in few steps.
+    If ``before`` has scales of runs or of parts of the turn, these scales are estimated anew,
+    because an effect that the model lacked can cause such scatter. The search starts from spectra
+    with the scatter of ``before``, because only a near start leads to the maximum in few steps.
     """
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))

@@ -34,8 +34,8 @@ start."""
 LEAST_FREEDOM = 3.0
 """Degrees of freedom that a channel needs for an estimate of its scatter."""
 NO_KNOWLEDGE_ARCSEC2 = 1.0
-"""Variance of a channel whose noise cannot be estimated. The channel has no weight if the other
-channel has one."""
+"""Variance of a channel whose noise cannot be estimated. The channel gets no weight if the noise of
+the other channel can be estimated."""
 
 
 class DesignColumns(Protocol):

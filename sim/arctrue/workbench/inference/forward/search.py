@@ -229,7 +229,7 @@ def _whitened_left(rows: Rows, noise: KernelNoise) -> Float:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """The excess of the whitened residuals' power over that of white noise, around each
+    """Excess of the whitened residuals' power over the power of white noise, around each
     frequency."""
 
     frequency: Float
@@ -545,8 +545,8 @@ def _ordered(
     fit: KernelFit,
     rejected: Sequence[Rejected],
 ) -> LineSearch:
-    """Return the lines, each with its figures in a model with all others, ordered by the error that
-    they remove."""
+    """Return the lines, each with its figures in a model with all other lines, ordered by the error
+    that they remove."""
     columns = record.columns(np.array(rates))
     rows = record.rows(columns)
     whitened = rows.factor(fit.noise).whiten(rows.values)

@@ -51,8 +51,8 @@ def coherence(
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
     Waugh): the part that the base alone would explain does not count as error of the line. c_b are
     the line's coefficients from block b alone, c₋ the line's coefficients from all other blocks.
-    Both are fitted together with the covariance of the noise, so that correlation across the edges
-    counts. The share is
+    Both sets of coefficients are fitted together with the covariance of the noise, so that
+    correlation across the edges counts. The share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
@@ -124,7 +124,7 @@ def gain_over_an_oscillator(
 
 
 def _kept(noise: KernelNoise) -> KernelNoise:
-    """Return the noise without its negligible parts, because exact derivatives exist for four
+    """Return the noise without its negligible parts, because exact derivatives exist for up to four
     columns only."""
     largest = max((part.variance for part in noise.parts), default=0.0)
     parts = tuple(part for part in noise.parts if part.variance > NOTHING * largest)
