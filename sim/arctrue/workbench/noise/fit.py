@@ -161,7 +161,7 @@ def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
 
 
 def _channel_rows(design: DesignColumns, residual: Float, *, capture: bool) -> ChannelRows:
-    """Return the rows of a channel in the form that the noise estimate needs."""
+    """Return the rows of a channel in the form that the estimate of the noise needs."""
     if capture:
         rows = design.observations.capture
         assert rows is not None

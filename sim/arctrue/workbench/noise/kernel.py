@@ -155,7 +155,7 @@ class KernelFactor:
 
 def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNoise) -> float:
     """Return the log likelihood of the first column of ``values``; the other columns are fitted to
-    it.
+    the first.
 
     ``values`` has the shape (rows, 1 + k).
     """
@@ -171,8 +171,8 @@ def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNo
 def with_slopes(
     clock: Float, readings: Float, values: Float, noise: KernelNoise, free: Sequence[int]
 ) -> tuple[float, Float]:
-    """Return the log likelihood, and its derivatives with respect to the ``free`` ones of
-    :attr:`KernelNoise.logs`.
+    """Return the log likelihood, and its derivatives with respect to the logarithms of
+    :attr:`KernelNoise.logs` that are ``free``.
 
     The coefficients have their most likely values, so that only the noise changes the likelihood.
     """

@@ -29,7 +29,7 @@ LONGEST_SPANS = 10.0
 random walk."""
 OSCILLATOR_SPANS = 0.25
 """Longest decay time of an oscillator, in lengths of the longest stretch; an oscillation with a
-longer decay time would be a line."""
+longer decay time counts as a line."""
 SMOOTH_MUST_GAIN = 2.0
 """Gain in log likelihood that smooth noise needs over two exponentials. Both have the same number
 of parameters, and the simpler noise is given up only at odds of 7 to 1."""
@@ -133,7 +133,7 @@ def best_fit(rows: Rows, starts: Iterable[KernelNoise]) -> KernelFit:
 def usual_starts(rows: Rows) -> list[KernelNoise]:
     """Return two starts: two exponentials, and one exponential with a smooth part.
 
-    Their variances come from the scatter of neighbours and of all rows.
+    The variances of the starts come from the scatter of neighbours and of all rows.
     """
     left = rows.left()
     whole = max(float(np.mean(left**2)), 1e-30)

@@ -94,7 +94,7 @@ def index_variance(observations: Observations, offsets: Float) -> tuple[float, f
 
     The variance is the mean of a scaled inverse χ²: the prior (±1 count per head, or the
     repeatability that the set states) has the weight of a number of runs, and the offsets of the
-    set's own runs are added to it.
+    set's own runs are added to the prior.
     """
     stated = observations.index_repeatability_counts is not None
     freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM

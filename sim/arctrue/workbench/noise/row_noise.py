@@ -57,7 +57,8 @@ class Factor:
         return float(2.0 * np.sum(np.log(self.deviation)))
 
     def whiten(self, values: Float) -> Float:
-        """Multiply columns, shape (n, k), by L⁻¹: their noise then is white with variance 1."""
+        """Multiply columns, shape (n, k), by L⁻¹: the noise of the result is white with variance
+        1."""
         found = np.array(values, order="C")
         self.whiten_in_place(found)
         return found
@@ -164,8 +165,8 @@ class RowNoise:
         return found[:, 0] if values.ndim == 1 else found
 
     def whiten(self, values: Float) -> Float:
-        """Whiten values or columns, shape (rows,) or (rows, k): their noise is then uncorrelated
-        with variance 1."""
+        """Whiten values or columns, shape (rows,) or (rows, k): the noise of the result is
+        uncorrelated with variance 1."""
         found = np.array(values, dtype=np.float64, order="C")
         self.whiten_in_place(found[:, np.newaxis] if found.ndim == 1 else found)
         return found

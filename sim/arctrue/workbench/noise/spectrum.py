@@ -76,7 +76,7 @@ class Spectrum:
 def time_constants(step: float, span: float) -> Float:
     """Return τⱼ from twice the step of the rows to their whole span, in even logarithmic steps.
 
-    Neighbouring time constants have a ratio of at most 8; there are at most seven.
+    Neighbouring time constants have a ratio of at most 8; there are at most seven time constants.
     """
     shortest = 2.0 * step
     if step <= 0.0 or span <= 2.0 * shortest:

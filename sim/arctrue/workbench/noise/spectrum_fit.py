@@ -72,7 +72,7 @@ def fit_spectrum(
     start: Spectrum | None = None,
     rounds: int = 40,
 ) -> SpectrumFit:
-    """Return the maximum of the restricted likelihood times the priors.
+    """Return the spectrum at the maximum of the restricted likelihood times the priors.
 
     ``start`` is the spectrum of the same rows under another hypothesis; the search may start from
     it.
@@ -153,7 +153,7 @@ def _with_a_walk(begin: Float, variance: float, low: Float, high: Float) -> list
     """Return starts whose slowest part has a larger variance; none without coloured parts.
 
     The likelihood hardly rises with the logarithm of a small variance, so that a search that starts
-    there ends there, even where a random walk is far more likely.
+    at a small variance ends there, even where a random walk is far more likely.
     """
     found = []
     for share in WALKS if begin.size > 1 else ():

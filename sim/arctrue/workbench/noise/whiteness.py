@@ -22,8 +22,8 @@ LEAST_ROWS = 8
 free rows; with fewer rows the statistic has no χ² distribution."""
 MOST_EXACT_ROWS = 4_000
 """Largest number of rows for the exact covariances of the autocorrelations; it only limits cost.
-With more rows the covariances of white noise are used: a model of 41 columns changes them by a
-hundredth."""
+With more rows the covariances of white noise are used: a model of 41 columns changes these
+covariances by a hundredth."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
     E r_k = tr(MA_k)/m,  cov(r_j, r_k) = (2 tr(MA_jMA_k) − 2 tr(MA_j) tr(MA_k)/m)/(m(m + 2)).
 
     These moments hold for normal noise. Rows that normal noise does not contain are left out of the
-    tests of correlation: each gets a column of its own in the model.
+    tests of correlation: each such row gets a column of its own in the model.
     """
     rows = whitened.size
     values = whitened - whitened.mean() if rows else whitened

@@ -51,8 +51,8 @@ class Observations:
     """True if single wrong rows may be left out; False if the set, or whoever reads it, decides
     which rows are used."""
     outlying_share: Mapping[str, float] = field(default_factory=dict)
-    """Share of outliers among the rows of each channel; if it is above a limit, no outlier is
-    masked."""
+    """Share of outliers among the rows of each channel; if the share is above a limit, no outlier
+    is masked."""
     used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
     """Numbers in the file (0, 1, …) of the samples that are used; None if all are used."""
     capture_sample: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
@@ -210,8 +210,8 @@ class Observations:
 
     @property
     def index_sigma_arcsec(self) -> float:
-        """Standard deviation of a run's offset from the index of both heads; each index repeats as
-        stated, or to ±1 whole count."""
+        """Standard deviation of a run's offset by the index of both heads; each index repeats as
+        the set states, or to ±1 whole count."""
         count = self.count_arcsec or 0.0
         if self.index_repeatability_counts is not None:
             return max(self.index_repeatability_counts * count * float(np.sqrt(2.0)), 1e-6)

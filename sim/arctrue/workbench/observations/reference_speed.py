@@ -17,8 +17,8 @@ Integer = NDArray[np.int64]
 MOVING_STEP_DEG = 1.0
 """Largest step between rows that are read in motion; a run with stops has larger steps."""
 LEAST_ROWS = 8
-"""Smallest number of rows for a median of six second differences: with fewer rows one odd row
-decides it."""
+"""Smallest number of rows for a median of six second differences: with fewer rows, one odd row
+decides the median."""
 EVEN = 0.05
 """Relative tolerance of a steady speed, at which the times between marks are proportional to their
 distances."""
@@ -36,7 +36,8 @@ changes smoothly, but the distances of freely chosen stations do not."""
 
 
 def reference_speed(columns: Reference) -> Float | None:
-    """Return the signed speed of every row, rad/s, 0 where the table stood; None if it never moved.
+    """Return the signed speed of every row, rad/s, 0 where the table stood; None if the table never
+    moved.
 
     A pass is a sequence of rows between two changes of run, cycle, direction, or the sense in which
     the targets follow each other. Four kinds of passes are in motion. First, passes over stations

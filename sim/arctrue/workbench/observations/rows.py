@@ -33,7 +33,7 @@ class _Sliceable:
                 object.__setattr__(self, item.name, view)
 
     def part(self, rows: slice | NDArray[np.bool_] | Integer) -> Self:
-        """Return only the given rows."""
+        """Return the object with only the given rows."""
         values = {}
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
@@ -202,8 +202,8 @@ class CaptureRows(_Sliceable):
 
     @cached_property
     def _of_heads(self) -> dict[int, CaptureRows]:
-        """Rows of each head. They are stored, so that an effect that keeps data for its rows gets
-        the same object again."""
+        """Rows of each head. These objects are stored, so that an effect that keeps data for its
+        rows gets the same object again."""
         return {head: self._asked_of(head) for head in range(2, self.heads + 1)}
 
     def _asked_of(self, head: int) -> CaptureRows:
@@ -249,7 +249,8 @@ class ReferenceRows(_Sliceable):
     line_rad: Float
     """Disc angle of the lines that head 1 sees at the station: its reading."""
     face: Integer | None
-    """Number of the polygon face, 0 … faces − 1; between two faces, the number of the nearest."""
+    """Number of the polygon face, 0 … faces − 1; between two faces, the number of the nearest
+    face."""
     faces: int | None
     """Number of faces of the polygon; None if the reference is no polygon."""
     electrical1_rad: Float | None
@@ -257,8 +258,8 @@ class ReferenceRows(_Sliceable):
     teeth: float | None
     """Number of teeth of the gear that drives the table (drive_gear_teeth); None if not stated."""
     speed_rad_s: Float | None
-    """Signed speed of the table while the reference was read; None if it stood still or is not
-    known."""
+    """Signed speed of the table while the reference was read; None if the table stood still or its
+    speed is not known."""
     run_start_s: Float | None
     """Time of the first reading of the row's run, seconds; None if the file has no time."""
     set_start_s: float
@@ -273,7 +274,7 @@ class ReferenceRows(_Sliceable):
     u_arcsec: Float | None = None
     """Standard uncertainty of ε, if the file gives one for each row."""
     row: Integer | None = None
-    """Number of the row among all that are used; None if the rows are 0, 1, … without a gap."""
+    """Number of the row among all used rows; None if the rows are 0, 1, … without a gap."""
     capture_runs: int | None = None
     """Number of runs of the capture of the same set; None if these rows do not belong to a set."""
     heads: int = 2

@@ -21,8 +21,8 @@ ENOUGH = 100_000
 def step_scatter(steps: Float) -> float:
     """Return the robust standard deviation of the steps that white noise of the rows causes.
 
-    It is calculated from the differences of steps, so that a slowly changing speed does not
-    contribute.
+    The standard deviation is calculated from the differences of steps, so that a slowly changing
+    speed does not contribute.
     """
     if steps.size < 3:
         return 0.0

@@ -35,7 +35,7 @@ def reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
     """Return True for outliers, (rows,), and the distance of each row from its neighbours or
     repeats."""
     # The scatter is at least the scatter of rounding, step/√12, because equal readings do not show
-    # less.
+    # a smaller scatter.
     rounding = display_step(rows.error_arcsec) / float(np.sqrt(12.0))
     least = max(rows.standard_uncertainty_arcsec or 0.0, rounding)
     passes = passes_of(rows)

@@ -85,9 +85,9 @@ def local_scatter(away: Float, resolution: float) -> Float:
     """Return the robust standard deviation around each row, (rows,), at least the standard
     deviation of all rows.
 
-    It is the largest scatter of a stretch of SCALE_ROWS rows and its two neighbours, so that rows
-    with larger noise over a part of the turn are no outliers. Values with steps of ``resolution``
-    show no scatter below half a step.
+    The result is the largest scatter of a stretch of SCALE_ROWS rows and its two neighbour
+    stretches, so that rows with larger noise over a part of the turn are no outliers. Values with
+    steps of ``resolution`` show no scatter below half a step.
     """
     half = 0.5 * resolution
     overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)
@@ -106,8 +106,8 @@ def local_scatter(away: Float, resolution: float) -> Float:
 def middle(values: Float) -> Float:
     """Return the mean of the middle fifth along the last axis, (…, rows) → (…).
 
-    It replaces a median, which has steps: the median of rounded values is a rounded value, or
-    half-way between two.
+    This mean replaces a median, which has steps: the median of rounded values is a rounded value,
+    or half-way between two.
     """
     last = values.shape[-1] - 1
     low, high = int(np.floor(0.4 * last)), int(np.ceil(0.6 * last))
@@ -115,8 +115,8 @@ def middle(values: Float) -> Float:
 
 
 def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean:
-    """Return True where up to MOST_ROWS consecutive rows are far off and the rows next to them are
-    not.
+    """Return True where up to MOST_ROWS consecutive rows are far off and the rows next to these
+    rows are not.
 
     ``away``: distance of each row from the rows around it; ``scatter``: standard deviation of that
     distance. Shapes (rows,). ``threshold``: smallest distance that is far, in standard deviations,
@@ -145,8 +145,9 @@ def from_both_sides(values: Float) -> Float:
 
     The prediction is the mean of two medians, of the SIDE_ROWS rows before and of the SIDE_ROWS
     rows after the row: exact where the values rise evenly, and unaffected by MOST_ROWS wrong rows
-    on each side. Near an end, all rows up to the end are used, and as many on the other side. The
-    first and the last LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side` predicts them.
+    on each side. Near an end, all rows up to the end are used, and the same number of rows on the
+    other side. The first and the last LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side`
+    predicts them.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -218,7 +219,8 @@ def gaps(angle: Float) -> Integer:
     """Return the places of the steps over missing rows in a run; ``angle``: (rows,).
 
     There are rows − 1 steps. A step over missing rows is larger than SIDE_ROWS times the mean step
-    of the run and SIDE_ROWS times the median step around it, so that a changing speed causes none.
+    of the run and SIDE_ROWS times the median step around it, so that a changing speed causes no
+    gap.
     """
     step = np.abs(np.diff(angle))
     long = np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))) if step.size else step
@@ -233,7 +235,7 @@ def gaps(angle: Float) -> Integer:
 def pieces_between_gaps(angle: Float) -> list[slice]:
     """Return the pieces of a run between gaps, LEAST_ROWS or more each; ``angle``: (rows,).
 
-    Fewer rows than LEAST_ROWS stay with their neighbours.
+    A piece of fewer rows than LEAST_ROWS stays with its neighbours.
     """
     cuts = [0]
     for place in gaps(angle).tolist():
@@ -247,7 +249,7 @@ def without_wave(values: Float, angle_rad: Float) -> Float:
     """Subtract the first WAVE_ORDERS orders of the turn, fitted to running medians; (rows,).
 
     The values on both sides of a gap then agree, so that the few rows between two gaps are not far
-    from the rows on the other sides. Values without gaps are not changed.
+    from the rows beyond the gaps. Values without gaps are not changed.
     """
     if gaps(angle_rad).size == 0:
         return values
@@ -294,8 +296,8 @@ def repeats(
 
 
 def _in_most_revolutions(values: Float, revolution: Integer) -> float:
-    """Return the median over the revolutions of the largest value in each; both arguments
-    (rows,)."""
+    """Return the median, over the revolutions, of the largest value in each revolution; both
+    arguments (rows,)."""
     turns, inverse = np.unique(revolution, return_inverse=True)
     largest = np.full(turns.size, -np.inf)
     np.maximum.at(largest, inverse, values)
@@ -313,10 +315,10 @@ def seen_by_other_head(
     """Tell for each of ``rows`` whether R₂ − R₁ has the opposite deviation at the angle of the
     other head.
 
-    In every revolution a place on the disc passes head 2 first and then, by α later, head 1, where
-    it has the opposite sign in R₂ − R₁. An opposite deviation in a single revolution is another
-    outlier: if one row in 300 is wrong, a tenth of the outliers have such a row by chance in one of
-    a dozen turns.
+    In every revolution a place on the disc passes head 2 first and then, by α later, head 1, and
+    its error has the opposite sign in R₂ − R₁ at head 1. An opposite deviation in a single
+    revolution is another outlier: if one row in 300 is wrong, a tenth of the outliers have such a
+    row by chance in one of a dozen turns.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -455,9 +457,9 @@ def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
     """Return, for each row, the median of the SIDE_ROWS rows around it in its pass, without the row
     itself.
 
-    ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass this is the
-    median of all other rows. A pass of fewer than three rows cannot show a wrong row, so that the
-    values of the pass are returned. Shape (rows,).
+    ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass, the median
+    of all other rows is returned. A pass of fewer than three rows cannot show a wrong row, so that
+    the values of the pass are returned. Shape (rows,).
     """
     expected = of_the_others(values, pass_of)
     rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)
