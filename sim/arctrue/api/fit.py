@@ -38,7 +38,8 @@ from arctrue.workbench.model.predicted import table_rows, term_values
 
 Float = NDArray[np.float64]
 Tied = str | tuple[str, float] | Callable[[Mapping[str, float]], float]
-"""Value of a tied parameter: another parameter, a multiple of another one, or a function of all."""
+"""Value of a tied parameter: another parameter, a multiple of one, or a function of all
+parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +69,8 @@ class FitParameter:
 
         At each value of this parameter, all other parameters and the noise take the values of
         maximum likelihood. The interval is wider than ``value ± 1.96·stderr`` if slow noise may
-        have absorbed part of the parameter, for instance of a drift. It is asymmetric if the
-        likelihood is asymmetric.
+        have absorbed part of the parameter, for instance of a drift. The interval is asymmetric if
+        the likelihood is asymmetric.
 
         Parameters
         ----------

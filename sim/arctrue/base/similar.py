@@ -1,4 +1,4 @@
-"""Suggests known names that are similar to an unknown one."""
+"""Suggests known names that are similar to an unknown name."""
 
 from __future__ import annotations
 

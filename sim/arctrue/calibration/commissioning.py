@@ -161,8 +161,8 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
             apart = places_deg - (-expected if mirrored else expected)
             off = float(np.abs((apart + 180.0) % 360.0 - 180.0).max())
             if off <= PLACE_TOLERANCE_DEG:
-                # Evenly spaced heads fit several assignments: the first one leaves the cables as
-                # they are.
+                # Evenly spaced heads fit several assignments: the first assignment leaves the
+                # cables as they are.
                 return tuple(place + 1 for place in order), off, mirrored
             found.append((off, mirrored, order))
     return (0,) * heads, min(found)[0], False

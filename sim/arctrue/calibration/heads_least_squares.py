@@ -49,8 +49,8 @@ ROUNDS_MOST = 6
 CONVERGED_ARCSEC = 1e-4
 """Largest change of any prediction, approximately, at which the iteration ends."""
 LEAST_EIGENVALUE = 1e-11
-"""Smallest eigenvalue of the normal matrix scaled to a diagonal of 1; a smaller one is a rounding
-error."""
+"""Smallest eigenvalue of the normal matrix scaled to a diagonal of 1; a smaller eigenvalue is a
+rounding error."""
 _BLOCK = 1 << 13
 
 

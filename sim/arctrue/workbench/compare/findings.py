@@ -33,8 +33,8 @@ SHADOW_SHARE = 0.25
 """A condition is a shadow if it keeps less than this part of its share after a stronger condition
 was removed."""
 MOST_TAKEN = 4
-"""Largest number of conditions that are removed one after another; later ones are too small to
-rank."""
+"""Largest number of conditions that are removed one after another; later conditions are too small
+to rank."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Finding:
     share: float
     """Share of the excess that follows the condition alone."""
     share_beyond: float
-    """Share of the excess that follows the condition after all stronger ones were removed."""
+    """Share of the excess that follows the condition after all stronger conditions were removed."""
     shadow_of: str | None
     """The stronger condition that this condition resembles; None if this condition explains much
     beyond it."""

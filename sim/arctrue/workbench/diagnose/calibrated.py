@@ -46,9 +46,9 @@ USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
 """Largest ratio of the remaining RMS to the noise of the repeats; larger ratios are replaced by
-it."""
+this limit."""
 MOST_NOT_WHITE = 20.0
-"""Largest −log₁₀ p of whiteness; larger values are replaced by it."""
+"""Largest −log₁₀ p of whiteness; larger values are replaced by this limit."""
 LIKE_BENCHMARK = 2
 """Smallest number of differences (:mod:`distance`) at which a set is reported as unlike the
 benchmark."""

@@ -2,8 +2,8 @@
 noise.
 
 This is the first stage after the faults of the data: searches and score tests.
-:mod:`arctrue.workbench.diagnose.evidence` weighs each candidate for a name with the noise estimated
-for it.
+:mod:`arctrue.workbench.diagnose.evidence` weighs each candidate that may be named, with the noise
+estimated for this candidate.
 """
 
 from __future__ import annotations

@@ -144,8 +144,9 @@ class Case:
 
     @cached_property
     def product(self) -> Candidate | None:
-        """The product of parts that passes the same tests as an effect. Its p is corrected for all
-        places; a ΔBIC above 0 is not required, because it would correct for the places twice."""
+        """The product of parts that passes the same tests as an effect. The p of this product is
+        corrected for all places; a ΔBIC above 0 is not required, because it would correct for the
+        places twice."""
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None

@@ -1,4 +1,4 @@
-"""Evidence of effects that may be named: likelihood ratios, and held-out rows.
+"""Collects the evidence for effects that may be named: likelihood ratios, and held-out rows.
 
 For the likelihood ratios the noise is estimated anew both without and with the effect ("free on
 both sides"). This is the second stage of a diagnosis: :func:`survey` tests every candidate
@@ -49,8 +49,8 @@ from arctrue.workbench.inference.significance import (
 from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
-"""Limit of p in the first test; an effect below it may be named, and the noise is estimated anew
-with it in the model."""
+"""Limit of p in the first test; an effect with a smaller p may be named, and the noise is estimated
+anew with this effect in the model."""
 MOST_LEFT = 0.5
 """Share of the variance of a channel's residual. An effect that leaves less than this share gets
 its own noise estimate, even where the noise of the model without the effect has absorbed most of
@@ -68,8 +68,8 @@ SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
 columns."""
 AS_GOOD = 6.0
-"""ΔBIC by which another form or place of an effect must be ahead to replace the first: odds of 20
-to 1."""
+"""ΔBIC by which another form or place of an effect must be ahead to replace the first form or
+place: odds of 20 to 1."""
 
 
 def survey(

@@ -252,8 +252,8 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
 
     places: list[Nonlinear] = [other.nonlinear]
     if other.effect.search:
-        # The wrong effect may fit best at another place than the one that was found, so the search
-        # is repeated for it.
+        # The wrong effect may fit best at another place than the place that was found, so its
+        # search is repeated.
         places += [
             place.nonlinear for place in places_of(other.effect, Residuals(solved(base_terms)))[:1]
         ]

@@ -16,8 +16,8 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import ReferenceRows
 
 SEVERAL = 3
-"""Smallest number of orders that may form a pattern. It equals the number of effects that a
-diagnosis tests one after another."""
+"""Smallest number of orders that may form a pattern. This number equals the number of effects that
+a diagnosis tests one after another."""
 LEAST_COMMON, LEAST_OF_TWO = 3, 5
 """Least common divisor of the orders of a pattern, and of two orders with a local defect. Three
 random orders have a common divisor of 3 or more with the probability Σ_{d≥3} d⁻³ = 0.08, two random

@@ -158,7 +158,7 @@ class RegularCause:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Findings in a dense reference with one model. They do not depend on the verdict."""
+    """Findings in a dense reference with one model. The findings do not depend on the verdict."""
 
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, by the error that they explain, the largest first."""

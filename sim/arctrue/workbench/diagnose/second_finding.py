@@ -40,7 +40,8 @@ class SecondFinding:
     left_arcsec: Mapping[str, float]
     noise_arcsec: Mapping[str, float]
     channel: str | None = None
-    """Channel in which the effect's size differs from place to place; None where it does not."""
+    """Channel in which the effect's size differs from place to place; None if the size does not
+    differ."""
     variation: float = 0.0
     """Standard deviation, over the places, of the factor that multiplies the effect's size; 0.2 is
     ±20 %."""

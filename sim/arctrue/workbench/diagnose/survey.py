@@ -69,9 +69,10 @@ class Survey:
     matters_arcsec: float
     """Smallest RMS change of the prediction of an effect that is not negligible."""
     absent: int
-    """Number of effects of the catalogue that the model lacks; the p of each is corrected by it."""
+    """Number of effects of the catalogue that the model lacks; the p of each such effect is
+    corrected by this number."""
     looks: int = 1
-    """Number of surveys in a diagnosis; every p is corrected by it."""
+    """Number of surveys in a diagnosis; every p is corrected by this number."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)

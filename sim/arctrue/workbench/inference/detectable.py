@@ -1,9 +1,9 @@
 """Calculates the smallest size of an effect that a set would show.
 
 An effect is found if its gain passes the F test of :mod:`significance`, and if held-out rows show
-it. It is also found without held-out rows if its evidence is too strong to be disregarded. These
-tests depend on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the
-tests follows from noncentral F and normal distributions.
+it. An effect is also found without held-out rows if its evidence is too strong to be disregarded.
+These tests depend on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power
+of the tests follows from noncentral F and normal distributions.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ def holds_out(channels: Iterable[Improvement]) -> bool:
 
 @dataclass(frozen=True)
 class Folds:
-    """For each row, the number of the fit that leaves out this row, by channel; shape (rows,)."""
+    """Number of the fit that leaves out each row, by channel; shape (rows,)."""
 
     capture: Integer | None
     reference: Integer | None

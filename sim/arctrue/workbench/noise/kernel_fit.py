@@ -31,8 +31,8 @@ OSCILLATOR_SPANS = 0.25
 """Longest decay time of an oscillator, in lengths of the longest stretch; an oscillation with a
 longer decay time counts as a line."""
 SMOOTH_MUST_GAIN = 2.0
-"""Gain in log likelihood that smooth noise needs over two exponentials. Both have the same number
-of parameters, and the simpler noise is given up only at odds of 7 to 1."""
+"""Gain in log likelihood that smooth noise needs over two exponentials. Both kinds of noise have
+the same number of parameters, and the simpler noise is given up only at odds of 7 to 1."""
 ENOUGH = 0.01
 """Gain in log likelihood below which a step is the last of the search."""
 STEPS = 60

@@ -314,7 +314,8 @@ def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | 
 
 
 def _visits_s(rows: ReferenceRows) -> float | None:
-    """Return the time between visits of a station from the same side; None if it is irregular."""
+    """Return the time between visits of a station from the same side; None if this time is
+    irregular."""
     if rows.time_s is None:
         return None
     station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) / SAME_STATION_RAD)

@@ -42,8 +42,8 @@ OF_A_WIDTH = 0.005
 BENT_WIDTHS = 0.25
 """Step for the curvature of the log likelihood, as a share of the width of the resonance."""
 MOST_CAPTURE_ROWS = 1600
-"""Largest number of consecutive rows of a capture. They are not averaged, since the oscillations in
-a capture are fast."""
+"""Largest number of consecutive rows of a capture. These rows are not averaged, since the
+oscillations in a capture are fast."""
 LEAST_CAPTURE_ROWS = 400
 """Smallest number of rows of a capture: the test of Ljung and Box over 20 lags, and a quality of 2,
 need some tens of periods. It is a quarter of MOST_CAPTURE_ROWS."""

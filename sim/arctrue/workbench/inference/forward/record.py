@@ -202,8 +202,8 @@ def _base(columns: Float, stretch: Integer, clock: Float) -> Float:
 
 
 def orthonormal(blocks: Sequence[Float]) -> Float:
-    """Return orthonormal columns that span all blocks. They come in the order of the blocks, each
-    block without the span of the blocks before it."""
+    """Return orthonormal columns that span all blocks. The columns come in the order of the blocks,
+    each block without the span of the blocks before it."""
     found = np.zeros((blocks[0].shape[0], 0))
     for block in blocks:
         own = block - found @ (found.T @ block)
