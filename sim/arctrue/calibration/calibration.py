@@ -48,13 +48,13 @@ class CalibrationSettings:
     method : {"least_squares", "fourier"}, optional
         Method that finds the orders.
     runs : sequence of int, optional
-        Runs of the capture; default: those at the lowest speed.
+        Runs of the capture; default: the runs at the lowest speed.
     most_order : int, optional
         Highest order; the orders from 1 to this order are fitted.
     lanes : int, optional
         Lanes of the gateware.
     gain_limit : float, optional
-        Largest noise gain of an order; orders with a larger one are left out.
+        Largest noise gain of an order; orders with a larger gain are left out.
     separation : str, optional
         Source of the separation α of the heads. Default: the index if its value is plausible,
         otherwise the nominal value; the harmonics if their standard uncertainty is smaller than
@@ -78,17 +78,18 @@ class Calibration:
     estimate : Estimate
         Error as a function of the reading, as the gateware needs it.
     verdicts : tuple of Verdict
-        One for each order: whether it is corrected, and if not, why.
+        One verdict for each order: whether the order is corrected and, if not, the reason.
     coefficients : Coefficients
         The coefficients that are loaded into the gateware.
     turns : tuple of WholeTurns
-        The samples from which it was calculated.
+        The samples from which the calibration was calculated.
     comparison : ReferenceComparison or None
-        Error of the reference run before and after; None for a set without one.
+        Error of the reference run before and after the correction; None for a set without a
+        reference run.
     separations : mapping
         The separation α from every available source.
     objections : tuple of str
-        Why these coefficients should not be written, one sentence each.
+        Reasons why these coefficients should not be written, one sentence each.
     warnings : tuple of str
         Warnings for the user, one sentence each.
     """
@@ -128,8 +129,8 @@ def calibrate(
     CaptureRefusedError
         The capture cannot be used; the text says why.
     ValueError
-        The set has no capture or not that run, or the error exceeds the range of the gateware's
-        formats.
+        The set has no capture, or the capture lacks a requested run, or the error exceeds the range
+        of the gateware's formats.
     """
     settings = settings or CalibrationSettings()
     measurement = _without_masked_stations(measurement)

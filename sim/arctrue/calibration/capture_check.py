@@ -106,7 +106,7 @@ def whole_turns(
     counts_per_rev : int
         Counts of one turn.
     runs : sequence of int, optional
-        Numbers of the runs; default: those at the lowest speed.
+        Numbers of the runs; default: the runs at the lowest speed.
     most_order : int, optional
         Highest order that the samples must resolve.
 

@@ -39,10 +39,10 @@ class Estimate:
     orders : ndarray of int, shape (orders,)
         The orders n.
     values : ndarray, shape (2·orders,)
-        Arcseconds; the cosines of all orders before the sines.
+        Amplitudes in arcseconds; the cosines of all orders before the sines.
     covariance : ndarray, shape (2·orders, 2·orders)
-        Arcseconds²; with the noise found in the data, the disagreement of the runs and the
-        uncertainty of α.
+        Covariance of the values in arcseconds²; it contains the noise found in the data, the
+        disagreement of the runs and the uncertainty of α.
     noise_gain : ndarray, shape (orders,)
         |TF| of every order.
     disagreement : ndarray, shape (orders,)
@@ -117,7 +117,7 @@ class Estimate:
         Parameters
         ----------
         x_rad : ndarray, shape (points,)
-            Reading or true angle, as ``function_of`` says, radians.
+            Reading or true angle, as ``function_of`` states, radians.
 
         Returns
         -------
@@ -129,8 +129,9 @@ class Estimate:
     def u_error_arcsec(self, x_rad: Float, applied: NDArray[np.bool_] | None = None) -> Float:
         """Calculate the standard uncertainty of the error with the full covariance.
 
-        Its square is j(x)ᵀ C j(x) with j the cosines and sines of the orders that are seen. It
-        contains the noise of each order and the common effect of α on all orders.
+        The square of this uncertainty is j(x)ᵀ C j(x), where j are the cosines and sines of the
+        orders that are seen. It contains the noise of each order and the common effect of α on all
+        orders.
 
         Parameters
         ----------

@@ -47,8 +47,8 @@ def fourier(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Source of the α that sets the zero of head 2; default: the measured one, if the index is
-        plausible; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured separation, if the index
+        is plausible; ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
         Standard uncertainty of the distance between the places where the heads detect the index
         mark, arcseconds.

@@ -76,7 +76,7 @@ def with_regular(
 
     A line is left out if the forward search covered its place and found no line there: noise drives
     a resonance at that place, or the line is in half of the record only. A line above the searched
-    rates stays if it is the larger one.
+    rates stays if it is larger than the line of the forward search.
     """
     larger = {
         item.name

@@ -331,11 +331,10 @@ def _judged(
 def _largest_sure(
     item: Candidate, tried: Survey, null: float, report_step: ReportStep
 ) -> Candidate:
-    """Return the candidate, or a larger cause with its name, with evidence.
+    """Return, with evidence, the candidate or a smaller regular cause with the candidate's name.
 
-    If several regular causes have the name, return the largest significant cause: slow noise may
-    explain a slow line but does not hide a fast line. If no cause is significant, return the
-    largest.
+    The largest significant cause is returned: slow noise may explain a slow line but does not hide
+    a fast line. If no cause is significant, the candidate is returned.
     """
     judged = _judged(item, tried, null, tried.absent, report_step)
     if item.regular is None or judged.p_corrected < SIGNIFICANCE:

@@ -24,8 +24,8 @@ class ModelRatio:
     parameters : int
         Number of parameters that only the larger model has, search parameters included.
     p_value : float
-        Probability of such a gain by chance if the smaller model is true. It is too small if the
-        larger model searched for a place: :func:`arctrue.diagnose` counts the places.
+        Probability of such a gain by chance if the smaller model is true. This probability is too
+        small if the larger model searched for a place: :func:`arctrue.diagnose` counts the places.
     larger : int
         Number of the larger model, 1 or 2.
     """

@@ -263,8 +263,8 @@ def _away_from_halves(orders: Float | float) -> Float:
 def _inside_a_gap(
     effect: Effect, residuals: Residuals, power: Float, orders: Float, trials: float, step: float
 ) -> list[Place]:
-    """Return the best order within the gap around a whole or half order, which the turns do not
-    resolve, if it differs significantly from that whole or half order.
+    """Return the best order that differs significantly from a whole or half order but is nearer to
+    it than the turns resolve.
 
     Two lines are resolved at 1/(2·turns). The place of a single line is the more exact, the higher
     the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line

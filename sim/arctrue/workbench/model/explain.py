@@ -112,7 +112,7 @@ def explain(
     matters_counts: float = MATTERS_COUNTS,
     report_step: ReportStep = lambda text: None,
 ) -> Explanation:
-    """Add the named effects, drop the idle effects, which later effects replace, and diagnose the
+    """Add the named effects, drop idle effects, which other effects replace, and diagnose the
     remaining residual.
 
     Effects that ``model`` had stay. Raises NotTestableError for an effect that the set cannot test.
