@@ -102,7 +102,7 @@ class Dataset(MeasurementSet):
     warnings : tuple of str, optional
         Remarks on the data for people, one sentence each.
     folder : Path, optional
-        The folder from which it was read.
+        The folder from which the set was read.
     date : datetime, optional
         Time of the measurement, with its time zone.
     """
@@ -174,7 +174,7 @@ class Dataset(MeasurementSet):
             The unit of a quantity or column: ``{"head1": "deg"}``. An entry is needed if neither
             the column (astropy, xarray, HDF5) nor the end of its name (``az_deg``) states the unit.
         **metadata
-            Keys of ``measurement.toml``: ``counts_per_rev`` (counts a turn),
+            Keys of ``measurement.toml``: ``counts_per_rev`` (counts per turn),
             ``head_separation_deg`` or ``head_places_deg`` (degrees), ``grating_lines``,
             ``disc_diameter_mm``, ``drive_gear_teeth``, ``index_detection_arcsec``,
             ``index_repeatability_counts``, ``clock_hz``, ``instrument``, ``faces``,
@@ -228,10 +228,10 @@ class Dataset(MeasurementSet):
         Parameters
         ----------
         capture : pandas.DataFrame, optional
-            All heads over time, one row per sample; columns as in :meth:`from_arrays`. A column of
-            dates is taken as the time.
+            Readings of all heads over time, one row per sample; columns as in :meth:`from_arrays`.
+            A column of dates is taken as the time.
         reference : pandas.DataFrame, optional
-            Head 1 against a reference, one row per comparison.
+            Errors of head 1 against a reference, one row per comparison.
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
@@ -286,14 +286,14 @@ class Dataset(MeasurementSet):
         Parameters
         ----------
         capture : xarray.Dataset, optional
-            All heads over time; variables and coordinates of one dimension are columns as in
-            :meth:`from_arrays`. ``attrs["units"]`` of a variable is its unit.
+            Readings of all heads over time; variables and coordinates of one dimension are columns
+            as in :meth:`from_arrays`. ``attrs["units"]`` of a variable is its unit.
         reference : xarray.Dataset, optional
-            Head 1 against a reference, in the same form.
+            Errors of head 1 against a reference, in the same form.
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
-            As in :meth:`from_arrays`; it takes precedence over ``attrs``.
+            As in :meth:`from_arrays`; this argument takes precedence over ``attrs``.
         **metadata
             As in :meth:`from_arrays`. Attributes of the datasets with these names are used if a
             keyword is not given.
@@ -357,8 +357,8 @@ class Dataset(MeasurementSet):
             The group whose one-dimensional datasets are the columns of all heads over time, for
             instance ``"/entry/heads"``.
         reference : str, optional
-            The group of head 1 against a reference. If neither group is named, ``/capture`` and
-            ``/reference`` are used.
+            The group with the errors of head 1 against a reference. If neither group is named,
+            ``/capture`` and ``/reference`` are used.
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional

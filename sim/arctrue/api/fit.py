@@ -246,7 +246,7 @@ class FitResult:
             ``temperature_c`` (°C), ``time_s`` (s), ``direction`` (+1, −1), ``speed_deg_s`` (°/s,
             signed), and the set's own conditions.
         return_std : bool, optional
-            Also give the standard uncertainty.
+            If True, also return the standard uncertainty.
 
         Returns
         -------
@@ -374,8 +374,8 @@ class ModelTest:
     Parameters
     ----------
     bic_difference : float
-        BIC of the first minus BIC of the second: above 0 the second model is better, above 10 much
-        better.
+        BIC of the first model minus BIC of the second model: above 0 the second model is better,
+        above 10 it is much better.
     ratio : ModelRatio or None
         Likelihood ratio, parameters between the models, p; None if neither model contains the
         other.
@@ -441,7 +441,7 @@ def fit(
     ValueError
         A parameter is not known, or no values meet the conditions.
     NotTestableError
-        The set lacks what an effect of the model needs.
+        The set lacks data that an effect of the model needs.
     MeasurementError
         The folder cannot be read.
 
@@ -632,15 +632,15 @@ def compare_models(one: FitResult, other: FitResult) -> ModelTest:
     Parameters
     ----------
     one : FitResult
-        The first, usually the smaller model.
+        Fit of the first, usually the smaller model.
     other : FitResult
-        The second.
+        Fit of the second model.
 
     Returns
     -------
     ModelTest
-        Difference of BIC; likelihood ratio with p if one contains the other; error on held-out
-        rows.
+        Difference of BIC; likelihood ratio with p if one model contains the other; error on
+        held-out rows.
 
     Raises
     ------

@@ -65,7 +65,7 @@ class Model:
         Parameters
         ----------
         file : Path or str
-            The file; an existing one is replaced.
+            The file; an existing file is replaced.
 
         Raises
         ------
@@ -94,7 +94,7 @@ class Model:
             Names of effects (``arctrue effects``).
         **settings : dict
             The settings of an effect, by its name: ``graduation_harmonics={"orders": [1, 2]}``. If
-            the model has the effect, these settings replace the present ones.
+            the model has the effect, these settings replace the present settings.
 
         Returns
         -------
@@ -127,7 +127,7 @@ class Model:
         Parameters
         ----------
         effect : str
-            Its name (``arctrue effects``).
+            Name of the effect (``arctrue effects``).
         measurement : MeasurementSet, Path or str
             The set, or the name of its folder.
         **settings
@@ -143,7 +143,7 @@ class Model:
         EffectNotFoundError
             No effect has that name.
         NotTestableError
-            The set lacks what the effect needs.
+            The set lacks data that the effect needs.
         MeasurementError
             The folder cannot be read.
         """
@@ -159,7 +159,7 @@ class Model:
         Parameters
         ----------
         effect : str
-            Its name.
+            Name of the effect.
         measurement : MeasurementSet, Path or str
             The set, or the name of its folder.
 
@@ -189,7 +189,7 @@ class Model:
         Parameters
         ----------
         content : arctrue.workbench.model.Model
-            Content whose history continues that of this model.
+            Content whose history continues the history of this model.
         measurement : MeasurementSet, Path or str
             The fitted set.
 
@@ -239,7 +239,7 @@ class Model:
         Returns
         -------
         Pictures
-            The ladder of the history.
+            A chart with the error after each step of the history.
 
         Raises
         ------
@@ -307,7 +307,7 @@ def add(
     Parameters
     ----------
     effect : str
-        Its name (``arctrue effects``).
+        Name of the effect (``arctrue effects``).
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str, optional
@@ -325,7 +325,7 @@ def add(
     EffectNotFoundError
         No effect has that name.
     NotTestableError
-        The set lacks what the effect needs.
+        The set lacks data that the effect needs.
     """
     return model_of(model).add(effect, measurement, **settings)
 
@@ -336,7 +336,7 @@ def drop(effect: str, measurement: SetOrFolder, model: ModelLike) -> Model:
     Parameters
     ----------
     effect : str
-        Its name.
+        Name of the effect.
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str

@@ -134,7 +134,7 @@ class Explanation:
     Parameters
     ----------
     model : Model
-        The model with the effects that were added; its history has a step for each.
+        The model with the effects that were added; its history has a step for each effect.
     sizes_arcsec : dict of str to float
         Held-out error that each added effect removes, in the channel where it removes most; the
         largest first.
@@ -155,7 +155,7 @@ class Explanation:
         Returns
         -------
         Pictures
-            The ladder of the model's history.
+            A chart with the error after each step of the model's history.
 
         Raises
         ------
@@ -193,7 +193,7 @@ def compare(
     Raises
     ------
     NotTestableError
-        The set lacks what an effect of the model needs.
+        The set lacks data that an effect of the model needs.
     MeasurementError
         The folder cannot be read.
     """
@@ -236,7 +236,7 @@ def diagnose(
     Raises
     ------
     NotTestableError
-        The set lacks what an effect of the model needs.
+        The set lacks data that an effect of the model needs.
     MeasurementError
         The folder cannot be read.
     """
@@ -280,7 +280,7 @@ def explain(
     Raises
     ------
     NotTestableError
-        The set lacks what an effect of the model needs.
+        The set lacks data that an effect of the model needs.
     MeasurementError
         The folder cannot be read.
     """

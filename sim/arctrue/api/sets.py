@@ -81,7 +81,8 @@ def simulate(
     *effects : str
         Causes of error that the table has, as ``arctrue simulate --list`` names them.
     sizes : sequence of float, optional
-        Their sizes, in the order and unit of the effects; they are drawn if none are given.
+        Sizes of the effects, in the order and unit of the effects; random sizes are drawn if none
+        are given.
     experiment : {"full", "short", "lean"}, optional
         Extent of the measurement.
     seed : int, optional

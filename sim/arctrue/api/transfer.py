@@ -52,7 +52,7 @@ def import_files(
     units : mapping of str to str, optional
         The unit of a quantity, as for ``--unit``.
     reader : str, optional
-        Name of the reader, by default the one that recognises the file, as for ``--format``.
+        Name of the reader, by default the reader that recognises the file, as for ``--format``.
     group : str, optional
         Group of an HDF5 file or variable of an EPICS log.
     period_s : float, optional
@@ -79,7 +79,7 @@ def import_files(
         The files can be read in several ways; the text names the option that decides, and ``--unit
         head1=deg`` is ``units={"head1": "deg"}`` here.
     MeasurementError
-        A file is damaged: row and column.
+        A file is damaged; the text states row and column.
     MissingExtraError
         The reader needs a package that is not installed.
     """
@@ -134,14 +134,14 @@ def export(
     table_format : str, optional
         ``gateware``, or a format of ``arctrue export --format``.
     points : int, optional
-        Number of entries of a table per turn.
+        Number of steps of a table per turn.
     steps_per_second : float, optional
         Motor steps in a sidereal second, which ``table_format="onstep"`` needs.
     lanes : int, optional
-        Number of lanes of the gateware; by default as many as it is built with.
+        Number of lanes of the gateware; by default the number with which the gateware is built.
     temperature_c : float, optional
-        Temperature for which the coefficients hold, °C; by default they follow the table's
-        temperature.
+        Temperature for which the coefficients hold, °C; by default the coefficients follow the
+        table's temperature.
     force : bool, optional
         Write the file even if it makes the error larger on the set.
 
@@ -155,7 +155,7 @@ def export(
     ExportRefusedError
         The file would make the error larger on the set; nothing was written.
     ValueError
-        The format is not known, or the set does not say the counts of a turn.
+        The format is not known, or the set does not state the counts per turn.
     OSError
         The file cannot be written.
     """
