@@ -170,7 +170,7 @@ class FitResult:
 
     @property
     def nobs(self) -> int:
-        """Number of rows of both channels that were fitted."""
+        """Number of fitted rows of both channels together."""
         return self.solution.observations.rows
 
     @property

@@ -28,9 +28,9 @@ T = TypeVar("T")
 LARGEST = sys.float_info.max
 """The largest finite number: a range up to it excludes NaN and infinity."""
 LARGE_POWER = 40
-"""Limits from here on are printed as a power of two."""
+"""Smallest power of two, 2⁴⁰, that is printed as a power of two."""
 LONGEST_FOUND = 60
-"""Number of characters of a value that a message repeats."""
+"""Largest number of characters of a value that a message repeats."""
 
 
 def at_least(low: float) -> Meta:

@@ -136,7 +136,7 @@ def diagnose(
     """Judge every effect that ``terms`` lacks. Nothing is random, so equal inputs give equal
     results.
 
-    ``given``: the model on the rows that a command uses, where ``observations`` has fewer rows.
+    ``given``: the model fitted to the rows that a command uses, if ``observations`` has fewer rows.
     """
     faults = data_faults(observations)
     if faults:

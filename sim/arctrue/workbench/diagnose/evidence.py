@@ -56,9 +56,9 @@ MOST_LEFT = 0.5
 its own noise estimate, even where the noise of the model without the effect has absorbed most of
 the effect."""
 OF_ITS_SIZE = 0.2
-"""Largest first p of an effect that slow noise may have absorbed. Such noise is about as large as
-the effect, so that the effect is at least one standard uncertainty; by chance, an effect is as
-large with at most this probability."""
+"""Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that absorbs
+an effect is about as large as the effect, so that the effect is at least one standard uncertainty;
+by chance, an effect is as large with at most this probability."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew, free on both sides."""
 FAR_BEHIND = 60.0

@@ -21,7 +21,8 @@ HALF_REPEATS_TURNS = 2.0
 a half order on one turn is only a step at its seam; only its repetition after two turns shows a
 half order."""
 MOSTLY_ITS_OWN = 0.5
-"""Share of a part that the model cannot reproduce. The model can cancel a part only if this share
+"""Smallest share of a part at which the part is accepted without a further test. The share is the
+part of the columns that the model cannot reproduce; the model can cancel the part only if the share
 is smaller."""
 
 

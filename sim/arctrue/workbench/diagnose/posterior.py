@@ -40,8 +40,8 @@ A_LITTLE = 1e-3
 """Margin of a probability, or of its logarithm, that keeps the answer ahead in spite of
 rounding."""
 LEVEL = 0.01
-"""Largest relative lead of the first of a class over a rival that counts as equally probable: the
-rules made the two equal except for A_LITTLE."""
+"""Largest relative lead with which a rival still counts as equally probable as the first effect of
+a class; the rules set the two equal except for A_LITTLE."""
 LEAST_OF_A_NAME = 0.8
 """Smallest probability with which a single name is stated. The loss of a false name is assumed to
 be four times the loss of a class where a single name would be right."""
@@ -110,9 +110,9 @@ def posterior(
         # product. Where several effects explain the rows equally well, a smaller lead excludes no
         # effect, and ``unknown`` may not be more probable than the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
-        # The first of a class can be excluded only because it does not show at every speed. It then
-        # also counts as an excluded effect with its own probability, so that only another rival can
-        # be more probable.
+        # The first effect of a class can be excluded only because it does not show at every speed.
+        # This effect then also counts as an excluded effect with its own probability, so that only
+        # another rival can be more probable.
         suspect = effect_class[0] in excluded
         others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))

@@ -1,8 +1,9 @@
 """Finds regular causes in a dense reference by a forward search: lines, ordered by the error that
 they explain.
 
-Held-out rows that are predicted from their neighbours cannot show a line far above their scatter;
-the search predicts whole blocks of the record, and its lines have passed that test.
+Rows that are left out singly cannot show a line far above their scatter, because their neighbours
+already predict the line. This search predicts whole blocks of the record, and its lines have passed
+this test.
 """
 
 from __future__ import annotations

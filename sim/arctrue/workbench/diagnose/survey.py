@@ -24,8 +24,8 @@ OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""
 RUNS_ARE_THE_SAMPLE = 0.5
-"""Smallest share of the index in the variance of an effect's size at which the runs count as the
-sample."""
+"""Smallest share of the index repeatability in the variance of an effect's size at which the runs,
+not the rows, count as the sample."""
 
 LEAST_HELD_OUT = 0.5
 """Smallest share of an effect's own error that other blocks must predict. With less, a model

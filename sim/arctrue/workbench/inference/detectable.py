@@ -64,7 +64,8 @@ class Refused:
     trials: float = 1.0
     """Number of places of the effect's search; ΔBIC is reduced for them."""
     rows_by_themselves: float = 0.5
-    """Share of the index in the variance of a size above which held-out rows are not used."""
+    """Share of the index repeatability in the variance of an effect's size above which held-out
+    rows are not used."""
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,8 @@ BEST_PLACES = 4
 MOST_MOVES = 4
 """Largest number of steps of a search before it encloses the maximum."""
 EDGE_STEPS = 5
-"""Number of bisection steps: they reach a thirtieth of the grid step, which is exact enough where
-the gain is cut off."""
+"""Number of bisection steps near a place where the gain is set to 0: five steps reach a thirtieth
+of the grid step, which is exact enough."""
 PARABOLAS = 3
 """Number of parabolas, each through the three best places so far."""
 SAME_PLACE = 2e-3
@@ -476,8 +476,8 @@ LEAST_STEP_ROWS = 4
 """Smallest number of rows of the run on either side of a step: one more than the largest number of
 consecutive wrong rows."""
 STEP_PLACES = 24
-"""Number of places in a run at which the information about a step is computed; between them it
-changes slowly and is interpolated."""
+"""Number of places in a run at which the information about a step is computed; between these places
+the information changes slowly and is interpolated."""
 
 
 def step_trials(gain: float, rows: int) -> float:

@@ -15,8 +15,8 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 INDEX_FREEDOM = 6.0
-"""Weight of ±1 count as the prior of an index whose repeatability is not stated, as a number of
-runs."""
+"""Weight of the prior ±1 count of an index whose repeatability the set does not state, as a number
+of runs."""
 
 
 STATED_INDEX_FREEDOM = 60.0

@@ -48,8 +48,8 @@ class Observations:
     masked: tuple[MaskedRow, ...] = ()
     """Rows that are not used, in the order of the files."""
     may_mask: bool = True
-    """True if single wrong rows may be left out; False if the set, or whoever reads it, decides
-    which rows are used."""
+    """True if single wrong rows may be left out; False if the set, or the caller that reads the
+    set, decides which rows are used."""
     outlying_share: Mapping[str, float] = field(default_factory=dict)
     """Share of outliers among the rows of each channel; if the share is above a limit, no outlier
     is masked."""
@@ -66,7 +66,7 @@ class Observations:
 
     @property
     def rows(self) -> int:
-        """Number of rows of both channels together that the statistics use."""
+        """Number of rows that the statistics use, of both channels together."""
         capture = 0 if self.capture is None else self.capture.run.size
         return capture + (0 if self.reference is None else self.reference.run.size)
 

@@ -198,7 +198,7 @@ def noise_with(record: Record, others: Float, near: KernelNoise | None = None) -
 
 
 def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoise]:
-    """Add an oscillator to each noise, where its whitened residuals have a broad peak that is no
+    """Add an oscillator to each noise whose whitened residuals have a broad peak that is no
     line."""
     variance = max(float(np.mean(rows.left() ** 2)) / 10.0, 1e-30)
     for fit in fits:
