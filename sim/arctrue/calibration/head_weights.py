@@ -1,8 +1,8 @@
 """Calculates the weights of the mean of the heads, and of the parity that detects a wrong head.
 
 Head i stands p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that moves by c = x
-+ jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, ρ_i being the disc's nominal radius R over the radius
-of head i.
++ jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, where ρ_i is the disc's nominal radius R divided by
+the radius of head i.
 
 With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with the table and contains no translation
 of the axis, at any order, repeating or not. Three heads have one solution. Four heads have a family
@@ -54,8 +54,9 @@ def mean_weights(
 ) -> Float:
     """Return the weights of the mean with the least noise, (H,).
 
-    Raises WeightsRefusedError where no weights exclude a translation from the mean, where one does
-    not fit into s1.16, or where the mean is noisier than ``noise_limit`` times one reading.
+    Raises WeightsRefusedError if no weights exclude a translation from the mean, if a weight does
+    not fit into s1.16, or if the noise of the mean exceeds ``noise_limit`` times the noise of one
+    reading.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     conditions = np.column_stack((np.ones(places.size), translation_columns(places, radius_ratios)))

@@ -16,9 +16,9 @@ from arctrue.workbench.inference.scan import (
 from arctrue.workbench.observations import Observations
 
 UNEVEN = 1e-3
-"""Largest relative difference between distances of even stations: with 360 stations, it changes the
-phase of the 360th order by 0.4° from one station to the next, so that orders and their aliases look
-equal."""
+"""Largest relative difference between distances of even stations: with 360 stations, this
+difference changes the phase of the 360th order by 0.4° from one station to the next, so that orders
+and their aliases look equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0
 """Highest listed alias: orders above it are not searched."""
 

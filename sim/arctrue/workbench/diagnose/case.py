@@ -227,8 +227,8 @@ class Case:
 
     @cached_property
     def look_alikes(self) -> dict[str, list[str]]:
-        """Effects that this set cannot test and whose columns look like the columns of the best
-        effect, each with the data that the set lacks."""
+        """Effects that this set cannot test and whose columns look like the best effect's, each
+        with the data that the set lacks."""
         best, survey = self.best, self.survey
         if best is None or best.effect.unspecific:
             return {}

@@ -86,7 +86,7 @@ def adds(item: Candidate, other: Candidate) -> bool:
 def lead(item: Candidate, other: Candidate) -> float:
     """Return twice the log of the evidence of ``item`` divided by the evidence of ``other``.
 
-    Both have the same noise, and each is a family of coefficients of one size
+    Both effects have the same noise, and each effect is a family of coefficients of one size
     (:func:`family_gain`): a BIC would penalise the 23 faces of a polygon as if each face had a size
     of its own.
     """

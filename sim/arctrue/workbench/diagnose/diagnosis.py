@@ -1,5 +1,5 @@
-"""States which physical effect a model lacks, or that the data cannot show it, or that no known
-effect fits.
+"""Names the physical effect that a model lacks, or states that the data cannot show it or that no
+known effect fits.
 
 A diagnosis goes through stages, and each gives a frozen record to the next: faults of the data →
 candidates → evidence → probabilities → rules → next measurement.
@@ -185,8 +185,8 @@ def _with_the_found(
     An effect may show in the reference as a line at an alias, an oscillation or a step; these are
     no findings of their own. A regular cause is a finding itself and stays in the list. The error
     that its plain line does not describe, such as a phase that depends on the direction, may have
-    looked like a resonance. A jump that vanishes with a product of parts that describes the whole
-    error is no jump: an error that follows the speed differs from run to run.
+    looked like a resonance. If a product of parts describes the whole error and a jump vanishes
+    with it, this is no jump: an error that follows the speed differs from run to run.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:

@@ -73,8 +73,8 @@ class NextMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Effects that the next measurement has to distinguish, or one effect whose name needs data
-    that the set lacks."""
+    """Effects that the next measurement has to distinguish, or one effect, for whose name the set
+    lacks data."""
 
     best: Candidate
     rivals: Sequence[Candidate]

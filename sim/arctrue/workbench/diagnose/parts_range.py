@@ -1,5 +1,5 @@
-"""Selects the products of parts that the rows can show: waves that the rows resolve, and sizes that
-the error contains."""
+"""Selects the products of parts that the rows can show: the rows resolve their waves, and the error
+contains their sizes."""
 
 from __future__ import annotations
 
@@ -21,9 +21,8 @@ HALF_REPEATS_TURNS = 2.0
 a half order on one turn is only a step at its seam; only its repetition after two turns shows a
 half order."""
 MOSTLY_ITS_OWN = 0.5
-"""Smallest share of a part at which the part is accepted without a further test. The share is the
-part of the columns that the model cannot reproduce; the model can cancel the part only if the share
-is smaller."""
+"""Share of a part that the model cannot reproduce (1/VIF); above it the part is accepted, because
+the model can cancel only a part with a smaller share."""
 
 
 def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArray[np.bool_]:

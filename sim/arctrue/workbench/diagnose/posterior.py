@@ -122,9 +122,9 @@ def posterior(
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # An effect outside the class adds nothing to a model with the first, or the first
-                # adds something to a model with that effect: its weight is at most this share of
-                # the first one's weight.
+                # An effect outside the class adds nothing to a model with the first effect, or the
+                # first effect adds something to a model with that effect: the weight of that effect
+                # is at most this share of the weight of the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)

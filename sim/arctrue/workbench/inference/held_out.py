@@ -194,10 +194,8 @@ def held_out_with(
     terms: Sequence[Term], further: Term, observations: Observations, context: FitContext,
     noise: Noise,
 ) -> tuple[HeldOut, HeldOut]:  # fmt: skip
-    """Return the errors without and with one more term, on the same folds and with the same noise.
-
-    Each fold searches the search parameters of the further term again.
-    """
+    """Return the errors without and with the term ``further``, on the same folds and for the same
+    noise."""
     folds = folds_of(observations)
     before, after = _Errors(observations, noise), _Errors(observations, noise)
     for keep, train, of_kept in _trainings(observations, noise, folds):

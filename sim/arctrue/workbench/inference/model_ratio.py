@@ -1,4 +1,5 @@
-"""Calculates the likelihood ratio of two models of one set; one model contains the other."""
+"""Calculates the likelihood ratio of two models of one set, if one of the models contains the
+other."""
 
 from __future__ import annotations
 

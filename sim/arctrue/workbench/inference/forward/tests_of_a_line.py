@@ -101,8 +101,8 @@ def gain_over_an_oscillator(
     """Return the log likelihood that a line gains over an oscillator at its frequency.
 
     An oscillator driven by noise looks like a line that loses its phase; the oscillator that is
-    fitted may keep its phase for a quarter of the record. ``without`` and ``grown`` are the fits
-    without and with the line. A result above ``enough`` is a lower bound, because the fit with the
+    fitted may keep its phase for a quarter of the record. ``without`` is the fit without the line,
+    ``grown`` the fit with it. A result above ``enough`` is a lower bound, because the fit with the
     line then omits the oscillator.
     """
     rows = record.rows(others)
