@@ -33,7 +33,8 @@ class MissingExtraError(ImportError, ValueError):
 
 
 def missing_extra(error: ModuleNotFoundError) -> MissingExtraError | None:
-    """Return the error that names the extra of a missing module; None if no extra has it."""
+    """Return the error that names the extra of a missing module; None if no extra installs this
+    module."""
     package = (error.name or "").partition(".")[0]
     extra = EXTRA_OF.get(package)
     if extra is None:
@@ -46,7 +47,7 @@ def missing_extra(error: ModuleNotFoundError) -> MissingExtraError | None:
 
 @contextmanager
 def needs_extras() -> Iterator[None]:
-    """Turn the missing package of an extra into a sentence with the command that installs it.
+    """Convert the error of a missing package of an extra to a sentence with the install command.
 
     Raises MissingExtraError.
     """

@@ -112,7 +112,7 @@ class Estimate:
         return np.asarray(np.sqrt(variance.mean(axis=0)))
 
     def error_arcsec(self, x_rad: Float) -> Float:
-        """Calculate the error.
+        """Calculate the error ε at the angles ``x_rad``.
 
         Parameters
         ----------

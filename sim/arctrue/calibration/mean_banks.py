@@ -41,8 +41,8 @@ class HeadsOnDisc:
     """A disc and the heads that read it, as calibrated.
 
     ``orders`` (N,), ``values`` (2N,) in arcseconds, cosines before sines: g(R) of the disc reading;
-    ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn, p_i less
-    the angle by which head i detects the index mark late; ``radius_ratios`` (H,): the disc's
+    ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn, p_i
+    minus the angle by which head i detects the index mark late; ``radius_ratios`` (H,): the disc's
     nominal radius divided by the radius of each head; order 1 is multiplied by this ratio.
     """
 
@@ -66,7 +66,8 @@ class HeadsOnDisc:
 
 
 def mean_error_arcsec(disc: HeadsOnDisc, weights: Float, carrier: int, carrier_rad: Float) -> Float:
-    """Return E at readings r_s of the carrier (0, 1, …), arcseconds, shape of ``carrier_rad``."""
+    """Return the error E of the mean at readings r_s of the head ``carrier`` (0, 1, …), arcseconds,
+    in the shape of ``carrier_rad``."""
     place = disc.places_rad[carrier]
     angle = carrier_rad - disc.under_head(carrier, carrier_rad + place) * RAD_PER_ARCSEC
     total = np.zeros_like(angle)
@@ -87,7 +88,8 @@ def mean_lanes(
     lanes: int = LANES_DEFAULT,
     least_arcsec: float = 0.0,
 ) -> Coefficients:
-    """Return the largest ``lanes`` orders of E as a function of r_s, above ``least_arcsec``."""
+    """Return the ``lanes`` largest orders of E as a function of r_s, if their amplitude exceeds
+    ``least_arcsec``."""
     most = int(disc.orders.max(initial=1))
     number = 1 << max(10, int(np.ceil(np.log2(8 * most))))
     reading: Float = np.arange(number) * np.float64(2.0 * np.pi / number)

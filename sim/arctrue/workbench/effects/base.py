@@ -302,7 +302,8 @@ class Effect(ABC):
         self.settings: dict[str, object] = {**self.defaults, **settings}
 
     def integers(self, key: str) -> tuple[int, ...]:
-        """Return a setting that lists whole numbers. Raises ValueError if it does not."""
+        """Return a setting that lists whole numbers. Raises ValueError if the setting has other
+        values."""
         values = self.settings[key]
         if not isinstance(values, Sequence) or not all(
             isinstance(value, int) and not isinstance(value, bool) and value > 0 for value in values
@@ -357,7 +358,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[RealLane]:
-        """Return the lines of non-integer orders that lanes can correct; default none."""
+        """Return the lines of non-integer orders that lanes can correct; by default none."""
         return []
 
     def local_error(
@@ -400,7 +401,7 @@ class Effect(ABC):
         similar effects.
 
         Without this variety, the effect can be fitted, but is not named; it may share a class with
-        another.
+        another effect.
         """
         return []
 
@@ -511,8 +512,8 @@ class Effect(ABC):
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """Return the form and place that follow from the place that a search found; default:
-        unchanged."""
+        """Return the form and the place of the effect that follow from the place that a search
+        found; by default, both stay unchanged."""
         return self, dict(nonlinear)
 
     def parameters(

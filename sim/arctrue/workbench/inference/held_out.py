@@ -195,7 +195,10 @@ def held_out_with(
     noise: Noise,
 ) -> tuple[HeldOut, HeldOut]:  # fmt: skip
     """Return the errors without and with the term ``further``, on the same folds and for the same
-    noise."""
+    noise.
+
+    Each fold searches the search parameters of the further term again.
+    """
     folds = folds_of(observations)
     before, after = _Errors(observations, noise), _Errors(observations, noise)
     for keep, train, of_kept in _trainings(observations, noise, folds):

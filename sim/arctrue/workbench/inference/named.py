@@ -21,7 +21,8 @@ Float = NDArray[np.float64]
 
 
 def labels(terms: Sequence[Term]) -> list[str]:
-    """Return the name of each term, with its number where the effect occurs more than once."""
+    """Return the name of each term, with the number of the occurrence if the effect occurs more
+    than once."""
     names = [term.effect.name for term in terms]
     found = []
     for place, name in enumerate(names):

@@ -19,8 +19,8 @@ Cost = Callable[[Float], float]
 PRIOR_CENTRE = 1e-3
 """Centre of the prior of a coloured part's variance, as a share of the variance of the rows."""
 PRIOR_WIDTH = float(np.log(1e3))
-"""Width of this prior in logarithms; the prior is log-normal, with a factor of a thousand in either
-direction."""
+"""Standard deviation of the variance's logarithm in this log-normal prior: a factor of a thousand
+in either direction."""
 SMALLEST, LARGEST = 1e-7, 30.0
 """Limits of a coloured part's variance, as shares of the variance of the rows."""
 STATED_READINGS = 8.0
@@ -117,8 +117,8 @@ def fit_spectrum(
 
     begin = np.clip(begin, low, high)
     if start is not None:
-        # If the start contained an effect that the model now has, it is a bad start: the cheaper of
-        # two starts is used.
+        # If the start contained an effect that the model now has, the start is bad: of two starts,
+        # the start with the lower cost is used.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
     begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)
@@ -164,7 +164,8 @@ def _with_a_walk(begin: Float, variance: float, low: Float, high: Float) -> list
 
 
 def _covariance(cost: Cost, best: Float) -> Float:
-    """Return the inverse of the curvature; in each direction at most the variance of the priors."""
+    """Return the inverse of the curvature, limited in each direction to the variance of the
+    priors."""
     size, width = best.size, 0.1
     curvature = np.empty((size, size))
     around = {}

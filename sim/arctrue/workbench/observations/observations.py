@@ -30,15 +30,15 @@ class Observations:
     reference: ReferenceRows | None
     """Every row of the reference or, for a long reference, the part that statistics use."""
     counts_per_rev: int | None
-    """Counts per turn; None: not stated."""
+    """Number of counts per turn; None if the set does not state it."""
     grating_lines: int | None
-    """Lines of the disc; None: not stated."""
+    """Number of lines of the disc; None if the set does not state it."""
     head_separation_rad: float
     """Nominal angle from head 1 to head 2, radians."""
     drive_gear_teeth: float | None
-    """Teeth of the gear that drives the table; None: not stated."""
+    """Number of teeth of the gear that drives the table; None if the set does not state it."""
     disc_diameter_mm: float | None
-    """Diameter of the graduation, millimetres; None: not stated."""
+    """Diameter of the graduation, millimetres; None if the set does not state it."""
     heads: int = 2
     """Number of heads of the capture."""
     stored: StoredCapture | None = None
@@ -54,11 +54,12 @@ class Observations:
     """Share of outliers among the rows of each channel; if the share is above a limit, no outlier
     is masked."""
     used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Numbers in the file (0, 1, …) of the samples that are used; None if all are used."""
+    """Numbers in the file (0, 1, …) of the samples that are used; None if all samples are used."""
     capture_sample: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
     """Number of the sample of each capture row; None if row k is sample k."""
     used_reference_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Numbers in the file (0, 1, …) of the reference rows that are used; None if all are used."""
+    """Numbers in the file (0, 1, …) of the reference rows that are used; None if all rows are
+    used."""
     index_repeatability_counts: float | None = None
     """Standard deviation of one head's index from run to run, as the set states it."""
     reference_uncertainty_arcsec: float | None = None
