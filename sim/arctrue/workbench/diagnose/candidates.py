@@ -74,8 +74,8 @@ def with_regular(
     """Return the candidates, with a candidate of a forward search in place of each other candidate
     of the same name.
 
-    A line is left out if the forward search covered its place and found no line there: noise drives
-    a resonance at that place, or the line is in half of the record only. A line above the searched
+    A line is left out if the forward search covered its place and found no line there: such a line
+    is a resonance driven by noise, or exists in half of the record only. A line above the searched
     rates stays if it is larger than the line of the forward search.
     """
     larger = {

@@ -46,14 +46,14 @@ REFUSED_P = LACK_OF_FIT
 """p below which an effect that fits, but is refused as a name, counts as a lack of fit; it equals
 the p of a sure lack of fit."""
 LEAST_COLOUR = 0.02
-"""Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows a
-smaller sum, from a difference to the noise model of a fiftieth of the variance, is significant too,
-but it changes no σ by more than 1 %."""
+"""Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
+difference of a fiftieth of the variance from the noise model gives a smaller sum that is
+significant too, but this difference changes no σ by more than 1 %."""
 AGAIN = 3
 """Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3
-"""Largest number of effects that are tested one after another, each with those before it in the
-model."""
+"""Largest number of effects that are tested one after another, each with the effects before it in
+the model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class Case:
     """Function that applies the rules of the verdict to a case."""
     depth: int = 1
     adding: Adding | None = None
-    """Object that adds effects to the model as a command adds them; None: they are added to the
+    """Object that adds effects to the model as a command adds them; None: effects are added to the
     model of the survey."""
 
     @cached_property
@@ -145,7 +145,7 @@ class Case:
     @cached_property
     def product(self) -> Candidate | None:
         """The product of parts that passes the same tests as an effect. The p of this product is
-        corrected for all places; a ΔBIC above 0 is not required, because it would correct for the
+        corrected for all places; a ΔBIC above 0 is not required, because ΔBIC would correct for the
         places twice."""
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
@@ -252,7 +252,8 @@ class Case:
         return None if any(_same(item, product) for item in members) else product
 
     def with_it(self, item: Candidate | None) -> Case | None:
-        """Return the case whose model also has this effect; None if the rules do not need it."""
+        """Return the case whose model also has this effect; None if the rules do not need this
+        case."""
         if item is None or self.depth >= DEEPEST:
             return None
         if self.best is item:
@@ -263,7 +264,7 @@ class Case:
 
     @cached_property
     def with_best(self) -> Case | None:
-        """The case with the best effect in the model; None if the rules do not need it."""
+        """The case with the best effect in the model; None if the rules do not need this case."""
         if self.best is None or self.depth >= DEEPEST:
             return None
         return replace(

@@ -15,7 +15,8 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 LEAST_SHARE = 0.5
-"""Least share of the best candidate's gain that a candidate needs to be in its class."""
+"""Least share of the best candidate's gain that another candidate needs to be in the class of the
+best candidate."""
 NOTHING_LEFT_P = 0.001
 """Smallest p, corrected for all searched places, at which an effect adds nothing to a model with
 the other effect."""

@@ -45,7 +45,7 @@ be found; above this share, the set could not show most of what may be missing. 
 calibrated.
 """
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
-"""Orders of the angle that represent all others: slow and fast, whole and half. None is an effect
+"""Orders of the angle that represent all orders: slow and fast, whole and half. None is an effect
 without a wave."""
 HIGHEST_BLIND_ORDER = 1000
 """Highest order up to which blind orders are listed; with heads at 33° there are 8 blind orders.

@@ -234,7 +234,7 @@ def takes_most(grown: Solution, base: Solution) -> bool:
 
 
 def _score_with(items: Sequence[Candidate], real: Candidate) -> None:
-    """Score all candidates at once, so that :func:`_gain_with` finds their scores stored."""
+    """Score all candidates at once, so that :func:`_gain_with` can read the stored scores."""
     assert real.evidence is not None
     real.evidence.base.scores([(item.effect, item.nonlinear) for item in items])
 
@@ -352,8 +352,8 @@ def _largest_sure(
 def _in_less_noise(
     item: Candidate, found: Evidence, residuals: Residuals, null: float
 ) -> tuple[Candidate, Evidence]:
-    """Return the form and the place that fit best with the noise that the effect leaves, and their
-    evidence.
+    """Return the form and the place of an effect that fit best with the noise estimated with the
+    effect in the model, and their evidence.
 
     Without the effect in the model, the noise contains the effect and hides smaller details: the
     lines near a gear's tooth count, or the small difference of an order from a whole number.

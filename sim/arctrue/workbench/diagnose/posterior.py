@@ -102,8 +102,8 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
-        # The first effect explains the lack of fit of the model without it, so that ``unknown`` is
-        # at most as probable.
+        # The first effect explains the lack of fit of the model without this effect, so that
+        # ``unknown`` is at most as probable as the first effect.
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
         # ``unknown`` may be ahead of a single effect by the odds that the rules require of a
@@ -144,12 +144,12 @@ def stated(
     ``confidence``: the probability that such answers are right (:mod:`calibrated`), None where it
     is not known.
 
-    The first of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also gets it if
-    the verdict is that the set cannot tell, since it is then most likely that every effect that the
-    set could show is in the model. Probability that effects and ``none`` lose is added to
+    The first effect of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also gets
+    it if the verdict is that the set cannot tell, since it is then most likely that every effect
+    that the set could show is in the model. Probability that effects and ``none`` lose is added to
     ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
     answer gains is taken from all others in proportion, so that a class has at least the
-    probability of its first. The first of a class gains no probability if a rival is equally
+    probability of its first effect. The first of a class gains no probability if a rival is equally
     probable. An answer stays more probable than the hypotheses that it contradicts.
     """
     if confidence is None or not found:
@@ -191,8 +191,8 @@ def _as_uncertain_as_the_first(
 ) -> dict[str, float]:
     """Return the log evidence of candidates whose own noise was not estimated.
 
-    Their gain uses the noise that was estimated with the first in the model. This noise is not
-    exactly known: it has the degrees of freedom of the first.
+    The gain of these candidates uses the noise that was estimated with the first effect in the
+    model. This noise is not exactly known: it has the degrees of freedom of the first effect.
     """
     first = next((item for item in candidates if item.name in effect_class[:1]), None)
     if first is None:
