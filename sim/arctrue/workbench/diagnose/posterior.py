@@ -34,8 +34,8 @@ CLASS_SHARE = 0.95
 """Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %). If
 ``unknown`` alone has this probability, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""Largest share of the probability that ``unknown`` may have against a class of one effect: the
-effect must be more probable than ``unknown``."""
+"""Largest share of ``unknown`` in the sum of the probabilities of ``unknown`` and of a class of one
+effect; with a larger share, ``unknown`` is more probable than the effect."""
 A_LITTLE = 1e-3
 """Margin of a probability, or of its logarithm, that keeps the answer ahead in spite of
 rounding."""
