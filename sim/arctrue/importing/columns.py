@@ -1,4 +1,4 @@
-"""Assigns the columns of the files to the quantities and units of the set."""
+"""Assigns the columns of the files to the quantities and units of a measurement set."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesima
 LOOKED_AT = 400
 """Number of rows that are examined for the format of a column."""
 NONE = "none"
-"""Answer that stands for "there is no such column"."""
+"""Answer by which the user states that no column contains the quantity."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A column of a file, with its unit ("" for whole numbers and conditions)."""
+    """One column of a file, with its unit ("" for whole numbers and conditions)."""
 
     column: str
     unit: str
@@ -39,7 +39,7 @@ class Source:
 
 
 Mapped = dict[str, Source]
-"""Sources of one file by quantity, then by condition."""
+"""Columns of one file: for each quantity, then for each condition, the column that contains it."""
 
 
 def map_columns(
@@ -48,7 +48,7 @@ def map_columns(
     units: Mapping[str, str],
     choices: Choices,
 ) -> list[Mapped]:
-    """Find the source column of each quantity in every file.
+    """Find for each file the column of every quantity.
 
     ``columns`` gives the source by quantity or condition, as ``NAME``, ``NUMBER`` or ``FILE:NAME``;
     columns and files are numbered from 1. ``units`` gives the unit by quantity.
@@ -167,7 +167,8 @@ def _by_own_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Assign columns that have the names of a measurement set: they need no --column."""
+    """Assign the columns that already have a name of the measurement set; such a column needs no
+    --column."""
     for column in recording.columns:
         for name, kind in QUANTITIES.items():
             if name in columns or name in found:
@@ -204,14 +205,15 @@ def _by_common_names(
 
 
 def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:
-    """Tell whether the values and the other columns of the file permit this meaning of the
-    column."""
+    """Tell whether a column may contain the quantity ``name``, judged by its values and the file's
+    other columns."""
     values, kind = recording.columns[column], QUANTITIES[name]
     if kind == "whole":
         whole = values.dtype.kind in "iu"
         return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
     if name == "target":
-        # Two heads need no reference, and a commanded angle in the log is no reference for them.
+        # Two heads are compared with each other without a reference, and a commanded angle in the
+        # log is not a reference for them.
         return not {"head1", "head2"} <= others
     if name == "error" and {"target", "head1"} <= others:
         # Without a unit the column may hold an error code.
@@ -301,7 +303,8 @@ def _ask_for_what_is_needed(
 
 
 def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArray[np.float64]:
-    """Read the column as finite numbers or NaN. Raises MeasurementError for any other field."""
+    """Return the column as finite numbers, with NaN for a missing value. Raises MeasurementError
+    for any other field."""
     values = recording.columns[source.column]
     if values.dtype.kind in "iu":
         return values.astype(np.int64)
@@ -341,7 +344,8 @@ DAY_S = 86400.0
 
 
 def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
-    """Read times as seconds since 1970, the log's start or midnight; NaN for a missing time."""
+    """Return times in seconds since 1970, since the start of the log, or since midnight; NaN for a
+    missing time."""
     values = recording.columns[source.column]
     if source.unit != "iso":
         return np.asarray(numbers(recording, source) / UNITS["time"][source.unit], dtype=np.float64)
@@ -367,11 +371,11 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 source.column,
             ) from None
     if of_day == found.size:
-        # Times of day continue to rise past midnight.
+        # Times of day increase by a day at midnight, so that they continue to rise.
         found[1:] += DAY_S * np.cumsum(np.diff(found) < -0.5 * DAY_S)
     return found
 
 
 def kind_of(name: str) -> Kind | None:
-    """Give the kind of a quantity; None for a condition."""
+    """Return the kind of a quantity; None for a condition."""
     return QUANTITIES.get(name)

@@ -1,4 +1,4 @@
-"""Names that other programs give to the quantities, in several languages."""
+"""Lists the names, in several languages, that other programs give to the quantities."""
 
 from __future__ import annotations
 
@@ -32,12 +32,13 @@ _ENDINGS = ("winkel", "angle", "position", "pos", "value", "wert", "angulo", "an
 
 
 def quantity_meant(name: str, *, unit_of_time: bool = False) -> str | None:
-    """Find the quantity that a column's ``name`` (without its unit) means; None: unknown.
+    """Return the quantity that a column's ``name`` (without its unit) denotes; None if the name is
+    unknown.
 
     Case, accents and separators between the words are ignored. ``unit_of_time``: the column's name
     contains a unit of time.
     """
-    # A text in brackets is an unknown unit and does not belong to the name.
+    # A text in brackets that is no known unit is not part of the name.
     bare_name = re.sub(r"[\[(][^\])]*[\])]\s*$", "", name)
     plain = unicodedata.normalize("NFKD", bare_name.strip().casefold())
     bare = "".join(sign for sign in plain if not unicodedata.combining(sign))
