@@ -12,7 +12,7 @@ order (rows of a run are not together)."""
 
 
 class MeasurementError(ValueError):
-    """A measurement set that cannot be used.
+    """Is raised for a measurement set that cannot be used.
 
     ``row`` is a line number of the file as in an editor: the header is row 1. ``row`` and
     ``column`` are None if they do not apply to the fault.
@@ -41,7 +41,8 @@ class MeasurementError(ValueError):
         self.column = column
 
     def of_file(self, file: Path) -> MeasurementError:
-        """Return the same error for another file: the packed file, if an unpacked copy was read.
+        """Return this error with another file name: that of the packed file, if the fault is in its
+        unpacked copy.
 
         Parameters
         ----------
