@@ -435,8 +435,8 @@ class Instrument:
         )
 
     def attach_pins(self, events: PinEvents) -> None:
-        """Apply recorded levels to the pins A, B and Z of two heads; the low three bits are those
-        of head 1.
+        """Apply the levels of ``events`` to the pins A, B and Z of two heads; the low three bits
+        are those of head 1.
 
         Parameters
         ----------
