@@ -17,7 +17,8 @@ _WAIT_S = 120.0
 
 
 def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> str:
-    """Send the coefficients, wait for the turn that checks them, and return a sentence about it.
+    """Send the coefficients, wait for the turn that checks them, and return a sentence about the
+    result.
 
     Raises ValueError without a device, without coefficients, or if the device refuses them.
     """

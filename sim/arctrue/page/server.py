@@ -21,7 +21,7 @@ _TOKEN_BYTES = 18
 
 
 class AddressError(OSError):
-    """The page cannot be served at the requested address."""
+    """Is raised if the page cannot be served at the requested address."""
 
 
 def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep) -> None:
@@ -54,8 +54,8 @@ def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep)
         page.app,
         sockets=[listening],
         threads=_THREADS,
-        # waitress refuses only larger uploads, because the limit of the page is lower and answers
-        # with a sentence.
+        # waitress refuses only uploads above a higher limit, because the page refuses uploads above
+        # its own limit with a sentence.
         max_request_body_size=4 * settings.most_bytes + MEGABYTE,
         ident=None,
     )
@@ -69,14 +69,14 @@ def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep)
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """Open a socket at the address. Raises AddressError with advice."""
+    """Return a socket that is bound to the address. Raises AddressError with advice."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     found = socket.socket(family, socket.SOCK_STREAM)
     found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         found.bind((host, port))
-        # The socket listens from here on, so that no other server can bind the port and listen
-        # first.
+        # The socket listens from this line on, so that no other server can bind the port and listen
+        # in between.
         found.listen()
     except OSError as error:
         found.close()

@@ -42,7 +42,7 @@ def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> Non
         spectrum_figure=Markup(chart_svg(orders_before_after(result))),
     )
     write_whole_text(file, page)
-    # README.md shows this picture; `make docs` copies it.
+    # README.md shows this picture; `make docs` copies it to the documentation.
     save_chart(error_figure, file.parent / "error_before_after.svg")
 
 

@@ -1,4 +1,4 @@
-"""Describes the history of one machine in sentences, tables and an HTML page."""
+"""Describes the history of one machine as sentences, tables and an HTML page."""
 
 from __future__ import annotations
 
@@ -152,8 +152,8 @@ def _date_or_none(day: float) -> str | None:
 
 
 def write_life_page(history: LifeHistory, folder: Path, *, command: str) -> Path:
-    """Write life.html, which needs no other file. ``command``: the command line that repeats the
-    page.
+    """Write life.html, which needs no other file. ``command``: the command line that makes the page
+    again.
 
     Raises OSError.
     """

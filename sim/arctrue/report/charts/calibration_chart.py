@@ -1,4 +1,5 @@
-"""The picture of ``arctrue calibrate``: error before and after, and orders with their limits."""
+"""Draws the picture of ``arctrue calibrate``: the error before and after, and the orders with their
+limits."""
 
 from __future__ import annotations
 
@@ -27,11 +28,11 @@ from arctrue.report.svg import AFTER, BEFORE, INK
 Float = NDArray[np.float64]
 
 _CURVE_POINTS = 1441
-"""Number of points of the fitted error over the turn, one for each quarter of a degree."""
+"""Number of points of the fitted error over the turn, four per degree."""
 _FLOOR_ARCSEC = 1e-5
-"""Lower limit of the start of the logarithmic axis of amplitudes."""
+"""Lowest start of the logarithmic axis of amplitudes."""
 _ROOM = 3.0
-"""Factor by which the axis extends below and above the amplitudes."""
+"""Factor by which the axis extends below the smallest and above the largest amplitude."""
 _DIRECTIONS: tuple[tuple[int, str, str, Marker], ...] = (
     (1, "up", AFTER, "circle"),
     (-1, "down", QUIET, "diamond"),

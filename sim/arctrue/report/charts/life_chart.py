@@ -1,4 +1,4 @@
-"""Draws the sizes of effects over months, with changes, limits and forecasts."""
+"""Draws the sizes of effects over months, with their changes, limits and forecasts."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def day_name(day: float) -> str:
 
 
 def shown_series(history: LifeHistory) -> list[Series]:
-    """List at most ``MOST_PANELS`` series: first those with a limit, then the changed ones, then
-    the largest."""
+    """Return at most ``MOST_PANELS`` series: those with a limit first, then those that changed,
+    then the largest."""
     limited = {one.series.name for one in history.forecasts}
     changed = {one.series.name for one in history.changes}
     ranked = sorted(
