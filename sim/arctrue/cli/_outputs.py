@@ -1,4 +1,5 @@
-"""Types of output paths: they are checked before the work begins, so that no result is lost."""
+"""Defines the types of output paths; a path is checked before the work begins, so that no result is
+lost."""
 
 from __future__ import annotations
 
@@ -12,10 +13,11 @@ PICTURE_ENDINGS = (".svg", ".png", ".pdf")
 
 
 class OutputFile(click.Path):
-    """Accepts a file that can be written, in a folder that exists or can be made."""
+    """Accepts a file that can be written, in a folder that exists or that can be made."""
 
     def __init__(self, *endings: str) -> None:
-        """``endings``: the permitted file endings; empty permits any."""
+        """Store ``endings``, the permitted endings of the file name; an empty list permits any
+        ending."""
         super().__init__(dir_okay=False, writable=True, path_type=Path)
         self._endings = endings
 
@@ -31,10 +33,10 @@ class OutputFile(click.Path):
 
 
 class OutputFolder(click.Path):
-    """Accepts a folder that exists or can be made, and can be written to."""
+    """Accepts a folder that exists or that can be made, and in which files can be written."""
 
     def __init__(self) -> None:
-        """Accept any name of a folder."""
+        """Create the type for a folder with any name."""
         super().__init__(file_okay=False, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
