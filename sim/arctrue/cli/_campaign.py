@@ -104,7 +104,7 @@ class CampaignBar:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Stop the bar; its last state stays on the terminal."""
+        """Stop the bar; its last state remains on the terminal."""
         self._bar.stop()
 
     def show(self, speed: Speed) -> None:

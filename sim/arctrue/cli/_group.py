@@ -48,7 +48,7 @@ class Program(Commands):
         standalone_mode: bool = True,
         **options: Any,
     ) -> Any:
-        """Run the command and end the program with its exit code."""
+        """Run the command, and end the program with the command's exit code."""
         options |= {"prog_name": prog_name, "complete_var": complete_var}
         if not standalone_mode:
             return super().main(args, standalone_mode=False, **options)

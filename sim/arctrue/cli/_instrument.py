@@ -20,7 +20,7 @@ class Shown:
         self._step = step
 
     def say(self, text: str) -> None:
-        """Print a line that stays on the terminal."""
+        """Print a line that remains on the terminal."""
         self._step.keep(text)
 
     def progress(self, now: RunProgress) -> None:

@@ -22,7 +22,7 @@ class OutputFile(click.Path):
         self._endings = endings
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """Return the path. Fails with the reason if it cannot be written."""
+        """Return the path. Fails with a reason if the file cannot be written."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if self._endings and path.suffix.lower() not in self._endings:
             known = ", ".join(self._endings)
@@ -40,7 +40,7 @@ class OutputFolder(click.Path):
         super().__init__(file_okay=False, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """Return the folder. Fails with the reason if nothing can be written to it."""
+        """Return the folder. Fails with a reason if no file can be written to it."""
         folder = Path(os.fsdecode(super().convert(value, param, ctx)))
         if fault := _folder_fault(folder):
             self.fail(fault, param, ctx)
@@ -48,8 +48,8 @@ class OutputFolder(click.Path):
 
 
 def _folder_fault(folder: Path) -> str | None:
-    """Return the reason why nothing can be written to ``folder``; None if it is writable or can be
-    made."""
+    """Return the reason why no file can be written to ``folder``; None if the folder is writable or
+    can be made."""
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir():
         return f"'{there}' is a file; name a folder."

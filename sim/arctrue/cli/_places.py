@@ -17,7 +17,7 @@ class Places(click.ParamType[tuple[float, ...]]):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[float, ...]:
-        """Return the numbers of a comma-separated text."""
+        """Return the numbers in a comma-separated text."""
         if isinstance(value, tuple):
             return value
         try:

@@ -69,7 +69,7 @@ class Progress:
         progress_console.print(text, soft_wrap=True)
 
     def read(self, path: Path, done: int, total: int) -> None:
-        """Show how many bytes of a long file have been read."""
+        """Show how many bytes of a long file have been read so far."""
         if total >= LONG_FILE_BYTES:
             self._show(f"reading {path.name}: {100.0 * done / total:.0f} % of {total / 1e6:.0f} MB")
 

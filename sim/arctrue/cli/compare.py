@@ -36,7 +36,7 @@ TESTS = {
     "normality_p": "normality\np",
 }
 WHITE_P = SIGNIFICANCE / (len(TESTS) * len(CHANNELS))
-"""Significance level of a single test: one set in a hundred fails it by chance."""
+"""Significance level of a single test; one set in a hundred fails any of the tests by chance."""
 
 
 @click.command("compare", short_help="Show where a model does not fit a set.")

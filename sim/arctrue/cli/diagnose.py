@@ -151,7 +151,7 @@ def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
 
 
 def _by_what_lacks(untestable: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """Group the names of the effects by the data that the set lacks for them."""
+    """Return the names of the effects, grouped by the data that the set lacks for them."""
     found: dict[str, list[str]] = {}
     for name, lacking in untestable.items():
         found.setdefault("; ".join(lacking), []).append(name)

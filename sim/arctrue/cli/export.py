@@ -427,7 +427,7 @@ def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
 
 
 def _check_points(form: TableFormat, points: int | None) -> None:
-    """Raise ValueError for a number that the controller does not accept."""
+    """Raise ValueError if the controller does not accept this number."""
     least, most = form.least_points, form.most_points
     if points is not None and not least <= points <= most:
         takes = str(most) if least == most else f"{least} to {most}"

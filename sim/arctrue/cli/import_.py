@@ -41,7 +41,7 @@ _UNITS = "; ".join(
 
 
 def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
-    """Parse the NAME=VALUE pairs of an option. Raises ValueError for another form."""
+    """Parse the NAME=VALUE pairs of an option. Raises ValueError for a text of another form."""
     found: dict[str, str] = {}
     for pair in given:
         name, equals, value = pair.partition("=")

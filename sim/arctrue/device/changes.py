@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 FALSE_CHANGES_A_TURN = 1e-3
-"""Permitted probability that a turn of an unchanged table shows any significant change."""
+"""Permitted probability that a turn of an unchanged table shows at least one significant change."""
 _ARCSEC_A_DEGREE = 3600.0
 
 

@@ -26,7 +26,7 @@ STEPS = (
     "Let the table turn forward at constant speed, and keep turning.",
     "Let it turn backward at the same speed.",
 )
-"""The movement that each step needs, as an instruction to the operator."""
+"""Movement that each step needs, as an instruction to the operator."""
 CONNECTION_COLUMNS = ("cable", "moved turns", "index", "place °", "is at head")
 TURNED_COLUMNS = ("head", "place °", "u ″", "radius/nominal", "u", "late ns", "u ns", "delay")
 

@@ -41,7 +41,7 @@ class DaemonTransport:
         return len(data)
 
     def read_until(self, expected: bytes = b"\n", /) -> bytes:
-        """Return the bytes up to ``expected``; fewer if they do not arrive in time.
+        """Return the bytes up to ``expected``; fewer bytes if they do not arrive in time.
 
         Raises OSError if the daemon ended the connection.
         """
@@ -124,10 +124,10 @@ def daemon_of(port: str) -> Announcement | None:
 
 
 def daemon_at(address: str) -> Announcement | None:
-    """Return the daemon at HOST:PORT, of this machine or of another one; None if ``address`` has
-    another form.
+    """Return the daemon at HOST:PORT on this machine or another one; None if ``address`` is not of
+    this form.
 
-    The token of another machine's daemon comes from the environment.
+    The token of a daemon on another machine is read from the environment.
     """
     host, colon, number = address.rpartition(":")
     if not colon or not host or "/" in address or not number.isdigit():

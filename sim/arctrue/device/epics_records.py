@@ -30,7 +30,7 @@ class NumberRecord:
     name: str
     field: str
     fields: dict[str, Any]
-    """Fields of the EPICS record: unit, decimals, display limits, alarm limits."""
+    """Fields of the EPICS record: unit, decimals, display limits and alarm limits."""
 
 
 NUMBERS = (

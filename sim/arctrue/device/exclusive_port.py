@@ -20,7 +20,7 @@ def keep_others_out(port: Any) -> None:
     """Prevent all other programs, except the administrator's, from opening ``port``.
 
     The lock that pyserial sets with ``exclusive`` works only against programs that ask for it. A
-    port without a terminal behind it (a URL of pyserial, Windows) stays unlocked.
+    port that is no terminal (a URL of pyserial, a port of Windows) is not locked.
     """
     descriptor = _descriptor(port)
     if descriptor is not None:

@@ -53,7 +53,7 @@ class FlashState:
 
 
 def parts_of(image: bytes) -> tuple[bytes, bytes]:
-    """Split an image into boot image and bitstream, each without erased bytes at its end.
+    """Divide an image into boot image and bitstream, each without erased bytes at its end.
 
     Raises FlashRefusedError for a file that ``make image`` did not write.
     """
@@ -70,7 +70,8 @@ def parts_of(image: bytes) -> tuple[bytes, bytes]:
 
 
 def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None) -> Iterator[str]:
-    """Yield the console lines that write ``data[first:last]``; byte 0 goes to ``address``.
+    """Yield the console lines that write ``data[first:last]``; the byte ``data[0]`` has the address
+    ``address``.
 
     A line ends at the end of a page; bytes that equal erased flash are omitted.
     """

@@ -101,7 +101,7 @@ def heads_without_sets(coefficients: Coefficients) -> tuple[int, ...]:
 
 
 def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
-    """Return names and numbers of the frames of a mean."""
+    """Return names and numbers of the frames that define a mean."""
     used = sum(1 << head for head, is_used in enumerate(mean.used) if is_used)
     delays = sum(clocks << 8 * head for head, clocks in enumerate(mean.delays_clocks))
     heads = enumerate(zip(mean.weights, mean.offsets, strict=True))
@@ -349,7 +349,7 @@ _WAITED = {
 
 @dataclass(frozen=True)
 class _Status:
-    """The device's answer to ``load status``."""
+    """Answer of the device to ``load status``."""
 
     state: str
     reason: str

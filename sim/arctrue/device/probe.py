@@ -90,7 +90,8 @@ class Probe:
     """Reads the events of a device that occur after the connection was made."""
 
     def __init__(self, console: Console) -> None:
-        """Connect. Raises ConsoleError if no device answers, or its core has no probe."""
+        """Connect to the device. Raises ConsoleError if no device answers, or its core has no
+        probe."""
         self._console = console
         self._clock_hz = _value(_told(console, "version"), "clock_hz", console)
         parameters = _told(console, "show parameters")
@@ -99,7 +100,7 @@ class Probe:
         self._waiting: deque[Latch] = deque()
         self._edge: int | None = None
         self.has_queue = self._forget_queue()
-        """True if the device has a queue of events."""
+        """Whether the device has a queue of events."""
         if not self.has_queue:
             self._edge = int(self._read("edges"))
 

@@ -34,7 +34,7 @@ _TURN = {
     "swaps": "INTEGER",
     "alarms": "TEXT NOT NULL",
 }
-"""Columns of a turn and their types."""
+"""Columns of the table of turns, with their types."""
 _FIELDS = tuple(name for name in _TURN if name not in ("recorded", "number", "alarms"))
 """Columns that have the same name as a field of the telemetry."""
 _KIND_OF_EDGE = "kind INTEGER NOT NULL DEFAULT 1"
@@ -165,7 +165,7 @@ class Recorder:
             )
 
     def edges(self, latches: Sequence[Latch]) -> None:
-        """Append the table's positions at edges of probe_in and pulses of compare_out."""
+        """Append the positions of the table at edges of probe_in and pulses of compare_out."""
         names = ("edge", "time_s", "position_counts", "angle_deg", "missed", "kind")
         before = (self._now(), self._last_id)
         rows = [(*before, *(getattr(latch, name) for name in names)) for latch in latches]

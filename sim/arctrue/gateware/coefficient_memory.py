@@ -59,7 +59,7 @@ class CoefficientMemory:
         return self._active
 
     def write(self, address: int, data: int) -> None:
-        """Write a word of the idle bank; a write to a lane that is not built is ignored.
+        """Write a word of the idle bank; a write to a lane that the gateware lacks is ignored.
 
         Raises ValueError for an address or a word that the bus cannot carry.
         """
@@ -74,7 +74,7 @@ class CoefficientMemory:
         self._offset = _signed(data, AMPLITUDE_WIDTH)
 
     def read(self, address: int) -> int:
-        """Return a word of the idle bank; 0 for a lane that is not built."""
+        """Return a word of the idle bank; 0 for a lane that the gateware lacks."""
         _check_address(address)
         return self._words[address] if address < len(self._words) else 0
 

@@ -401,7 +401,7 @@ class Coefficients:
 
 
 def check_counts_per_rev(counts_per_rev: int) -> None:
-    """Raise ValueError unless the gateware can count this many counts a turn."""
+    """Raise ValueError unless the gateware supports this number of counts a turn."""
     if not COUNTS_PER_REV_MIN <= counts_per_rev <= COUNTS_PER_REV_MAX:
         raise ValueError(
             f"counts_per_rev: {counts_per_rev}, the gateware counts "

@@ -26,7 +26,7 @@ class CountedEdges:
 
 @dataclass(frozen=True)
 class EdgeCounterTrace:
-    """The outputs in every clock, shape (clocks + 1,): element t is the output during clock t."""
+    """Outputs in every clock, shape (clocks + 1,): element t is the output during clock t."""
 
     position: Ints
     """Position, counts."""
@@ -61,7 +61,7 @@ def edge_counter(
     timestamp: NDArray[np.uint64],
     reset_position: int = 0,
 ) -> EdgeCounterTrace:
-    """Count the edges of the levels ``a`` and ``b``, each (clocks,)."""
+    """Return the position and the other outputs for the levels ``a`` and ``b``, each (clocks,)."""
     edges = counted_edges(a, b, preload, reset)
     last_reset = latest(reset)
     # The count changes one clock after the step is detected.

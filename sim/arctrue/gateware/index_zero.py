@@ -20,7 +20,7 @@ from arctrue.gateware.latest import (
 from arctrue.generated.number_formats import INDEX_SKEW
 
 JUDGED_AFTER = 3
-"""Clocks from the detection of an index to its check."""
+"""Number of clocks from the detection of an index to its check."""
 
 HEALED_MOST = 2**14
 """Limit of a healed slip: slips from −2¹⁴ to 2¹⁴ − 1 counts are healed."""
@@ -98,7 +98,7 @@ class _Verdicts:
     can_move: Bools
     forgotten: Bools
     detected: Bools
-    """Clocks in which a mark is detected."""
+    """Clocks in which a mark is detected, (clocks,)."""
 
 
 def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:

@@ -75,7 +75,7 @@ class MeanSet:
 
     @property
     def heads(self) -> int:
-        """Number of heads that the gateware must have."""
+        """Number of heads that the gateware must have for this mean."""
         return len(self.weights)
 
     @property

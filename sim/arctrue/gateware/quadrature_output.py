@@ -130,7 +130,7 @@ class _Follower:
         if self.following and self.enabled[0]:
             self.following_error = self.lag
             self.too_far = abs(self.lag) > self.limit
-        # The gateware compares the two settings in a separate clock.
+        # The gateware compares the two settings in an extra clock.
         self.limit = self.turn_limit if self.turns_are_less else following_limit
         self.turns_are_less = following_limit > self.turn_limit
         self.turn_limit = 2 * turn - 1

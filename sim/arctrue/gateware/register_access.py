@@ -128,7 +128,7 @@ class RegisterMap:
     """
 
     def __init__(self, read_words: ReadWords, write_words: WriteWords, *, base: int = 0) -> None:
-        """``base`` is the byte address of the core on the bus."""
+        """Store the callables and ``base``, the byte address of the core on the bus."""
         self._read_words = read_words
         self._write_words = write_words
         self._base = base

@@ -133,5 +133,6 @@ class ThermalLanes:
 
 
 def as_lane(value: complex) -> tuple[float, float]:
-    """Return amplitude and phase: value.real·cos nR + value.imag·sin nR = a·cos(nR + φ)."""
+    """Return amplitude a and phase φ for which value.real·cos nR + value.imag·sin nR = a·cos(nR +
+    φ)."""
     return abs(value), math.atan2(-value.imag, value.real)

@@ -25,7 +25,7 @@ class MeanTerm(NamedTuple):
     """Outputs of the entity for the readings of each clock, (clocks,)."""
 
     term: NDArray[np.int64]
-    """f_s − Σ wᵢ·(rᵢ − r_s) in 2⁻²⁰ count."""
+    """Term of the mean, f_s − Σ wᵢ·(rᵢ − r_s), in 2⁻²⁰ count."""
     limited: NDArray[np.bool_]
     """Whether the difference of a used head did not fit its format."""
 

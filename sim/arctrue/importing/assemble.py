@@ -1,4 +1,5 @@
-"""Makes a measurement set from the contents of files; reports decisions and asks questions."""
+"""Makes a measurement set from the contents of files; records its decisions and asks the user
+questions."""
 
 from __future__ import annotations
 
@@ -104,11 +105,11 @@ class Imported:
 def import_recordings(
     recordings: Sequence[FileContent], settings: Settings, choices: Choices
 ) -> Imported:
-    """Make a measurement set of recordings.
+    """Make a measurement set from recordings.
 
-    Files with the same quantities are runs of one set. A file with a reading and one with a
-    reference are two logs of one motion: their clocks are aligned and the reading is interpolated
-    at the reference's times.
+    Files with the same quantities are runs of one set. If one file has a reading and another file
+    has a reference, they are two logs of one motion; the function aligns their clocks and
+    interpolates the reading at the reference's times.
 
     Parameters
     ----------
@@ -189,7 +190,8 @@ def _needs_counts(mapped: Sequence[Mapped]) -> bool:
 
 
 def _heads_of(files: Sequence[FileRows]) -> list[str]:
-    """Name the heads that the files contain. Raises ValueError for a head 4 without a head 3."""
+    """Return the names of the heads that the files contain. Raises ValueError for a head 4 without
+    a head 3."""
     there = [name for name in HEADS if any(name in rows.angles for rows in files)]
     if there != list(HEADS[: len(there)]):
         raise ValueError("found head4 without head3: number the heads without a gap")

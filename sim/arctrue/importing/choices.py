@@ -91,7 +91,7 @@ class AmbiguousError(ValueError):
     """Is raised when the files leave a question open and no person can answer it."""
 
     def __init__(self, asked: Ambiguous) -> None:
-        """Compose the message: the question and the options to type."""
+        """Compose the error message from the question and the options to type."""
         super().__init__(asked.in_words())
         self.asked = asked
 

@@ -1,4 +1,4 @@
-"""Finds the offset between the clocks of two logs of the same motion, and its uncertainty."""
+"""Estimates the offset between the clocks of two logs of the same motion, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ Float = NDArray[np.float64]
 
 LARGEST_GRID = 1 << 20
 PARTS = 8
-"""Number of parts of the log for each of which an offset is estimated."""
+"""Number of parts into which the log is divided; an offset is estimated for each part."""
 RIVAL = 0.98
-"""Height of a second peak, relative to the highest, above which the offset is ambiguous."""
+"""Ratio of the second-highest to the highest peak of the correlation above which the offset is
+ambiguous."""
 LEAST_MATCH = 0.5
 LEAST_VARIATION = 1e-3
 """Relative variation of the speed; if the motion varies less, the clock offset cannot be
@@ -117,7 +118,7 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
     product = np.fft.irfft(
         np.fft.rfft(first, size) * np.conj(np.fft.rfft(second, size)), size
     ) / np.sqrt((first @ first) * (second @ second))
-    # The logs may count in opposite directions.
+    # The encoder and the reference may count in opposite directions, hence the absolute value.
     match = np.abs(product)
     best = int(np.argmax(match))
     longest = max(first.size, second.size) / min(first.size, second.size)

@@ -24,7 +24,7 @@ from arctrue.importing.quantities import (
 from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesimal
 
 LOOKED_AT = 400
-"""Number of rows that are examined for the format of a column."""
+"""Number of rows that are examined to find the format of a column."""
 NONE = "none"
 """Answer by which the user states that no column contains the quantity."""
 
@@ -79,7 +79,7 @@ def map_columns(
 
 
 def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[tuple[int, str]]:
-    """Find the files that have the column ``source``, and the column's name in each of them."""
+    """Return the files that have the column ``source``, with the column's name in each of them."""
     number, colon, rest = source.partition(":")
     if colon and number.isdigit() and 1 <= int(number) <= len(recordings):
         file = int(number) - 1
@@ -154,7 +154,8 @@ def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
 
 
 def _surely_degrees(values: NDArray[Any]) -> bool:
-    """Tell whether a degree sign, a minus sign or a value above 24 excludes hours."""
+    """Tell whether a sexagesimal column cannot be in hours, because of a degree sign or an
+    absolute value of 24 or more."""
     if any(sign in values[0] for sign in OF_DEGREES):
         return True
     return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)
@@ -186,8 +187,8 @@ def _by_common_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Assign columns with a common name of a quantity; if two columns match one quantity, assign
-    neither."""
+    """Assign the columns that have a common name of a quantity; if two columns match one quantity,
+    assign neither."""
     meant: dict[str, list[str]] = {}
     for column in recording.columns:
         if column in {source.column for source in found.values()} | {*columns.values()}:
@@ -227,7 +228,7 @@ def tell_unused(
     columns: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Report the columns of each file that are not used, and the tests that they would permit."""
+    """Report the unused columns of each file, and the tests that they would permit."""
     for recording, mapped in zip(recordings, found, strict=True):
         used = {source.column for source in mapped.values()}
         unused = [
@@ -329,7 +330,8 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
 
 
 def _number(text: str, *, sixty: bool) -> float | None:
-    """Parse a number; return NaN for a missing one, None for text or an infinite number."""
+    """Return a text as a number; NaN if it means a missing number, None if it is no number or
+    infinite."""
     if not text.strip():
         return np.nan
     try:

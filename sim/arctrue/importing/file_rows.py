@@ -95,8 +95,8 @@ class FileRows:
         return np.round(self.angles[quantity] * counts_per_rev).astype(np.int64)
 
     def further(self) -> dict[str, Any]:
-        """Return temperature, uncertainty and mask by name, and each condition by ``=`` and its
-        name."""
+        """Return temperature, uncertainty and mask by name, and each condition by ``=`` followed by
+        its name."""
         found: dict[str, Any] = {f"={name}": values for name, values in self.conditions.items()}
         if self.temperature_c is not None:
             found["temperature_c"] = self.temperature_c

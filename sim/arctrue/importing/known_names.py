@@ -26,7 +26,8 @@ _NAMES: Mapping[str, str] = {
 }
 _MEANS = {name: quantity for quantity, names in _NAMES.items() for name in names.split()}
 _WITH_UNIT_ONLY = {"t": "time"}
-"""Names that mean time only with a unit of time: ``t`` alone may be a temperature."""
+"""Names that mean time only if the column also states a unit of time: ``t`` alone may be a
+temperature."""
 _ENDINGS = ("winkel", "angle", "position", "pos", "value", "wert", "angulo", "angolo")
 """Words that may follow a name without changing its meaning: Sollwinkel, target position."""
 

@@ -58,7 +58,7 @@ def passes(angle_turns: Float) -> list[Pass]:
     least = min(REVERSAL_SHARE * float(np.ptp(angle_turns)), LARGEST_REVERSAL_TURNS)
     if least <= 0.0:
         return []
-    # Only rows where the angle turns can end a pass.
+    # A pass can end only at a row where the angle changes its direction.
     moving = np.flatnonzero(np.diff(angle_turns))
     sign = np.sign(np.diff(angle_turns)[moving])
     turning = moving[1:][sign[1:] != sign[:-1]]
@@ -92,8 +92,8 @@ def _middle_of_stand(angle_turns: Float, extreme: int) -> int:
 
 
 def cycles(angle_turns: Float, found: list[Pass]) -> Integer:
-    """Number the cycle of each row from 0: a cycle is a pass and its return, or one turn of a long
-    pass."""
+    """Return the number of each row's cycle, from 0: a cycle is a pass and its return, or one turn
+    of a long pass."""
     numbers = np.zeros(angle_turns.size, dtype=np.int64)
     if not found:
         return numbers

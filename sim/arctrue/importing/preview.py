@@ -23,7 +23,7 @@ class Preview:
     """Texts of each row, one per column; without columns one text, the whole line."""
 
     def lines(self) -> list[str]:
-        """Format the preview for a terminal: the title, and the rows in aligned columns."""
+        """Return the preview as text for a terminal: the title, and the rows in aligned columns."""
         cells = [self.header, *self.rows] if self.header else list(self.rows)
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         if not self.header:

@@ -124,7 +124,7 @@ _WRITTEN: Mapping[str, str] = {
     "degf": "degF",
 }
 GRAD = "grad"
-"""Names that mean degrees in German and gon in English."""
+"""Names of units that mean degrees in German and gon in English."""
 _GRAD = re.compile(r"(?<![^\W_])grad(?![^\W_])", re.IGNORECASE)
 _WITH_UNIT = re.compile(
     r"^(?P<name>.*?)\s*(?:[\[(](?P<within>[^\])]+)[\])]|_(?P<after>[^_\s]+)"
@@ -153,7 +153,7 @@ def name_and_unit(kind: Kind, column: str) -> tuple[str, str | None]:
 
 
 def any_unit(text: str) -> bool:
-    """Tell whether the text is a unit of any kind."""
+    """Tell whether the text denotes a unit of any kind."""
     return text.lower() == GRAD or any(unit_named(kind, text) for kind in UNITS if kind != "whole")
 
 

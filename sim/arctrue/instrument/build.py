@@ -153,7 +153,7 @@ def building(target: Path, log: Path) -> Iterator[Path | None]:
 def compile_all(
     sources: Sequence[Path], folder: Path, options: Sequence[str], log: Path, jobs: int = 2
 ) -> list[Path]:
-    """Compile C++ and C sources to object files in ``folder``."""
+    """Compile C++ and C sources to object files, which are stored in ``folder``."""
 
     def one(source: Path) -> Path:
         made = folder / f"{source.name}.o"
@@ -187,7 +187,7 @@ def runtime() -> list[Path]:
 
 
 def verilate(netlist: Path, folder: Path, log: Path) -> None:
-    """Convert a netlist to C++ in ``folder``, with the class V<entity>."""
+    """Convert a netlist to C++ in ``folder``; the C++ class is called V<entity>."""
     top = netlist.stem
     command = ["verilator", *VERILATOR_FLAGS, "--top-module", top, "--prefix", f"V{top}"]
     run_tool([*command, "--Mdir", str(folder), str(netlist)], log, f"Verilating {top}")

@@ -143,8 +143,8 @@ class TableCurves:
 
 
 def _extended(values: Curve, before: int, number: int) -> Curve:
-    """Extrapolate ``values`` on straight lines by ``before`` values at the start, and up to
-    ``number`` values in total."""
+    """Extend ``values`` along straight lines by ``before`` values at the start, and to ``number``
+    values in total."""
     made = np.empty(number)
     end = before + values.size
     made[before:end] = values
@@ -156,7 +156,8 @@ def _extended(values: Curve, before: int, number: int) -> Curve:
 
 
 def _cubic(curve: Curve, interval: NDArray[np.int64], share: Curve) -> Curve:
-    """Evaluate Lagrange's cubic through four knots, in a form independent of the harness."""
+    """Evaluate Lagrange's cubic through four knots; the formula is another one than in the
+    harness."""
     result = np.zeros_like(share)
     places = (-1, 0, 1, 2)
     for place in places:

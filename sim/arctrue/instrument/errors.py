@@ -1,4 +1,4 @@
-"""Defines the errors of the instrument, with messages for people."""
+"""Defines the errors of the instrument; the user reads their messages."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Firmware:
         self.send("telemetry on")
 
     def close(self) -> None:
-        """Free the memory of the firmware."""
+        """Free the memory of the firmware's C code."""
         if self._processor:
             self._library.firmware_delete(self._processor)
             self._library.firmware_bus_delete(self._bus)
@@ -89,7 +89,7 @@ class Firmware:
         self._view.calculation_clocks = clocks
 
     def set(self, name: str, value: float) -> None:
-        """Set a parameter like ``set`` on the console, but do not re-arm the heads.
+        """Set a parameter like ``set`` on the console, but without re-arming the heads.
 
         Call :meth:`start` after setting parameters that are registers.
 
@@ -110,7 +110,8 @@ class Firmware:
             raise InstrumentError(f"parameter {name} = {value:g}: {name} {_ANSWERS[answer]}")
 
     def start(self) -> None:
-        """Find the core, set it up and re-arm it, so that the heads wait for their index again.
+        """Make the firmware find the core, set it up and re-arm it, so that the heads wait for
+        their index again.
 
         Raises
         ------

@@ -32,10 +32,10 @@ HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in rang
 SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
 HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, HEAD4_Z = (1 << pin for pin in range(8, 14))
 TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
-"""Bits of TRIGGER_OUT and COMPARE_OUT in the levels of :meth:`Instrument.traced`."""
+"""Positions of the bits TRIGGER_OUT and COMPARE_OUT in the levels of :meth:`Instrument.traced`."""
 
 RESET_CLOCKS = 80
-"""Reset length in clocks; arctrue_core requires at least 64."""
+"""Length of a reset in clocks; arctrue_core requires at least 64."""
 _PIECE_CLOCKS = 1 << 18
 _SLICE_CLOCKS = 100_000
 _UNLIMITED_CLOCKS = 1 << 50
@@ -52,13 +52,13 @@ class RunProgress:
     """Progress of a run: clocks, true angle of the table, and remaining time."""
 
     stage: str
-    """Name of the present part of the run."""
+    """Name of the part of the run that is in progress."""
     clock: int
     """Number of clocks since power-on."""
     clocks_per_s: float
-    """Simulated clocks per second of wall time, since the last report."""
+    """Simulated clocks per second of wall time since the previous report."""
     true_angle_rad: float
-    """True angle; NaN without a table."""
+    """True angle of the table; NaN without a table."""
     share: float = math.nan
     """Fraction of the present motion that has passed; NaN without a motion."""
     seconds_left: float = math.nan
@@ -81,7 +81,7 @@ class RunProgress:
 
 
 ReportRun = Callable[[RunProgress], None]
-"""Function that receives the progress of a run every few seconds."""
+"""Type of the function that receives the progress of a run every few seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +195,8 @@ class Instrument:
         progress_every_s: float = 5.0,
         report_step: ReportStep | None = None,
     ) -> None:
-        """Build and load the instrument. ``generics``: further generics of arctrue_core.
+        """Build and load the library of the instrument. ``generics``: further generics of
+        arctrue_core.
 
         Raises InstrumentError.
         """
@@ -384,8 +385,8 @@ class Instrument:
 
         In every clock each pin has the level of the head's present count. In the first clock A and
         B may change together, which is an illegal transition. ``reset()`` and ``firmware.start()``
-        clear it, so call this method before them: a real table, too, is connected before the power
-        comes.
+        clear this fault, so call this method before them; a real table is also connected before
+        power-on.
 
         Parameters
         ----------
@@ -410,7 +411,7 @@ class Instrument:
         self.attach_curves(curves, may_jump=may_jump)
 
     def attach_curves(self, curves: Curves, *, may_jump: bool = False) -> None:
-        """Connect arbitrary readings to the heads; they begin at the present clock.
+        """Connect arbitrary readings to the heads; the readings begin at the present clock.
 
         Parameters
         ----------
@@ -452,7 +453,7 @@ class Instrument:
         )
 
     def detach(self) -> None:
-        """Disconnect the stimulus; the pins hold their levels."""
+        """Disconnect the stimulus; the pins keep their last levels."""
         self.library.instrument_detach(self.handle)
         if self._feeder is not None:
             self._feeder.close()
@@ -492,7 +493,7 @@ class Instrument:
 
     @property
     def firmware(self) -> Firmware:
-        """The firmware's C sources as the processor, created at the first use."""
+        """Firmware's C sources that act as the processor; they are created at the first use."""
         if self._firmware is None:
             self._firmware = Firmware(self)
         return self._firmware
@@ -608,7 +609,7 @@ class Instrument:
         return _now(self.registers.read_fields(path))
 
     def write(self, path: str, value: int) -> None:
-        """Write the only field of a register.
+        """Write a value to the only field of a register.
 
         Parameters
         ----------
@@ -620,7 +621,7 @@ class Instrument:
         _now(self.registers.write(path, value))
 
     def update(self, path: str, **values: int) -> None:
-        """Change fields of a register and keep the others.
+        """Change some fields of a register and keep the other fields.
 
         Parameters
         ----------
@@ -695,7 +696,8 @@ class Instrument:
         """
         _now(self.registers.write_local_table(table))
 
-    # Outputs of the core ---------------------------------------------------------------------
+    # Access to the outputs of the core
+    # ---------------------------------------------------------------------
 
     @property
     def latency_clocks(self) -> float:

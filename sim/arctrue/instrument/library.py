@@ -112,7 +112,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 class FirmwareBus(ctypes.Structure):
-    """First fields of the structure FirmwareBus in native/abi.cpp."""
+    """First fields of the C structure FirmwareBus in native/abi.cpp."""
 
     _fields_ = (
         ("harness", c_void_p),

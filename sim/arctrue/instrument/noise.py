@@ -30,7 +30,7 @@ class ReadingNoise(Cause):
     """
 
     rms_rad: float
-    """Standard deviation, radians."""
+    """Standard deviation of the noise, radians."""
     correlation_s: float
     """A quarter of the time in seconds after which readings are independent."""
     seed: int = 1

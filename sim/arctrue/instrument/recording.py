@@ -1,4 +1,4 @@
-"""Records inputs and outputs of the core together with the true angle."""
+"""Holds the recorded inputs and outputs of the core together with the true angle."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class EdgeTrack:
-    """The recorded edges of one encoder signal.
+    """Recorded edges of one encoder signal.
 
     Every K-th edge is kept, in arrays of shape ``(n,)``; the bins, shape ``(bins,)``, count all
     edges. Positions and errors have an arbitrary zero, which is the same for a whole track.

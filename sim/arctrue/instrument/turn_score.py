@@ -13,7 +13,7 @@ from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.recording import EdgeTrack
 
 BINS = 720
-"""Number of bins of a turn, half a degree each."""
+"""Number of bins in a turn; each bin is half a degree wide."""
 FINE_BINS = 7200
 MOST_ORDER = 64
 TURN_RAD = 2 * np.pi
@@ -23,7 +23,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TurnScore:
-    """Error of one signal over one turn in seconds of arc; the mean of the turn is removed."""
+    """Error of one signal over one turn in arcseconds, with the mean of the turn removed."""
 
     error_arcsec: Float
     """Mean error in each half degree of the true angle, shape ``(720,)``; NaN in a half degree

@@ -44,7 +44,7 @@ class Run:
     """One run of a capture, described by the quantities that a request can state."""
 
     speed_deg_s: float
-    """Speed, positive upwards."""
+    """Speed in degrees a second, positive upwards."""
     turns: float
     samples_a_turn: float
     temperature_c: float | None
@@ -84,8 +84,8 @@ def runs_of(capture: Capture, counts_per_rev: float) -> list[Run]:
 
 
 def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
-    """Return instructions for the person at the table, one sentence each. Raises ValueError for an
-    unknown kind."""
+    """Return instructions for the operator of the table, one sentence each. Raises ValueError for
+    an unknown kind."""
     asked = _asked(kind)
     if isinstance(asked, _OfACapture):
         return asked.steps(_first_run(kind, before))
@@ -99,7 +99,8 @@ def by_device(kind: str) -> bool:
 
 
 def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
-    """Compare ``taken`` with the measurement that was requested in addition to ``before``.
+    """Compare the set ``taken`` with the measurement that was requested in addition to the set
+    ``before``.
 
     If ``taken`` has several runs, the run with the fewest faults is compared. Raises ValueError for
     an unknown kind.

@@ -1,7 +1,7 @@
 """Reads a CSV file of any length in blocks of typed columns.
 
-pyarrow reads the file. If it fails, the file is read once more, line by line, to name the row and
-column of the fault. Without pyarrow the lines are read one by one.
+pyarrow reads the file. If pyarrow fails, the module reads the file once more, line by line, to name
+the row and column of the fault. Without pyarrow the lines are read one by one.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ bytes."""
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
-"""Number of rows in a block if the lines are read one by one."""
+"""Number of rows in a block if pyarrow is missing and the lines are read one by one."""
 _NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", "N/A", "n/a")
 _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
@@ -69,7 +69,7 @@ class CsvFile:
     conditions: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Read and check the header."""
+        """Read the header and check its columns."""
         try:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
                 first = file.readline()
@@ -127,7 +127,7 @@ class CsvFile:
         """Yield blocks of rows with whole numbers as int64 and all other numbers as float64.
 
         Raises MeasurementError with the row and column of the first field that is missing, not a
-        number, or not finite. A last line that lacks fields and a line end is left out, with a
+        number, or not finite. A last line that lacks both fields and a line end is left out, with a
         warning.
         """
         cut = self._cut_last_line()

@@ -7,8 +7,8 @@ from typing import Literal
 
 Fault = Literal["missing", "format", "value", "not_a_number", "empty", "time", "order"]
 """Kinds of a fault: missing (file, key or column), format (not TOML or CSV), value (wrong type or
-range), not_a_number (NaN, infinite or an empty field), empty (no rows), time (runs backwards),
-order (rows of a run are not together)."""
+range), not_a_number (NaN, infinite or an empty field), empty (no rows), time (the time decreases),
+order (the rows of a run are not consecutive)."""
 
 
 class MeasurementError(ValueError):

@@ -229,7 +229,7 @@ def _rows_with_uncertainty(
 
 
 def _stacked(parts: Sequence[tuple[str, Rows]], common_columns: bool, notes: list[str]) -> Rows:
-    """Stack the rows of all sets."""
+    """Concatenate the rows of all sets."""
     first = parts[0][1]
     values: dict[str, Any] = {}
     for item in fields(first):

@@ -32,7 +32,7 @@ REFERENCE_OPTIONAL = (
     "mask",
 )
 TRUTHS = ("mask", "trusted")
-"""Columns of boolean values."""
+"""Columns of Boolean values."""
 WHOLE_COLUMNS = (
     "run",
     "head1_counts",
@@ -67,7 +67,7 @@ HeadPlace = Annotated[float, Meta(gt=-360, lt=360)]
 
 @dataclass(frozen=True)
 class Table:
-    """The section ``[table]`` of measurement.toml; None: not stated.
+    """The section ``[table]`` of measurement.toml; None stands for a key that is not stated.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ class Table:
     grating_lines: Count | None = None
     disc_diameter_mm: Positive | None = None
     head_separation_deg: HeadPlace | None = None
-    """Angle of head 2 relative to head 1; the second entry of ``head_places_deg`` if that is given.
-    """
+    """Angle of head 2 relative to head 1, degrees; the second entry of ``head_places_deg`` if this
+    key is given."""
     index_detection_arcsec: Annotated[float, Meta(ge=0, le=3600)] | None = None
     """Standard uncertainty of the angle between the places at which the two heads detect the index
     mark, arcseconds."""

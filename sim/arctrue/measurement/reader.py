@@ -98,7 +98,7 @@ def read_measurement_set(
 
 @contextmanager
 def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
-    """Read the capture of a set in checked blocks, for sets too large for the memory.
+    """Yield the capture of a set in checked blocks, for sets that do not fit into the memory.
 
     Parameters
     ----------

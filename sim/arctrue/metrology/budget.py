@@ -31,7 +31,7 @@ REVERSAL = "reversal error, half of it"
 BY_ANGLE_DEG: Float = np.arange(0.0, 360.0, 5.0)
 """Readings at which the uncertainty is stated, degrees."""
 CONFIDENCE = 0.9545
-"""Probability of a normal distribution within two standard deviations."""
+"""Probability that a normal variable lies within two standard deviations."""
 DIVISORS = {"normal": 1.0, "rectangular": math.sqrt(3.0), "two values": 1.0}
 """Divisor that converts a size to a standard uncertainty, by distribution. The size is a standard
 deviation (normal), a half-width (rectangular), or half the difference of two values."""
@@ -85,7 +85,7 @@ class Budget:
     """All contributions to the uncertainty of the error of indication after correction."""
 
     method: str
-    """Description of the calibration."""
+    """Description of the calibration method."""
     contributions: tuple[Contribution, ...]
     missing: tuple[str, ...]
     """Contributions whose size the measurement set does not state; without them U is too small."""
@@ -98,7 +98,7 @@ class Budget:
 
     @property
     def u_arcsec(self) -> float:
-        """Combined standard uncertainty, JCGM 100 equation 10 without correlations."""
+        """Combined standard uncertainty by JCGM 100 equation 10, without correlations."""
         return math.sqrt(sum(one.u_arcsec**2 for one in self.contributions))
 
     @property
@@ -115,7 +115,7 @@ class Budget:
 
     @property
     def coverage_factor(self) -> float:
-        """Coverage factor k for 95.45 % with the effective degrees of freedom."""
+        """Coverage factor k for 95.45 %, computed from the effective degrees of freedom."""
         free = self.degrees_of_freedom
         return COVERAGE if math.isinf(free) else float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, free))
 

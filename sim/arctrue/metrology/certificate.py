@@ -47,7 +47,7 @@ class CertifiedError:
     turn removed."""
 
     angle_deg: Float
-    """Angles, (angles,)."""
+    """Angles at which ε is stated, (angles,)."""
     error_arcsec: Float
     """ε at each angle, (angles,)."""
     u_fit_arcsec: Float
@@ -70,7 +70,7 @@ class CertifiedError:
 
     @property
     def expanded_arcsec(self) -> Float:
-        """U with k = 2, (angles,)."""
+        """Expanded uncertainty U with k = 2, (angles,)."""
         return COVERAGE * self.u_arcsec
 
     @property

@@ -122,7 +122,8 @@ class Positioning:
 def positioning(
     target_deg: Float, direction: Integer | None, deviation_arcsec: Float
 ) -> Positioning:
-    """Compute the figures from positioning deviations (rows,) with ``direction`` 1 up, −1 down.
+    """Compute the figures from positioning deviations (rows,); ``direction`` is 1 for upward and −1
+    for downward approaches.
 
     Targets that differ by whole turns are the same target. Without ``direction`` all approaches
     count as up. Raises ValueError if there are no rows, or for another direction.

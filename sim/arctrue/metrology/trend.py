@@ -1,4 +1,4 @@
-"""Detects trends of the orders of the error over turns in the device's telemetry."""
+"""Detects trends in the orders of the error from the telemetry of a device over many turns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads the coefficients of a step into a running device, like the command ``arctrue load``."""
+"""Loads the coefficients of a step into a running device, as the command ``arctrue load`` does."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ class Jobs:
         return {"state": state, "doing": "", "seconds": 0.0, "partly": partly}
 
     def wait(self) -> None:
-        """Wait until no process runs."""
+        """Wait until no ranking process is running."""
         while True:
             with self._lock:
                 if not self._running:
@@ -92,7 +92,7 @@ class Jobs:
             time.sleep(_LOOK_S / 4.0)
 
     def end_all(self) -> None:
-        """End all processes when the server stops."""
+        """End all ranking processes when the server stops."""
         with self._lock:
             jobs = list(self._running.values())
         for job in jobs:

@@ -56,7 +56,8 @@ class LiveDevice:
         threading.Thread(target=self._keep_following, daemon=True).start()
 
     def capture(self) -> Path:
-        """Take a capture and return the folder of its set. Raises ConsoleError, OSError."""
+        """Capture a turn and return the folder of its measurement set. Raises ConsoleError,
+        OSError."""
         daemon = daemon_of(self.port)
         if daemon is None:
             raise ConsoleError(f"{self.port}: no daemon runs; start it with arctrue device run")

@@ -1,4 +1,4 @@
-"""Serves the page until it is interrupted."""
+"""Serves the page of ``arctrue serve`` until the program is interrupted."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class AddressError(OSError):
 
 
 def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep) -> None:
-    """Serve at ``host``:``port`` (0: a free port) and report the address first.
+    """Serve the page at ``host``:``port`` (0: a free port); report the address first.
 
-    At a loopback address only requests with this machine's names are answered; any other address
-    needs a token. Raises AddressError if the address cannot be used.
+    At a loopback address the server answers only requests that name this machine; at any other
+    address a request needs a token. Raises AddressError if the address cannot be used.
     """
     listening = _listening(host, port)
     taken = listening.getsockname()[1]

@@ -66,7 +66,7 @@ class Session:
     ``1``, ``2``, … for each step."""
 
     def __init__(self, folder: Path) -> None:
-        """Open an existing session."""
+        """Open the existing session in ``folder``."""
         self.folder = folder
         self.name = folder.name
 
@@ -76,7 +76,7 @@ class Session:
         return read_json(self.folder / _SESSION, Opened)
 
     def steps(self) -> list[Step]:
-        """Return all steps in the order of creation."""
+        """Return all steps of the session in the order of creation."""
         found = [
             read_json(path, Step)
             for path in self.folder.glob(f"*/{_STEP}")
@@ -85,7 +85,7 @@ class Session:
         return sorted(found, key=lambda step: step.number)
 
     def step(self, number: int) -> Step:
-        """Return one step. Raises NoSuchSessionError."""
+        """Return the step with this number. Raises NoSuchSessionError."""
         path = self.folder / str(number) / _STEP
         if not path.is_file():
             raise NoSuchSessionError(f"step {number} does not exist")
@@ -109,7 +109,7 @@ class Session:
         return read_json(path, dict[str, Any]) if path.is_file() else None
 
     def ranking_is_whole(self, number: int) -> bool:
-        """Tell whether the ranking is complete."""
+        """Tell whether the ranking of a step is complete."""
         found = self.ranking(number)
         return found is not None and bool(found["whole"])
 
@@ -171,7 +171,7 @@ class Sessions:
         return Session(folder)
 
     def __getitem__(self, name: str) -> Session:
-        """Return one session. Raises NoSuchSessionError."""
+        """Return the session with this name. Raises NoSuchSessionError."""
         folder = self.folder / name
         if not _NAME.fullmatch(name) or not (folder / _SESSION).is_file():
             raise NoSuchSessionError(f"there is no session {name[:32]!r}")
@@ -198,7 +198,7 @@ class Sessions:
         return None
 
     def forget(self, name: str) -> None:
-        """Delete a session with all its files. Raises NoSuchSessionError."""
+        """Delete the session with this name and all its files. Raises NoSuchSessionError."""
         shutil.rmtree(self[name].folder, onerror=_make_writable)
 
 

@@ -1,4 +1,4 @@
-"""The settings with which ``arctrue serve`` was started."""
+"""Holds the settings with which ``arctrue serve`` was started."""
 
 from __future__ import annotations
 

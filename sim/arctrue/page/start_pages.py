@@ -132,7 +132,7 @@ def start_pages(
 
 
 def open_set_of(folder: ChosenFolder, name: str, analyses: Analyses) -> tuple[Session, Step]:
-    """Open a set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
+    """Open a measurement set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
     path, named = folder.path(name), folder.as_named(name)
     title = read_description(path).keys.title or path.resolve().name
     place = analyses.sessions.make()

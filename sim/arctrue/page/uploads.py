@@ -1,6 +1,7 @@
-"""Receives files dropped into the page: a measurement set, or recordings of other programs.
+"""Receives files that a user drops into the page: a measurement set, or recordings of other
+programs.
 
-The readers of arctrue read the files from a separate folder. No code in the files is executed.
+ArcTrue's readers read the files from a separate folder and execute no code from them.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class Analysis:
 
     @cached_property
     def residuals(self) -> Residuals:
-        """Residuals of the model."""
+        """Residuals of the fitted model."""
         return Residuals(self.solution)
 
     def rows(self, channel: str) -> CaptureRows | ReferenceRows:
@@ -90,7 +90,8 @@ class Analysis:
         return rows.difference_arcsec if isinstance(rows, CaptureRows) else rows.error_arcsec
 
     def angle_rad(self, channel: str) -> Float:
-        """Return the table's angle in every row; in a reference row it is the target angle."""
+        """Return the table's angle in every row; in a row of the reference, this is the target
+        angle."""
         rows = self.rows(channel)
         return rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
 

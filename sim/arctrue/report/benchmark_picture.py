@@ -1,4 +1,4 @@
-"""Draws the benchmark's confusion matrix and the reliability of its probabilities."""
+"""Draws the benchmark's confusion matrix, and how reliable the probabilities of the answers are."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def budget_rows(budget: Budget) -> list[list[str]]:
 
 
 def freedom(value: float) -> str:
-    """Format degrees of freedom."""
+    """Return degrees of freedom as text."""
     return "∞" if math.isinf(value) else f"{value:.0f}"
 
 

@@ -31,10 +31,10 @@ class CertificateFacts:
     measured: date
     issued: date
     sha256: str
-    """Digest of the measurement set."""
+    """Digest of the files of the measurement set."""
     title: str
     version: str
-    """Version of the program, such as ``0.1.0``."""
+    """Version of the program that writes the certificate, such as ``0.1.0``."""
     method: str
     temperature_c: float
 

@@ -20,15 +20,15 @@ _A4_INCHES = (8.27, 11.69)
 _MARGIN = 0.06
 """Margin of a page, as a share of its width."""
 COLUMNS = 110
-"""Characters per line of a page."""
+"""Number of characters per line of a page."""
 LINES = 72
-"""Lines per page."""
+"""Number of lines per page."""
 _FONT_POINTS = 7.5
 
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph."""
+    """A paragraph of text."""
 
     text: str
 
@@ -45,7 +45,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Picture:
-    """A matplotlib figure."""
+    """A picture, drawn as a matplotlib figure."""
 
     title: str
     figure: Figure

@@ -28,8 +28,8 @@ Integer = NDArray[np.int64]
 
 _STEPS = 16
 _ROUNDS = 20
-"""Number of alternating least-squares steps; the ratio of the two largest singular values sets the
-rate of convergence."""
+"""Number of alternating least-squares steps; their rate of convergence depends on the ratio of the
+two largest singular values."""
 _PHASE_BINS = 72
 PHYSICAL = ("temperature", "speed", "direction", "time")
 """Conditions that can be causes of an effect; they rank before conditions that only correlate with
@@ -92,8 +92,8 @@ class EffectAmplitude:
 
 
 def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
-    """Compute the amplitude of the last effect of ``solution``, a fit to the set of
-    ``analysis``."""
+    """Compute the amplitude of the last effect of the fit ``solution`` over every condition of the
+    set of ``analysis``."""
     term = solution.terms[-1]
     coefficients = solution.coefficients[solution.part(len(solution.terms) - 1)]
     residuals = Residuals(solution)
@@ -242,7 +242,7 @@ def _along(
     safe = np.maximum(square, 1e-300)
     predicted = np.bincount(group, pattern * own, steps) / safe
     seen = np.bincount(group, pattern * (own + left), steps) / safe
-    # Each row has the same weight in the place of its step and in the amplitude of its step.
+    # Each row has the same weight in the mean place of its step as in the amplitude of its step.
     at = np.bincount(group, pattern**2 * values, steps) / safe
     error = float(left.std()) / np.sqrt(safe)
     whole = float(own @ own)

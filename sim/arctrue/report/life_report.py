@@ -69,7 +69,7 @@ def calibration_sentence(history: LifeHistory) -> str:
 
 
 def life_sentences(history: LifeHistory) -> list[str]:
-    """List all findings as sentences, the most urgent first."""
+    """Return all findings as sentences, the most urgent first."""
     forecasts = sorted(history.forecasts, key=lambda one: one.earliest_day)
     return [
         *(forecast_sentence(one, history.horizon_days) for one in forecasts),
@@ -82,7 +82,7 @@ def life_sentences(history: LifeHistory) -> list[str]:
 
 
 def life_data(history: LifeHistory) -> dict[str, Any]:
-    """Return the content of the ``--json`` file."""
+    """Return the content of the file that ``--json`` writes."""
     return {
         "schema": 1,
         "program": f"arctrue {version('arctrue')}",

@@ -45,7 +45,8 @@ Arrow = tuple[tuple[float, float], tuple[float, float], str]
 
 
 def _boxes(axes: Axes, boxes: Sequence[Box], arrows: Sequence[Arrow]) -> None:
-    """Draw boxes and arrows on an empty page, 100 units wide, with a margin for the outlines."""
+    """Draw boxes and arrows on an empty page that is 100 units wide, with a margin for the
+    outlines."""
     axes.set_axis_off()
     axes.set_xlim(-1, 101)
     for left, bottom, width, height, text, colour in boxes:

@@ -23,8 +23,8 @@ from arctrue.report.charts.matplotlib_chart import save_chart
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 DEVIATION_SCALE = 300
-"""Factor by which the deviations are drawn larger, as in the paper, so that they are visible next
-to 150″."""
+"""Factor by which the deviations are enlarged, as in the paper, so that they are visible next to
+150″."""
 
 
 def figure_11_name(found: Mapping[str, Any]) -> str:

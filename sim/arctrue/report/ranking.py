@@ -38,8 +38,8 @@ def ranked(
     *,
     seed: int = SEED,
 ) -> Ranking:
-    """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the other
-    parts."""
+    """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the other parts
+    are computed."""
     result = diagnose(
         analysis.observations,
         list(analysis.solution.terms),

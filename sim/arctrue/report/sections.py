@@ -46,7 +46,7 @@ def words(name: str) -> str:
 
 
 def angle_text(display: DisplaySettings, value: float | None, digits: int = 3) -> str:
-    """Format a small angle in the reader's unit; an en dash for None."""
+    """Return a small angle as text in the reader's unit; return an en dash for None."""
     if value is None or not math.isfinite(value):
         return "–"
     if display.unit == "urad":
@@ -153,7 +153,7 @@ def _unit(unit: str) -> str:
 
 
 def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, str]]:
-    """Return the residual of each channel."""
+    """Return the residual of each channel for the template."""
     last = with_one_floor(analysis.model.history)[-1]
     return [
         {
@@ -370,7 +370,7 @@ def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[st
 def report_sections(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any]:
-    """Return all sections by their names."""
+    """Return all sections of the page by their names."""
     return {
         "title": analysis.title,
         "set": set_section(analysis, ranking),

@@ -52,7 +52,7 @@ class Occasion:
 
     @property
     def turns(self) -> float:
-        """Turns of all runs together, in either direction."""
+        """Number of turns of all runs together, in either direction."""
         travel = zip(self.durations_s, self.speeds_rad_s, strict=True)
         return sum(seconds * abs(speed) for seconds, speed in travel) / (2 * np.pi)
 
@@ -125,7 +125,7 @@ def rising(key: str, instants_s: tuple[float, ...], least: int) -> None:
 
 
 def ellipse(forward_um: float, backward_um: float, direction_deg: float) -> tuple[complex, complex]:
-    """Return the complex factors of the forward and the backward circle of a motion, metres."""
+    """Return the complex factors of a motion's forward circle and backward circle, metres."""
     phase = math.radians(direction_deg)
     return (
         cmath.rect(forward_um * MICROMETRE_M, phase),

@@ -38,12 +38,13 @@ class Motion:
     ripple_phase_rad: float = 0.0
     """Phase p of the ripple, radians."""
     temperature: TemperatureCourse = field(default_factory=TemperatureCourse)
-    """Temperature over the time of the surroundings; the motion begins at ``start_s``."""
+    """Temperature as a function of the time of the surroundings; the motion begins at
+    ``start_s``."""
     surroundings_s: tuple[float, ...] | None = None
     """Time of the surroundings at each knot. This time includes pauses in full, even if the motion
     contains only a part of a pause. None: it equals the time of the motion."""
     start_s: float = 0.0
-    """Time of the measurement at which the motion begins."""
+    """Time of the measurement at which the motion begins, seconds."""
     run: int = 0
     """Number of the run within the measurement."""
     travelled_rad: float = 0.0

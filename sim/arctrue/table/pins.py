@@ -64,7 +64,7 @@ class PinEvents:
     """Levels of all pins after each event, one bit a pin."""
 
     def write(self, file: Path) -> None:
-        """Write the events as text.
+        """Write the events to a file as text.
 
         Parameters
         ----------

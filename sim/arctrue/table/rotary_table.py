@@ -52,9 +52,9 @@ HEAD_PLACES_DEG: Mapping[int, tuple[float, ...]] = {
     4: (0.0, 33.0, 162.5, 300.5),
 }
 """Places of the heads after head 1, by the number of heads; head 2 is at its place in the paper.
-The third of three heads is at the place with the best worst-case gain of orders 1 to 64, among the
-places at which the mean of the heads has less noise than one head; the four places are those of
-docs/methods.md."""
+The third of three heads is at the place that minimises the largest noise gain of orders 1 to 64,
+among the places at which the mean of the heads has less noise than one head; docs/methods.md
+explains the places of four heads."""
 
 
 def heads_at(
@@ -97,9 +97,10 @@ HEADS = (*two_heads(), *heads_at(np.deg2rad(HEAD_PLACES_DEG[4]).tolist())[2:])
 
 @dataclass(frozen=True, slots=True)
 class RotaryTable:
-    """A disc on an axis, read by heads; exact plane geometry without small-angle formulae.
+    """A disc on an axis, read by heads; the geometry in the plane is exact, without small-angle
+    formulae.
 
-    Usually there are two heads; the gateware takes at most four. At the true angle θ the disc
+    Most tables have two heads; the gateware supports at most four. At the true angle θ the disc
     centre is at C = axis + e^{jθ}·disc shift. The ray from C through a head at H meets the
     graduation at the disc angle g = θ − arg(H − C); the lines there state the angle g + γ(g). Each
     head counts from the index mark on the disc. With the heads of :func:`two_heads` this gives R₁ =
@@ -113,7 +114,7 @@ class RotaryTable:
     heads: tuple[Head, ...]
     """The heads, two to four."""
     causes: tuple[Cause, ...] = ()
-    """Causes of errors, in the order in which they act."""
+    """Causes of errors, in the order in which they are applied."""
     counts_per_rev: int = 1 << 24
     """Counts a turn, a multiple of 4."""
     rounding: Literal["floor", "nearest"] = "floor"

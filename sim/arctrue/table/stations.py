@@ -44,8 +44,8 @@ def stations(
 def _travel(
     target_rad: NDArray[np.float64], direction: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the travel in both directions until each station, and the travel since the direction
-    changed."""
+    """Return the travel in both directions until each station, and the travel since the latest
+    change of direction."""
     steps = np.abs(np.diff(target_rad, prepend=target_rad[:1]))
     # The last station of a pass and the first station of the next pass are one step apart.
     turns = np.minimum(steps, np.abs(2 * np.pi - steps))

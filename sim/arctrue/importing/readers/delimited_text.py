@@ -194,7 +194,7 @@ def _shown(text: str) -> str:
 
 
 def _header(path: Path, above: Sequence[Line], shape: RowShape) -> tuple[list[str], list[str]]:
-    """Give the columns' names (numbers if there are none) and the notes about them."""
+    """Return the columns' names (numbers if the file has no names) and the notes about them."""
     numbers = [str(number) for number in range(1, shape.width + 1)]
     lines = [(line, text) for line, text in above if not _RULER.match(text)]
     if not lines:
@@ -232,7 +232,8 @@ def _unit_of(word: str) -> str:
 
 
 def _is_units(words: Sequence[str], units: Sequence[str]) -> bool:
-    """Tell whether at least half of the words are known units, and at least one is."""
+    """Tell whether the line is a row of units: at least half of the words, and at least one, are
+    known units."""
     said = [unit for word, unit in zip(words, units, strict=True) if word not in ("", "-")]
     known = sum(any_unit(unit) for unit in said)
     return known > 0 and 2 * known >= len(said)

@@ -20,7 +20,7 @@ _NOT_THERE = re.compile(r"\S+\s+\*\*\* ")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether the first line has this form."""
+    """Tell whether the first line has the form NAME DATE TIME VALUE."""
     text = head.decode("utf-8", "replace")
     return any(_LINE.match(line) for line in text.splitlines()[:3])
 

@@ -181,7 +181,7 @@ def _level_73(path: Path, left_out: list[str]) -> Tree:
                     continue
                 size += item.size * NUMBER_BYTES
                 refuse_above_limit(path, size)
-                # MATLAB stores its columns as the rows of HDF5.
+                # In HDF5, MATLAB stores each column of a matrix as a row.
                 values = np.asarray(item[()]).T
                 found[name] = _letters(values) if kind == "char" else values
             else:

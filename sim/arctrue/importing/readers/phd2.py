@@ -1,9 +1,9 @@
-"""Reads guide logs of PHD2: the error of a telescope axis against a guide star.
+"""Reads guide logs of PHD2, which contain the error of a telescope axis relative to a guide star.
 
 Distances in the log are camera pixels from the lock position and include the effect of the guiding
 corrections. Without guiding, the error of the axis would be the distance plus all earlier
-corrections, times the pixel scale, divided by the cosine of the star's declination. Format: the
-project's wiki, "PHD2 Guide Log Format".
+corrections, times the pixel scale, divided by the cosine of the star's declination. The page "PHD2
+Guide Log Format" of the project's wiki describes the format.
 """
 
 from __future__ import annotations

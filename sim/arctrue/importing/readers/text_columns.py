@@ -33,7 +33,7 @@ class TextColumns:
         self.rows = 0
 
     def fields(self, texts: Sequence[str]) -> list[pa.Array] | None:
-        """Split lines into columns of text; return None if a line has another number of fields."""
+        """Divide lines into columns of text; return None if a line has another number of fields."""
         if any('"' in text for text in texts):
             return self._of_lists([self._form.split(text) for text in texts])
         lines = pa.array(texts, pa.large_string())

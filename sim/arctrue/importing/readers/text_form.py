@@ -26,13 +26,13 @@ _POINT, _COMMA, _THOUSANDS = (re.compile(rf"{form}\Z") for form in (POINT, COMMA
 
 @dataclass(frozen=True)
 class Form:
-    """Separator and decimal sign of a file."""
+    """Separator of columns and decimal sign of a file."""
 
     delimiter: str
     decimal: str
 
     def split(self, line: str) -> list[str]:
-        """Split a line into its fields."""
+        """Divide a line into its fields."""
         sign = DELIMITERS[self.delimiter]
         if sign is None:
             return line.split()

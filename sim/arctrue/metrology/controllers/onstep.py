@@ -85,8 +85,8 @@ class OnStep(TableFormat):
 
     def text(self, correction: Correction, points: int, title: str) -> str:
         seconds = np.arange(self._worm_s() + 1, dtype=np.float64)
-        # The motor is at its zero in second 0, and tracks so that the reading R satisfies R(t) −
-        # ε(R(t)) = t − ε(0).
+        # The worm motor is at its zero in second 0, and then tracks so that the reading R satisfies
+        # R(t) − ε(R(t)) = t − ε(0).
         start_deg = float(correction.error_arcsec(np.zeros(1), None)[0]) / 3600.0
         wanted = wanted_deg(correction, seconds * (360.0 / SECONDS_A_TURN) - start_deg, 0)
         steps = np.rint((wanted - wanted[0]) / self._step_deg()).astype(np.int64)

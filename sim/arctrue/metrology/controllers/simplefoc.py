@@ -29,7 +29,7 @@ class SimpleFoc(TableOfReading):
         reading = np.radians(turn_deg(points)[:-1])
         rows = correction.by_reading(reading) * RAD_PER_ARCSEC
         values = "".join(f"    {value:.9e}f,\n" for value in rows)
-        comment = title.replace("\\", "/")  # a backslash at the end would continue the comment
+        comment = title.replace("\\", "/")  # a backslash at the end would continue the C comment
         return f"// {comment}\nfloat calibrationLut[{points}] = {{\n{values}}};\n"
 
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:

@@ -40,7 +40,7 @@ class TableFormat(ABC):
 
     name: ClassVar[str]
     file_name: ClassVar[str]
-    """Default name of the file."""
+    """Default name of the controller's file."""
     points: ClassVar[int]
     """Default number of rows per turn."""
     least_points: ClassVar[int] = 3
@@ -49,7 +49,7 @@ class TableFormat(ABC):
     """Whether the table has separate values for an approach from below and from above."""
 
     def for_axis(self, teeth: float | None, steps_per_second: float | None) -> TableFormat:
-        """Return the format for one axis; most formats do not depend on the axis.
+        """Return the table format for one axis; most formats do not depend on the axis.
 
         Parameters
         ----------
@@ -73,7 +73,8 @@ class TableFormat(ABC):
         return self
 
     def part_of(self, correction: Correction) -> Correction:
-        """Return the part of a correction that the table can hold; most formats hold all parts.
+        """Return that part of a correction which the table can represent; most formats represent
+        all of it.
 
         Parameters
         ----------

@@ -19,8 +19,8 @@ which is below 0.01."""
 
 
 class TableOfCommand(TableFormat):
-    """A table of values that the controller adds to the command; the servo then moves the reading
-    to the sum."""
+    """A table of values that the controller adds to the command; the servo moves the reading to the
+    sum."""
 
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int

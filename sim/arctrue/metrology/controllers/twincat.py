@@ -18,7 +18,8 @@ UNITS_PER_DEG = 10_000
 
 
 class TwinCat(TableOfCommand):
-    """Compensation value list of a modulo axis: actual minus nominal position, up and down.
+    """Compensation value list of a modulo axis: actual minus nominal position, for upward and
+    downward motion.
 
     The controller subtracts the value from the command, linearly interpolated between rows; the row
     at 360° equals the row at 0°. The rounding to 0.0001° causes most of the remaining error.

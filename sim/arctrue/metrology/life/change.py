@@ -1,11 +1,11 @@
 """Finds changes of a series: steps and the beginnings of drifts, with a stated false-alarm rate.
 
 The statistic is the generalised likelihood ratio: the largest value of N·log(RSS₀/RSS₁) over all
-places between two sets. RSS₀ is the weighted sum of squares about a constant, RSS₁ that about a
+places between two sets. RSS₀ is the weighted sum of squares about a constant, RSS₁ the sum about a
 constant with a step or a drift that begins at the place. The weight of a set is 1/(u² + s²); u
 comes from its fit, and s is the scatter between sets by Paule and Mandel (1982).
 
-The null distribution is that of the same statistic for normal random numbers with these weights. A
+The null distribution is computed from the statistic of normal random numbers with these weights. A
 common factor of the variance cancels, so the true scatter need not be known. The p-value of a
 series is its rank among these draws; multiplied by the number of series (Bonferroni) it bounds the
 probability of any false alarm in one evaluation of the whole machine.
@@ -68,13 +68,13 @@ class Place:
 
     @property
     def shape(self) -> Shape:
-        """Kind, place and exponent as :func:`basis` takes them."""
+        """Kind, place and exponent in the form that :func:`basis` takes."""
         return self.kind, self.index, self.exponent
 
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A change of a series."""
+    """One change of a series."""
 
     series: Series
     kind: Kind
@@ -144,7 +144,7 @@ def weighted_rss(values: Float, weight: Float, design: Float) -> float:
 
 
 def ratios(days: Float, weight: Float, values: Float) -> Float:
-    """Return the likelihood ratio of each row of values, (rows,).
+    """Return the largest likelihood ratio of each row of values, (rows,).
 
     ``weight`` (rows, sets) or (1, sets), ``values`` (rows, sets, components); ``days`` (sets,). A
     change reduces RSS₀ by (Σw·h·r)²/(Σw·h² − (Σw·h)²/Σw), where r are the residuals about the mean.
@@ -196,8 +196,8 @@ def find_changes(
     """Find the changes of all series, earliest first; return none for fewer than ``FEWEST_SETS``
     sets.
 
-    All series have the same days. Each change that is found is subtracted and the series is tested
-    again, at most ``MOST_CHANGES`` times.
+    All series have the same days. After each found change, the function subtracts this change and
+    tests the series again, at most ``MOST_CHANGES`` times.
     """
     if not series or series[0].days.size < FEWEST_SETS:
         return []

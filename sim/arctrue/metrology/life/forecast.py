@@ -64,13 +64,14 @@ class Forecast:
 
     @property
     def passed(self) -> bool:
-        """Whether the limit is already passed with a probability above one half."""
+        """Whether the limit is already passed, with a probability above one half."""
         return self.probability(float(self.series.days[-1])) > 0.5
 
     def alarm(self, horizon_days: float) -> bool:
         """Tell whether the limit is passed, or a change may lead to it within ``horizon_days``.
 
-        A change may lead to it if the earlier end of the interval lies within the horizon.
+        A change may lead to the limit if the earlier end of the forecast's interval lies within the
+        horizon.
         """
         within = self.earliest_day <= float(self.series.days[-1]) + horizon_days
         return self.passed or (self.changed and within)

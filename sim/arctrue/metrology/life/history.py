@@ -56,7 +56,7 @@ class LifeHistory:
 
     @property
     def alarms(self) -> tuple[Forecast, ...]:
-        """Forecasts that call for action."""
+        """Forecasts for which the user should act."""
         return tuple(one for one in self.forecasts if one.alarm(self.horizon_days))
 
     def changes_of(self, series: Series) -> list[Change]:
@@ -74,9 +74,9 @@ def history_of(
 ) -> LifeHistory:
     """Find the changes of every parameter, and forecast when each limit of ``limits`` is passed.
 
-    ``limits``: a limit by effect (for each of its amplitudes, arcseconds) or by effect and
-    parameter, in the parameter's unit. ``seed``: seed of the random draws. Raises ValueError for an
-    unknown name.
+    ``limits``: limits by the name of an effect (for each of its amplitudes, arcseconds) or by the
+    names of effect and parameter (in the parameter's unit). ``seed``: seed of the random draws.
+    Raises ValueError for an unknown name.
     """
     random = np.random.default_rng(seed)
     series = series_of(machine.days, [one.parameters for one in machine.sets])

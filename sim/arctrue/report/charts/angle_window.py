@@ -68,7 +68,7 @@ class AngleWindow:
         return np.asarray(middle + np.mod(np.degrees(angle_rad) - middle, WHOLE_DEG))
 
     def group(self, angle_rad: Float, bins: int) -> Integer:
-        """Return the number of the bin for each angle."""
+        """Return the number of the window's bin for each angle."""
         if self.is_whole:
             return turn_group(angle_rad, bins)
         part = (self.degrees(angle_rad) - self.start_deg) / max(self.span_deg, 1e-12)

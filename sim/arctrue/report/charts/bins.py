@@ -11,7 +11,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 TURN_BINS = 180
-"""Number of bins of a turn, two degrees each."""
+"""Number of bins in a turn; each bin is two degrees wide."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def of_turn(angle_rad: Float, values: Float, bins: int = TURN_BINS) -> Bins:
 
 
 def turn_group(angle_rad: Float, bins: int) -> Integer:
-    """Return the number of the bin for each angle."""
+    """Return the number of the turn's bin for each angle."""
     part = np.mod(angle_rad / (2.0 * np.pi), 1.0)
     return np.minimum((part * bins).astype(np.int64), bins - 1)
 

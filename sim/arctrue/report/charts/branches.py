@@ -1,4 +1,4 @@
-"""Draws the residual over the angle, separately for each run and direction."""
+"""Draws the residual over the angle, with one curve for each run or direction."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def calibration_chart(calibration: Calibration, title: str) -> Chart:
 
 
 def reference_calibration_chart(comparison: ReferenceComparison, title: str) -> Chart:
-    """Draw the errors of a reference run before and after the correction by the gateware."""
+    """Draw the errors of a reference run before and after the gateware's correction."""
     panels = [_error_panel([_before(comparison, BEFORE)], title), _after(comparison)]
     words = f"Error of head 1 at the reference run's targets, before and after: {title}."
     return Chart("calibration", words, panels)

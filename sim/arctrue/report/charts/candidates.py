@@ -46,7 +46,7 @@ def candidates_chart(result: Diagnosis) -> Chart:
         if rows:
             value = np.array([shown[row].delta_bic for row in rows])
             texts = [f"{one:,.0f}".replace("-", "−") for one in value]
-            # The chart shows the first candidate at the top.
+            # The first candidate is drawn at the top of the chart.
             place = -np.array(rows, dtype=np.float64)
             layers.append(Bars(place, along(value), label, colour, lying=True, labels=texts))
     if shown:

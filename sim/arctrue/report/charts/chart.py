@@ -41,7 +41,7 @@ class Axis:
     logarithmic: bool = False
     reach: tuple[float, float] | None = None
     ticks: Sequence[tuple[float, str]] | None = None
-    """Values of the ticks with their names; None: the ticks show numbers."""
+    """Positions of the ticks with their names; None: the ticks show numbers."""
     also: tuple[str, float] | None = None
     """A second unit and the factor from ``unit`` to it; on paper its axis is on the opposite
     side."""

@@ -58,7 +58,7 @@ def _points(place: int, run: int, x: Float, y: Float) -> Curve:
 
 
 def _named_if_few(curves: list[Curve]) -> list[Curve]:
-    """Name the runs in the legend only if each run has a colour of its own."""
+    """Return the curves; they keep their names only if each run has a colour of its own."""
     if 1 < len(curves) <= len(COLOURS):
         return curves
     return [replace(curve, name="") for curve in curves]

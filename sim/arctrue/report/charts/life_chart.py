@@ -21,7 +21,8 @@ MARGIN = 0.03
 
 
 def day_name(day: float) -> str:
-    """Return a day since 1970 as a date, ``2026-03-12``; a dash for an infinite day."""
+    """Return a day, counted from 1970, as a date such as ``2026-03-12``; return a dash for an
+    infinite day."""
     if not np.isfinite(day):
         return "–"
     return f"{datetime(1970, 1, 1, tzinfo=UTC) + timedelta(days=day):%Y-%m-%d}"

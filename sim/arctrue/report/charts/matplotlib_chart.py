@@ -48,7 +48,7 @@ _DECADE = 12.0
 """Ratio of an axis' ends; if the ratio is smaller, a logarithmic axis also labels its minor
 ticks."""
 _TITLE_POINTS, _SMALL_POINTS = {1: 11.0, 2: 10.0}, 8.5
-"""Font sizes of titles by the number of panels per row, and font size of small text."""
+"""Font sizes of titles by the number of panels per row, and the font size of small text."""
 _BESIDE_INCHES, _LETTER_INCHES = 0.8, 0.068
 """Width left of a panel, and width of a letter in a font of 8 points, inches."""
 _LEGEND_COLUMNS, _NARROW_COLUMNS = 4, 3

@@ -37,7 +37,7 @@ _EVERY_DIGIT = tuple(float(digit) for digit in range(1, 10))
 _EVERY_TWENTIETH = tuple(n / 20.0 for n in range(20, 200))
 _LEAST_TICKS, _MOST_TICKS = 3, 10
 _DIGITS = 6
-"""Number of significant digits that the browser gets; a screen shows fewer digits."""
+"""Number of significant digits of the numbers for the browser; a screen shows fewer digits."""
 
 
 def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The autocollimator has a wrong scale."""
+"""Models an autocollimator with a wrong scale."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The disc is not centred on the axis."""
+"""Models a disc that is not centred on the axis."""
 
 from __future__ import annotations
 

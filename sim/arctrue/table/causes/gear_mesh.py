@@ -33,8 +33,8 @@ class GearMesh(Cause):
     """
 
     teeth: float
-    """Number of teeth that mesh per turn of the table; not whole for a gear that turns faster than
-    the table."""
+    """Number of teeth that mesh per turn of the table; it is not whole if the gear turns faster
+    than the table."""
     amplitudes_rad: tuple[float, ...]
     """Amplitude of the twist at each multiple k = 1, 2, … of ``teeth``."""
     phases_rad: tuple[float, ...]

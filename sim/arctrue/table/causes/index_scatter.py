@@ -12,7 +12,7 @@ from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 
 @dataclass(frozen=True, slots=True)
 class IndexScatter(Cause):
-    """In each run each head detects its index mark with an error of −``counts`` to ``counts``, a
+    """Each head detects its index mark in each run with an error from −``counts`` to ``counts``, a
     uniform whole number."""
 
     counts: int

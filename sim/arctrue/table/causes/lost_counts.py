@@ -15,7 +15,7 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class LostCounts(Cause):
-    """From ``instant_s`` of one run on, the counter of one head is wrong by ``counts``.
+    """The counter of one head is wrong by ``counts`` from the time ``instant_s`` of one run on.
 
     The next run begins at the index mark, which corrects the counter. If the counter does not use
     its index (``for_good``), it keeps the error in all later runs.

@@ -22,7 +22,8 @@ OUTLIER_ARCSEC = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Outliers(Cause):
-    """Each row of each head is wrong with a given probability; its error follows Student's t."""
+    """Any row of any head is wrong with a given probability; the error of a wrong row follows
+    Student's t."""
 
     probability: float
     scale_rad: float

@@ -1,4 +1,4 @@
-"""The faces of the polygon deviate from their nominal angles."""
+"""Models a polygon whose faces deviate from their nominal angles."""
 
 from __future__ import annotations
 

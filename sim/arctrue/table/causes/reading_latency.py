@@ -11,7 +11,7 @@ from arctrue.table.declaration import Declaration, Given, Occasion, Random, Reci
 
 @dataclass(frozen=True, slots=True)
 class ReadingLatency(Cause):
-    """Filter and transfer delay the readings of both heads by ``delay_s``."""
+    """A filter and the data transfer delay the readings of both heads by ``delay_s``."""
 
     delay_s: float
 

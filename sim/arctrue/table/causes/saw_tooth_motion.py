@@ -27,7 +27,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class SawToothMotion(Cause):
-    """The axis moves on a line, ``order`` times a turn, from −amplitude to +amplitude and back.
+    """The axis moves along a line from −amplitude to +amplitude and back, ``order`` times a turn.
 
     ``rise`` is the share of a period in which the axis moves to +amplitude (½: a triangle; near 1:
     a saw tooth). The displacement is in the stator frame.
