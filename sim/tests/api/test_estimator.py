@@ -1,5 +1,5 @@
-"""Tests of a fit as an estimator. Scikit-learn's own clone and grid search accept it, and it keeps
-their conventions without scikit-learn."""
+"""Tests that scikit-learn's clone and grid search accept ``FitEstimator``, and that it follows
+scikit-learn's conventions although arctrue does not import scikit-learn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests of ``arctrue.fit`` against least squares, scipy's optimisers, and the equation itself."""
+"""Tests that ``arctrue.fit`` agrees with least squares, with scipy's optimisers, and with the
+equation of the model."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ import arctrue as at
 FACES, CYCLES, NOISE_ARCSEC = 24, 8, 0.2
 TRUE = {"c1": 2.0, "s1": -0.5, "c3": 0.0, "s3": 0.3, "hysteresis": 0.4}
 COLOURED_SHARE = 0.15
-"""Relative tolerance of the uncertainties: in 192 rows of white noise the fit estimates some
-correlated noise."""
+"""Relative tolerance of the uncertainties, because the fit estimates a small correlated part of the
+noise from 192 rows of white noise."""
 NEAR_ARCSEC = 0.5 * NOISE_ARCSEC * np.sqrt(2.0 / (FACES * CYCLES))
 """Tolerance of the values: half the standard uncertainty of an amplitude."""
 Array = np.ndarray[Any, Any]

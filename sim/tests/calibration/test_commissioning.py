@@ -1,5 +1,5 @@
-"""Tests that commissioning finds from the readings how the heads are connected: sense, places,
-cables."""
+"""Tests that commissioning computes from the readings which cable belongs to which head, and each
+head's sense and place."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def judged(
     nominal = theta[:, None] + np.array(places) / 360.0
     nominal = nominal + 150.0 / 1_296_000.0 * np.cos(2.0 * np.pi * nominal + 1.0)
     counted = np.rint(nominal * np.array(sense) * np.array(moving) * TURN).astype(np.int64)
-    # The positions have started at any value, and they wrap at 32 bits.
+    # Each position starts at an arbitrary value and wraps at 32 bits.
     positions = (counted + 2**31 - 5000 + 2**31) % 2**32 - 2**31
     return judge_connection(positions, counted % TURN, np.array(indexed), TURN, plan)
 

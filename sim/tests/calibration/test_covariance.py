@@ -1,4 +1,5 @@
-"""Tests that predicted uncertainties equal the scatter of many simulated captures."""
+"""Tests that the predicted uncertainties equal the standard deviations over many simulated
+captures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests which source determines α, how uncertain α is, and how this affects every order."""
+"""Tests which source determines the head separation α, how uncertain α is, and how this uncertainty
+affects every order."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ MOVED_COUNTS = 492
 """Shift of the index by 10 µm at a radius of 53.975 mm, in counts: 38.2″ at 2²⁴ counts per turn."""
 DISC = Disc({1: (95.0, -1.9), 2: (0.8, 2.0), 8: (0.3, 1.0), 11: (0.6, 0.7)})
 STRONG = Disc({1: (95.0, -1.9), 11: (12.0, 0.7)})
-"""A disc with 12″ of order 11, at which the harmonics determine α best."""
+"""A disc with 12″ of order 11, large enough for the harmonics to determine α."""
 
 
 def measured(disc: Disc, *, stated_arcsec: float | None = None, moved: int = 0) -> MeasurementSet:
@@ -78,7 +79,8 @@ def test_two_heads_repeat_as_two_rectangles() -> None:
 
 
 def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
-    """12″ of order 11 give u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″; the index gives 29″."""
+    """With 12″ of order 11, the harmonics determine α with u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) =
+    12″; the index determines α with 29″."""
     shifted = measured(STRONG, moved=MOVED_COUNTS)
     found = calibrate(shifted)
     assert found.estimate.separation_choice == "harmonics"
@@ -86,7 +88,7 @@ def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
     of_order_11 = 0.15 * abs(np.exp(11j * np.radians(33.0)) - 1.0) / (11 * 12.0) / ARCSEC
     assert 0.9 * of_order_11 < source.u_rad / ARCSEC < 1.05 * of_order_11
     assert found.estimate.head_separation_rad == source.value_rad
-    # The reference has noise of 0.05″ in 240 rows, which adds only a tenth of this u.
+    # The reference has noise of 0.05″ in 240 rows, which adds only a tenth of this uncertainty.
     assert abs(source.value_rad - np.radians(33.0)) < 0.3 * source.u_rad
     assert found.comparison is not None
     by_index = calibrate(shifted, CalibrationSettings(separation="measured"))
@@ -166,7 +168,7 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
 
 
 def test_the_gate_is_that_of_the_firmware() -> None:
-    """Coefficients with the wrong sign leave 4 A² instead of A²."""
+    """Coefficients with the wrong sign double the error: the mean square is 4 A² instead of A²."""
     found = calibrate(measured(DISC))
     held = found.coefficients
     wrong = replace(held, amplitudes=-held.amplitudes)

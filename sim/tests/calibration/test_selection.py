@@ -1,4 +1,5 @@
-"""Tests which orders are applied, and what the table says about the others."""
+"""Tests which orders the calibration applies, and which verdict the table prints for each other
+order."""
 
 from __future__ import annotations
 
@@ -76,7 +77,8 @@ def test_significance_factor_by_simulation() -> None:
     random = np.random.default_rng(3)
     amplitude = np.hypot(*random.normal(size=(2, 400_000)))
     u = np.sqrt(random.gamma(96, 1.0 / 96, 400_000))
-    # A total of 5 % over 5 orders is 1 % for each order; the draws determine it to 0.016 %.
+    # A false-alarm probability of 5 % over 5 orders is 1 % for each order; 400,000 draws determine
+    # it with a standard deviation of 0.016 %.
     share = np.mean(amplitude > significance_factor(5) * u)
     assert share == pytest.approx(0.01, abs=0.0006)
 

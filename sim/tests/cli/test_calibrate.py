@@ -1,4 +1,4 @@
-"""Tests of ``arctrue calibrate`` as a user sees it: figures, files and exit codes."""
+"""Tests of ``arctrue calibrate`` from the command line: printed figures, files and exit codes."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
     assert data["before_arcsec"]["max"] == pytest.approx(95.0, abs=2.0)
     assert data["after_arcsec"]["rms"] == pytest.approx(0.15, abs=0.03)
     assert data["head_separation_deg"] == pytest.approx(33.0, abs=1e-5)
-    # The places at which the heads detect the mark are known only as well as the mounting, to ±50″.
+    # The places at which the heads detect the mark have the uncertainty of the mounting, ±50″.
     assert data["u_head_separation_arcsec"] == pytest.approx(50.0 / 3**0.5, rel=1e-3)
     alpha = data["alpha"]
     assert (alpha["from"], alpha["u_arcsec"]) == (

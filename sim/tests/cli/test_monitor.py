@@ -1,4 +1,5 @@
-"""Tests of monitor and capture against the firmware's console at a pseudo-terminal."""
+"""Tests of ``arctrue monitor`` and ``arctrue capture`` against the firmware's console at a
+pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -35,12 +36,12 @@ ANGLES = COUNTS * (2 * np.pi / (1 << 24))
 
 
 class Device(threading.Thread):
-    """The firmware on a model of the core; the model delivers a turn as soon as the firmware allows
-    it."""
+    """The firmware on a model of the core; the model delivers a turn as soon as the firmware starts
+    a capture."""
 
     @contextmanager
     def running(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-        """Let the device answer until the block ends."""
+        """Run the device's thread until the block ends."""
         # The firmware is compiled here, if needed, before any test waits for an answer.
         firmware()
         monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
@@ -87,7 +88,7 @@ class Device(threading.Thread):
         """Attach further parts of the board before the start."""
 
     def received(self, data: bytes) -> bytes:
-        """Return the part of ``data`` that the line delivers."""
+        """Return the part of ``data`` that the serial line delivers."""
         return data
 
     def tell(self, said: str) -> None:
@@ -199,7 +200,7 @@ def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_
     assert "holds no set yet" in early.stderr
     assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
     device.moved_counts = 5  # no two turns are the same
-    # The table still turns in the same way.
+    # The table turns in the same way as in the first capture.
     same = CliRunner().invoke(main, ["capture", *words, "--next", "speed"])
     assert same.exit_code == 1
     assert "1. turn the table up at" in same.stderr

@@ -25,8 +25,8 @@ PATIENCE_S = 20.0
 
 
 class Device(threading.Thread):
-    """A device that answers each line with ``answer``, which gives the seconds to wait and the
-    output after them."""
+    """A device that answers each line as ``answer`` determines: ``answer`` returns the seconds to
+    wait and the output after them."""
 
     def __init__(self, answer: Callable[[str], tuple[float, str]]) -> None:
         super().__init__(daemon=True)

@@ -1,4 +1,5 @@
-"""Tests that every command's tables fit into 80 columns: no cell is cut, no number is broken."""
+"""Tests that the tables of every command fit into 80 columns, without a cut cell or a broken
+number."""
 
 from __future__ import annotations
 
@@ -99,7 +100,8 @@ WORDS = {
         *("--sign", "reading-true"),
     ],
 }
-"""Commands that draw tables, in an order in which each finds its inputs."""
+"""Commands that draw tables, in an order in which earlier commands write the inputs of later ones.
+"""
 
 
 def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:

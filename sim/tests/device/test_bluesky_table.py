@@ -1,4 +1,4 @@
-"""Tests of the ophyd-async device and its plan, over PVAccess, the daemon and the firmware's
+"""Tests of the ophyd-async device and its plan with PVAccess, the daemon and the firmware's
 console."""
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ def test_a_plan_calibrates_loads_and_verifies(
     ):
         table = table_of(device.port)
         engine(plan(), lambda name, document: documents.append((name, document)))
-        # The second trigger must start a capture, although the PV still has the value of the first
-        # trigger.
+        # The second trigger must start a capture, although the PV already has the value that the
+        # first trigger wrote.
         engine(bps.trigger(table, wait=True))
     assert 0.0 <= left[0] <= 0.1
     events = [document["data"] for name, document in documents if name == "event"]

@@ -1,4 +1,5 @@
-"""Tests of the change since the calibration, against complex numbers of NumPy and drawn noise."""
+"""Tests of the detected change since the calibration; NumPy's complex numbers and simulated noise
+give the expected values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of the commands for a device through its daemon; the firmware answers at a
+"""Tests that ``arctrue`` commands reach a device through its daemon; the firmware answers at a
 pseudo-terminal."""
 
 from __future__ import annotations
@@ -141,8 +141,8 @@ def test_one_operator_at_a_time_and_a_token(
 
 
 def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
-    """The operator's console gets the refusal between two lines of the device, although the refusal
-    was due in the middle of a line."""
+    """The operator's console gets the daemon's refusal between two lines of the device, although
+    the refusal was ready in the middle of a line."""
     half = line_of(2)
     with daemon(replay.port, tmp_path):
         found = announcement(replay.port)
@@ -196,7 +196,7 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
                 found.extend([event] if event["event"] == "probe" else [])
 
         more(6)
-        # An operator uses the console here; the daemon still counts the edges of that time.
+        # An operator captures a set here; meanwhile the daemon still counts the edges.
         assert arctrue("capture", device.port, tmp_path / "set").exit_code == 0
         more(12)
         state = ask(announcement(device.port), "status")

@@ -60,7 +60,7 @@ def test_half_lines_and_garbage_cost_their_own_turn_alone(replay: Replay, tmp_pa
 
 
 def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
-    """The name of the port is a link, as udev makes it; after the fault it leads to another
+    """The name of the port is a link, as udev makes it; after the fault the link leads to another
     device."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
@@ -73,7 +73,7 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
         running.heard("lost: ")
         second = Replay()
         link.symlink_to(second.port)
-        # The board was switched off, so that its telemetry is off again.
+        # The board was switched off, so that it no longer sends telemetry.
         asked = b""
         while b"telemetry on\r" not in asked:
             asked += second.received.get(timeout=PATIENCE_S)

@@ -219,7 +219,7 @@ def asks_for_a_capture(replay: Replay) -> None:
 def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """The PVAccess client p4p reads every PV and may write only Capture."""
+    """The client p4p, over PVAccess, reads every PV and may write only the PV Capture."""
     p4p = pytest.importorskip("p4p.client.thread")
 
     def refused(client: Any, name: str, value: float) -> None:
@@ -265,8 +265,8 @@ def test_after_a_reconnection_values_are_valid_before_connected(
 def test_alarms_of_the_machine_s_history_are_in_the_pv(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """``life`` sends its alarms. The PV lists them after the device's own alarms, also from a new
-    daemon."""
+    """The analysis of the machine's history (``life``) sends its alarms to the daemon. The PV lists
+    them after the device's own alarms; a restarted daemon still lists them."""
 
     def text_of(found: Any) -> bytes:
         return bytes(found.data).rstrip(b"\0")
@@ -303,7 +303,8 @@ def socket_of(process: int, number: int) -> socket.socket:
 def test_every_socket_is_of_this_machine_alone(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """Each listening TCP socket and each UDP socket has the loopback address or device."""
+    """Each listening TCP socket and each UDP socket is bound to the loopback address or the
+    loopback interface."""
     with daemon(replay.port, tmp_path), pvs(replay.port) as running:
         served = []
         for link in Path(f"/proc/{running.process.pid}/fd").iterdir():

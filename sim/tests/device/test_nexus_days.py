@@ -199,8 +199,8 @@ def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
 
 
 def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Path) -> None:
-    """A record limited to 1 MB can hold only a part of these turns; files and record together hold
-    all."""
+    """A record limited to 1 MB cannot hold all of these turns; the day files and the record
+    together hold all."""
     store, files, count = tmp_path / "store", tmp_path / "files", 600
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]
     options = ("--files", str(files), "--files-every", "0.01", "--keep-megabytes", "1")

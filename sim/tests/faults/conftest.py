@@ -1,4 +1,4 @@
-"""Fixtures that every test of a fault starts from."""
+"""Fixtures that set up the scene of every fault test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A calibrated instrument, and the comparison of its output with the uncorrected reading."""
+"""Defines a scene: a calibrated instrument, whose output is compared with the uncorrected
+reading."""
 
 from __future__ import annotations
 
@@ -43,8 +44,8 @@ from arctrue.table import Motion
 
 BINS = 256
 MEAN_ERROR = float(np.mean(true_error_counts(np.linspace(0.0, TURN_RAD, 4096, endpoint=False))))
-"""Mean error of the geometry in counts. No correction removes it; the comparison removes it by
-subtracting the zeros."""
+"""Mean error of the geometry in counts. The correction does not remove the mean error; the
+comparison removes it by subtracting the zeros."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,12 +156,12 @@ class Scene:
         )
 
     def to_part(self, part: float) -> None:
-        """Turn until the true angle is at this part of a turn."""
+        """Turn the table until the true angle is at this fraction of a turn."""
         turns = self.instrument.true_angle_rad / TURN_RAD
         self.turn((part - turns) % 1.0)
 
     def next_turn(self) -> dict[str, Any]:
-        """Run until the firmware has reported one more turn and finished its work on it."""
+        """Run until the firmware has reported one more turn and processed it completely."""
         replies = len(self.firmware.telemetry)
         self.firmware.run(
             until=lambda f: len(f.telemetry) > replies and f.phase != "swap",
@@ -240,7 +241,7 @@ class Scene:
         return [reply["reason"] for reply in self.firmware.telemetry[first:]]
 
     def faults(self) -> set[str]:
-        """Return the flags that are set. They light the fault LED."""
+        """Return the names of the set flags. These flags light the fault LED."""
         found = {
             f"{head}.{name}"
             for head in ("head1", "head2")
@@ -319,7 +320,7 @@ class Scene:
         return min(max(0.0, self.slope - rate) * counts, self.largest_correction)
 
     def wrong_place(self, slip_counts: float) -> float:
-        """Return the largest error of the correction when head 1's angle is wrong by a slip."""
+        """Return the largest error of the correction that results from a slip of head 1's angle."""
         return min(self.slope * abs(slip_counts), 2 * self.largest_correction)
 
 

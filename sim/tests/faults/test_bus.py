@@ -1,4 +1,4 @@
-"""Tests of AXI stalls: every channel of the bus has random delays."""
+"""Tests that stalls on AXI do no harm; every channel of the bus has random delays."""
 
 from __future__ import annotations
 

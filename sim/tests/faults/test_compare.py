@@ -1,4 +1,5 @@
-"""Test of the position compare, through console and gateware: the table passes a single place."""
+"""Test of the position compare, through console and gateware; the table passes a single compare
+place."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ from sim.tests.faults.scene import Scene
 from sim.tests.faults.setting import CLOCKS_A_COUNT, COUNTS
 
 LOOK_CLOCKS = 20 * CLOCKS_A_COUNT
-"""Clocks between two checks of the core."""
+"""Clocks between two reads of the compare's status."""
 
 
 def corrected_angle(scene: Scene) -> int:

@@ -72,7 +72,8 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     during = scene.compare()
     assert during.illegal == 0
     output_fault = clocks_a_count < OUTPUT_SPACING_CLOCKS
-    # Beyond the following limit the output stops and makes no edge for all later edges of the head.
+    # Beyond the following limit the output stops: it makes no further edges, although the head
+    # moves on.
     limit = FOLLOWING_LIMIT_COUNTS if output_fault else 0
     late = (OUTPUT_SPACING_CLOCKS + 1) / clocks_a_count
     wrong = scene.wrong_place(during.most_slip)

@@ -1,4 +1,4 @@
-"""Tests of noise bursts on A and B."""
+"""Tests that bursts of noise on A and B of either head do not spoil the output."""
 
 from __future__ import annotations
 

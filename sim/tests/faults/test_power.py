@@ -1,4 +1,4 @@
-"""Tests that the board corrects again after power off and on, without any typed command."""
+"""Tests that the board corrects again after power off and on, although no command is typed."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests of a swap at the worst moment: at the largest step, at the index, during the previous
-ramp."""
+"""Tests of a swap of banks at the worst moment: at the largest step, at the index, during the
+previous ramp."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def nothing(active: Coefficients) -> Coefficients:
 
 
 def swap(scene: Scene, bank: Coefficients) -> None:
-    """Swap by hand, without the firmware's knowledge."""
+    """Swap the banks by a command to the gateware, without the firmware's knowledge."""
     scene.instrument.write_coefficients(bank)
     scene.instrument.command("swap")
 
@@ -44,7 +44,8 @@ def swap(scene: Scene, bank: Coefficients) -> None:
 @pytest.mark.parametrize("slower", [1, 6])
 @pytest.mark.parametrize("place", PLACES)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
-    """One ramp changes faster than the table's error, the other one changes more slowly."""
+    """The test swaps to a bank without lanes and back. One ramp is faster than the change of the
+    table's error, the other one is slower."""
     scene = make_scene(None, {"ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE / slower, COUNTS)})
     scene.calibrate()
     assert (scene.ramp_lag > 0) == (slower > 1)
@@ -87,7 +88,8 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
 
 
 def test_half_a_bank_does_nothing(scene: Scene) -> None:
-    """The processor hangs while it writes. Without the swap no written word takes effect."""
+    """The processor hangs while it writes a bank. The written words take no effect without the
+    swap."""
     good = scene.coefficients
     wrong = replace(good, amplitudes=-good.amplitudes)
     half = wrong.amplitudes.size // 2

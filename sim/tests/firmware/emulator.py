@@ -1,4 +1,4 @@
-"""Run the ARM image and its console in QEMU; plain memory stands for the core's register window."""
+"""Runs the ARM image and its console in QEMU; plain memory replaces the core's register window."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ PATIENCE_S = 60.0
 
 
 def build(board: str = BOARD) -> Path:
-    """Make the image; raise AssertionError with the output of the compiler or the size table."""
+    """Build the image; raise AssertionError with the output of the compiler or the size table."""
     folder = ROOT / "build" / "firmware"
     folder.mkdir(parents=True, exist_ok=True)
-    # Two workers of pytest must not make the same image at the same time.
+    # Two workers of pytest must not build the same image at the same time.
     with (folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         command = ["make", "-C", str(FIRMWARE), f"BOARD={board}"]
@@ -147,8 +147,8 @@ class Emulator:
         self.said += data.decode("ascii")
 
     def next_line(self, beginning: str, seconds: float = PATIENCE_S) -> str:
-        """Return the first complete line that begins like this, among the lines that begin after
-        this call."""
+        """Return the first complete line that begins with ``beginning``, among the lines that begin
+        after this call."""
         end = time.monotonic() + seconds
         start = self.said.rfind("\n") + 1
         skipped = 1 if start < len(self.said) else 0

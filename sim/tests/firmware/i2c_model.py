@@ -25,10 +25,11 @@ QUEUE = 16
 
 
 class Device(Protocol):
-    """A device on the bus; a write contains a register pointer and the data for that register."""
+    """A device on the I2C bus; a write contains a register pointer and the data for that
+    register."""
 
     def write(self, data: bytes) -> bool:
-        """Write data; return False if the device does not acknowledge."""
+        """Take written data; return False if the device does not acknowledge."""
 
     def read(self, number: int) -> bytes: ...
 
@@ -78,7 +79,7 @@ class Tmp117:
 
 
 class I2cModel:
-    """The controller; with ``stuck`` a transfer never ends.
+    """The I2C controller; with ``stuck`` a transfer never ends.
 
     A device that was cut off within a byte holds SDA low for ``hold_sda`` further clocks and then
     until the STOP. A transfer that begins meanwhile hangs the controller until its reset.

@@ -1,5 +1,4 @@
-"""A Python model of the core's registers as the firmware reads them, and the firmware that uses
-it."""
+"""Models the core's registers as the firmware reads them, and runs the firmware on this model."""
 
 from __future__ import annotations
 
@@ -129,8 +128,8 @@ class ModelCore:
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
 
     def releasing_faults(self) -> int:
-        """Return the bits of present faults that release the drivers' enable, and latch them as
-        causes."""
+        """Return the bits of the present faults that disable the line drivers, and latch these bits
+        as causes."""
         present = {name for name in ("head1", "head2") if self.get(f"{name}.flags") & 0b1110}
         if self.get("head1.flags") & bit("head1.flags", "swallowed"):
             present.add("swallowed")
@@ -190,7 +189,7 @@ class ModelCore:
         self.set("snapshot.head2_angle", angle)
 
     def stand_at(self, position: int, angle: int) -> None:
-        """Set the corrected position and angle, and the same position for head 1."""
+        """Set the corrected position and angle; set head 1 to the same position and angle."""
         for head in ("head1", "corrected"):
             self.set(f"snapshot.{head}_position", position)
         self.set("snapshot.corrected_angle", angle)
@@ -198,8 +197,8 @@ class ModelCore:
     def hand_over(
         self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN, travel: int = 0
     ) -> None:
-        """Hand over a bank with counts (2, n); head 1 has moved on by ``travel`` counts when the
-        firmware reads it."""
+        """Hand over a bank with counts (2, n). Head 1 has moved on by ``travel`` counts since the
+        last sample when the firmware reads the registers."""
         words = counts.T.astype(np.int64).astype(np.uint32).view(np.int32)
         self.bank = np.ascontiguousarray(words)
         self.set("capture_header.sample_count", counts.shape[1])

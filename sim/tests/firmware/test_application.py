@@ -1,4 +1,5 @@
-"""Tests of the application with a model of the core, from the index to swapped coefficients."""
+"""Tests of the firmware's application on a model of the core, from the first index to swapped
+coefficients."""
 
 from __future__ import annotations
 
@@ -237,8 +238,8 @@ def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> N
 
 
 def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
-    """A slip within index_tolerance raises no alarm. A larger slip raises one, and so does the
-    return to zero."""
+    """The zero of head 2 has moved by a slip. The firmware raises no alarm for a slip within
+    index_tolerance; it raises one for a larger slip and for the return to zero."""
     for slip, zero, alarms in (
         (1, 0, []),
         (-40, -40, ["zero_lost"]),
@@ -309,8 +310,8 @@ def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) 
     """Head 1 loses counts in every turn: after four turns the firmware switches the correction off
     and seeks the zero again.
 
-    It does not do so for a slip within the repeatability of the index, nor for a large one, which
-    is a false pulse.
+    The firmware keeps the correction on for a slip within the repeatability of the index, and for a
+    large slip, which comes from a false pulse.
     """
     running.turn(turn())
     begin = running.core.get("snapshot.head1_position")
@@ -377,7 +378,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     (line,) = [text for text in status.splitlines() if text.startswith("separation_deg")]
     assert float(line.split()[1]) == pytest.approx(-33.0, abs=0.01)
     assert running.turn(turn(seed=2))["result"] == "applied"
-    # Another cause of the same sign is a wrong stated separation of the heads.
+    # A wrong stated separation of the heads can change the sign of the separation, too.
     assert running.send("set separation_deg 327") == "ok\r\n"
     assert running.turn(turn(seed=3))["reason"] == "heads_exchanged"
     assert running.turn(turn(seed=4)[::-1])["reason"] in ("none", "not_better")
@@ -392,7 +393,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
         (33.0, -33.3, False),
         (33.0, 33.2, False),
         (33.0, 90.0, False),
-        # Both assignments of the heads fit equally well.
+        # The heads fit equally well if they are exchanged.
         (180.0, 180.0, False),
         (180.0, -180.0, False),
         (0.1, -0.1, False),
@@ -483,8 +484,8 @@ def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
     running.core.writes.clear()
     telemetry = running.turn(DISC.heads(theta, 0.1, random))
     assert (telemetry["result"], telemetry["reason"]) == ("refused", "wrong_step")
-    # The capture restarts, which discards the samples of the next turn: they were taken at equal
-    # times.
+    # The capture restarts, which discards the samples of the next turn, because they were taken at
+    # equal times.
     orders = [word for offset, word in running.core.writes if offset == address("control")]
     assert [bool(word & bit("control", "capture_enable")) for word in orders[-2:]] == [False, True]
     assert capture_mode(running.core) == 1
@@ -506,7 +507,8 @@ def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
 
 @pytest.mark.parametrize("order", ["dump", "rearm"])
 def test_equal_times_come_back(running: Firmware, order: str) -> None:
-    """The rows of a dump need times, and after a new start the speed is unknown."""
+    """A dump and a re-arm return to samples at equal times: the rows of a dump need times, and
+    after a re-arm the speed is unknown."""
     running.application.by_angle = True
     running.send(order)
     assert capture_mode(running.core) == 0
@@ -595,7 +597,7 @@ def test_it_does_not_sleep_while_there_is_more_to_do(running: Firmware) -> None:
 
 
 class Sensor:
-    """A thermometer that may fail to give a temperature."""
+    """A thermometer that does not always give a temperature."""
 
     def __init__(self, firmware: Firmware) -> None:
         ffi, library = c_library()
@@ -719,8 +721,8 @@ def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
 
 
 def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
-    """Telemetry omits ``active_arcsec``, because 0 would look like a perfect mean; it names a head
-    that the gateware left out."""
+    """Telemetry of a mean omits ``active_arcsec``, because 0 would look like a perfect mean; it
+    names a head that the gateware left out."""
     assert running.turn(counts_of(DISC))["active_arcsec"] > 100
     running.turn(counts_of(DISC))
     running.core.set("version", 0x000800)
@@ -759,7 +761,8 @@ def test_forgetting_switches_the_failover_off(running: Firmware) -> None:
 
 
 def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None:
-    """The core would answer the write with a bus fault."""
+    """A write to the failover register would end with a bus fault, so that the firmware must not
+    write it."""
     running.core.set("version", 0x000800)
     running.core.set("capability", 2)
     running.core.writes.clear()

@@ -1,4 +1,4 @@
-"""Tests that an impossible state ends the process on this machine; on the chip it raises a fault,
+"""Tests that a failed assertion ends the process on this machine; on the chip it raises a fault,
 see test_qemu.py."""
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Tests of every reason to refuse a capture, each with an example, against the reference in
-Python."""
+"""Tests every reason for which the firmware refuses a capture, each with an example, against the
+reference in Python."""
 
 from __future__ import annotations
 
@@ -124,8 +124,8 @@ def test_an_empty_bank() -> None:
 
 
 def test_more_than_a_turn() -> None:
-    """The sampler closes a bank after a turn. More counts mean that the core has another number of
-    counts per turn."""
+    """The sampler closes a bank after a turn. A bank with more counts shows that the core has
+    another number of counts per turn."""
     counts = good()
     assert verify(capture_in_c(counts, counts_per_rev=COUNTS // 2))[0] == "more_than_a_turn"
 

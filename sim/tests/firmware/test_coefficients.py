@@ -1,4 +1,5 @@
-"""Tests of the choice of orders, quantisation, running average and acceptance gate in C."""
+"""Tests of the C code that chooses orders, quantises them, averages turns and applies the
+acceptance gate."""
 
 from __future__ import annotations
 
@@ -235,7 +236,7 @@ def test_the_gate_lets_the_first_calibration_pass(fitted: Any) -> None:
 
 
 def test_the_gate_keeps_the_last_good_where_a_new_turn_is_no_better(fitted: Any) -> None:
-    """The new turn measures the same disc with fifteen times the noise."""
+    """The new turn measures the unchanged disc with fifteen times the noise."""
     _, active = quantised(fitted, verdicts_of(fitted, 32)[0], 32)
     worse = estimate("least_squares", capture_in_c(counts_of(noise=1.5, seed=5)))[1]
     _, candidate = quantised(worse, verdicts_of(worse, 32)[0], 32)
@@ -253,9 +254,9 @@ def test_the_gate_lets_a_real_change_pass(fitted: Any) -> None:
 
 
 def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> None:
-    """The change of 0.03″ is less than 0.037″, the uncertainty that the separation causes in 150″
-    of order 1. The active coefficients have the same error of the separation, so that it cancels in
-    the comparison."""
+    """The change of 0.03″ is less than 0.037″, the uncertainty of 150″ of order 1 that comes from
+    the separation. The error of the separation is the same in the active coefficients, so that it
+    cancels in the comparison."""
     asked = {"index_detection_arcsec": 50.0 / np.sqrt(3.0)}
     made = []
     for seed, amplitude in ((3, 150.0), (6, 150.03)):

@@ -73,10 +73,10 @@ def reference(
 
 
 def u_index_rad(counts_per_rev: int, detection_arcsec: float = 0.0) -> float:
-    """Return the standard uncertainty of R₂ − R₁ that the index causes.
+    """Return the standard uncertainty of R₂ − R₁ that the detection of the index causes.
 
-    It contains a rectangular distribution of ±1 count for each head, and the difference of the
-    places of detection.
+    The uncertainty contains a rectangular distribution of ±1 count for each head, and the
+    difference of the places at which the heads detect the mark.
     """
     head = 2.0 * np.pi / counts_per_rev / np.sqrt(3.0)
     return float(np.sqrt(2.0 * head**2 + (detection_arcsec * ARCSEC) ** 2))

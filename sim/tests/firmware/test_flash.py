@@ -1,5 +1,5 @@
-"""Tests of the serial flash, reached through the controller's registers, against the data
-sheets."""
+"""Tests the driver of the serial flash through the controller's registers; the models are written
+from the data sheets."""
 
 from __future__ import annotations
 

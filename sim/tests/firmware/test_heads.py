@@ -54,7 +54,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class World:
-    """A table with heads that stand off their places, detect the mark late and differ in radius."""
+    """A table whose heads stand off their places, detect the mark late and have unequal radii."""
 
     heads: int = 4
     off_arcsec: tuple[float, ...] = (0.0, 50.0, -30.0, 40.0)
@@ -89,7 +89,8 @@ class World:
         return 0.3 + even + self.swing * np.sin(even)
 
     def counts(self) -> NDArray[np.int64]:
-        """Return the counts of every head at true angles of the table, shape (heads, samples)."""
+        """Return the counts of every head for these true angles of the table, shape (heads,
+        samples)."""
         random = np.random.default_rng(self.seed)
         theta = self.theta()
         rows = []
@@ -102,7 +103,7 @@ class World:
                 moved += ratio * (c * np.exp(1j * place)).imag
             reading = angle + self.error_rad(angle, ratio) + moved * ARCSEC
             reading += random.normal(0.0, self.noise_arcsec * ARCSEC, theta.size)
-            # The counter of a head starts where that head detects the mark.
+            # Each head's counter starts where the head detects the mark.
             reading -= self.late_arcsec[head] * ARCSEC
             rows.append(np.rint(reading * COUNTS / (2 * np.pi)))
         return np.array(rows).astype(np.int64)

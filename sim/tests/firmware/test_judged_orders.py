@@ -97,8 +97,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
         {"o5": -10.0},
         {"o9": 20.0},
         {"o1": 200.0, "o2": 50.0, "o9": 1.0},
-        # Order 9 is smaller than half the noise of a reading, so that only the likelihood of this
-        # order alone shows the error.
+        # Order 9 is smaller than half the noise of a reading, so that the error shows only if the
+        # firmware judges this order alone.
         {"o9": 0.1},
         {"o300": 3.0},
     ],
@@ -199,7 +199,8 @@ def test_an_order_that_a_turn_cannot_judge_waits(monkeypatch: pytest.MonkeyPatch
 
 
 def test_evidence_of_turns_adds_up() -> None:
-    """An order of two standard uncertainties needs more than one turn; the test allows 24."""
+    """An order with an amplitude of two standard uncertainties needs more than one turn to be
+    confirmed; the test allows 24."""
     weak = 0.018
     made = started()
     load(made, file_of(o8=weak))

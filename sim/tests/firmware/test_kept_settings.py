@@ -25,7 +25,8 @@ FORGOTTEN_AFTER_TURNS = 20
 
 
 class Device:
-    """A core and the memory that survives a restart; ``firmware`` runs with both."""
+    """A core and the memory that survives a restart; ``firmware`` is the restarted firmware on
+    both."""
 
     def __init__(self) -> None:
         ffi, _ = firmware()
@@ -41,7 +42,7 @@ class Device:
         self.settled += 1
 
     def start(self, *, after_fault: bool) -> None:
-        """Start as main() does; after a fault the core has kept its state."""
+        """Start the firmware as main() does; after a fault the core has kept its state."""
         self.firmware = Firmware(self.core)
         library, application = self.firmware.library, self.firmware.application
         library.application_keep_settings(application, self.kept, self._settle)
@@ -96,7 +97,8 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
 
 
 def test_lost_settings_leave_the_output_uncorrected() -> None:
-    """If the correction is active it continues, and the firmware processes no turn."""
+    """The settings are lost after a fault: an active correction continues, and the firmware
+    processes no turn."""
     device = Device()
     device.firmware.send("set separation_deg 47.5")
     ffi, _ = firmware()

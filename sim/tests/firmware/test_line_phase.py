@@ -202,7 +202,8 @@ def probe_edge(running: Firmware, edges: int, edge_turns: float, now_turns: floa
 
 @pytest.mark.parametrize("side", [0, 1, -1])
 def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> None:
-    """At every edge the line has the probe's phase plus ``side`` times the angle of the table."""
+    """At every edge of the probe, the line has the stated phase plus ``side`` times the angle of
+    the table."""
     order, phase = 71.4 + side, 0.2
     built(running)
     probe_edge(running, 7, 0.3, 0.31)
@@ -221,7 +222,7 @@ def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> 
         assert f"real_order {order:.9f} phase_known" in running.send("load status")
         lane = lane_arcsec(running, order, np.array([edge]))[0]
         expected = 4.0 * np.cos(2.0 * np.pi * (phase + side * edge))
-        # The bound is two words of 2⁻²⁴ turn, plus 71.4 times half a count.
+        # The bound is two words of 2⁻²⁴ turn, plus the phase of half a count at order 71.4.
         assert lane == pytest.approx(expected, abs=4.0 * 2.0 * np.pi * 72.4 / COUNTS)
     words = dict(running.core.active)
     probe_edge(running, 20, 0.5 / 16_777_216, 5.0 + 8 / COUNTS)
