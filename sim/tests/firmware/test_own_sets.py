@@ -1,8 +1,8 @@
 """Tests of the sets for a missing head that the device computes from its own calibration.
 
 The table has four heads with errors of mounting and index, an axis that moves, and noise; the
-firmware reads only its captures. The words that arrive in the gateware's windows are judged by
-numpy's solution of the same turn and by the true angle.
+firmware reads only its captures. The test compares the words in the gateware's windows with numpy's
+solution of the same turn and with the true angle.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def set_places(made: Firmware, world: World) -> None:
 
 
 def started(world: World) -> Firmware:
-    """Return the firmware before its first turn; the places of the heads are set."""
+    """Return the firmware before its first turn; the console has set the places of the heads."""
     made = Firmware(FourHeadsCore())
     made.library.application_start(made.application)
     made.core.see_index()
@@ -132,7 +132,8 @@ def lane_orders(words: Coefficients) -> dict[int, complex]:
 
 @pytest.mark.parametrize("missing", range(HEADS + 1))
 def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
-    """Carrier, weights and offsets agree in every bit, and lanes agree within their quantisation.
+    """The carrier, the weights and the offsets agree in every bit, and the lanes agree within their
+    quantisation.
 
     The amplitude of a lane is rounded to 2⁻¹¹ counts and its phase to 2⁻²⁴ turns.
     """
@@ -273,7 +274,7 @@ class BoardWithFourHeads(Board):
 
 
 def ready(board: BoardWithFourHeads) -> None:
-    """Let the board calibrate its mean from one turn."""
+    """Let the board calibrate its mean of four heads from one turn."""
     set_places(board.firmware, WORLD)
     board.core.see_index()
     board.firmware.step()
@@ -305,7 +306,7 @@ def test_saved_sets_outlive_the_power() -> None:
     assert windows(board) == before
     assert board.status("set_without_head") == ["1", "2", "3", "4"]
     assert failover_is_on(board.firmware)
-    # The set now counts as a loaded one; a save stores it again with its sets.
+    # The restored set now counts as a loaded one; a save stores it again with its sets.
     assert board.order("save").startswith("ok, record 3: ")
     board.power_on()
     board.firmware.turn(replace(WORLD, seed=8).counts())
@@ -365,7 +366,8 @@ def kept_from(core: FourHeadsCore) -> Any:
 
 
 def test_kept_sets_that_do_not_fit_are_refused(calibrated: Firmware) -> None:
-    """Each of these changes gives a mean, a lane or a length that the gateware cannot hold."""
+    """Each of these changes to the kept record gives a mean, a lane or a length that the gateware
+    cannot hold."""
     ffi, library = firmware()
     good = kept_from(calibrated.core)
     assert library.kept_sets_are_valid(good, HEADS, COUNTS)

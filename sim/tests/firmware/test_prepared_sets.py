@@ -1,5 +1,5 @@
-"""Tests of prepared sets for a missing head: how they are loaded over the console, and what a
-failure of a head does.
+"""Tests how prepared sets for a missing head are loaded over the console, and how the firmware uses
+them when a head fails.
 
 The model of the core has four heads. Heads 3 and 4 repeat the readings of heads 1 and 2, because
 the firmware's check of places and its telemetry need four readings but no simulated table.
@@ -41,8 +41,8 @@ CAUSES = ("illegal", "overspeed", "swallowed", "missing_edges", "step", "index")
 
 
 class FailoverCore(ModelCore):
-    """A model of the core with the failover registers: it accepts sets, and failed heads can
-    return."""
+    """A model of the core with the failover registers; the model accepts prepared sets, and failed
+    heads can return."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -232,8 +232,8 @@ def test_telemetry_has_the_parity(running: Firmware) -> None:
 def test_while_a_head_is_left_out_its_set_becomes_active_in_place_of_a_swap(
     running: Firmware,
 ) -> None:
-    """A new mean of all heads would include the dead head. The gateware would refuse to swap it,
-    too."""
+    """A new mean of all heads would include the dead head, and the gateware would refuse to swap it
+    in."""
     loaded(running, file_of(1, 2, 3, 4))
     running.core.status(left_out=0b0010, active=2)
     running.core.writes.clear()
@@ -340,8 +340,8 @@ def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
 
 
 def test_the_firmware_refuses_sets_beside_a_lane_of_a_real_order(running: Firmware) -> None:
-    """No tool sends these frames. A prepared set in the gateware has no turn step, which a lane of
-    a non-integer order needs."""
+    """No tool sends these frames. A lane of a non-integer order needs a turn step, and a prepared
+    set in the gateware has none."""
     core = running.core
     core.set("capability", core.get("capability") | 1 << 6)
     frames = load_frames(file_of(1), unseen=True)

@@ -38,7 +38,8 @@ pytestmark = [
 
 READY = "help tells the commands\r\n"
 FABRIC_INPUT = 29
-"""Number of the shared input: IRQ_F2P[0] is interrupt 61, and the shared inputs begin at 32."""
+"""Number of the shared interrupt: IRQ_F2P[0] is interrupt 61, and the shared interrupts begin at
+32."""
 GIC_SET_PENDING = 0xF8F0_1204
 GIC_SET_ENABLE = 0xF8F0_1100
 GIC_ENABLED = 0xF8F0_1104
@@ -58,7 +59,7 @@ KEPT_MEMORY, KEPT_MEMORY_BYTES = 0x2F000, 4096
 """Last page of on_chip_memory.ld. A reset of the system clears it, but a start of the firmware does
 not."""
 STAY_HERE = bytes.fromhex("feffffea")
-"""Instruction that branches to itself in ARM state, the state in which `start` runs."""
+"""Instruction that branches to its own address, in ARM state, in which the code of `start` runs."""
 IMAGE_OFFSET = 0x10_0000
 
 
@@ -139,8 +140,8 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
 
 
 def test_a_command_that_comes_before_the_sleep_is_heard(tmp_path: Path) -> None:
-    """The command's interrupt comes before the processor sleeps; no other event would wake the
-    processor."""
+    """The interrupt of the received command comes just before the processor sleeps; no other event
+    would wake the processor."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -202,8 +203,8 @@ def temperature_of(machine: Emulator) -> Any:
 
 
 def test_the_temperature_of_the_die(tmp_path: Path) -> None:
-    """Until its register is written, QEMU's converter reads 0 K, which the firmware takes for no
-    temperature."""
+    """QEMU's converter reads 0 K until its register is written; the firmware reports no temperature
+    for 0 K."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -293,7 +294,7 @@ def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
 
 
 def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
-    """Do what the chip does at such a reset and QEMU does not: clear the on-chip memory and keep
+    """Imitate the chip's reset by the watchdog, which QEMU lacks: clear the on-chip memory and keep
     one register."""
     machine.machine_command("stop")
     machine.machine_command("system_reset")
@@ -307,7 +308,8 @@ def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
 
 @pytest.mark.parametrize("name", ["data_abort", "hang"])
 def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str) -> None:
-    """After a fault the restart does not finish, and the watchdog resets the system."""
+    """A fault restarts the firmware, the restart does not finish, and the watchdog resets the
+    system."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.write_memory(symbol("start"), STAY_HERE)
@@ -390,8 +392,8 @@ def test_the_clocks(tmp_path: Path) -> None:
             return 50.0 * (control >> 12 & 0x7F)
 
         def divided(name: str) -> float:
-            """Return the frequency of this clock: that of the running input-output PLL over the
-            first divisor."""
+            """Return the frequency of this clock: the frequency of the running input-output PLL
+            divided by the first divisor."""
             control = machine.read_register(AT[name])
             assert control & 0x31 == 1
             return pll_mhz("SLCR_IO_PLL_CTRL") / (control >> 8 & 0x3F)
@@ -406,7 +408,7 @@ def test_the_clocks(tmp_path: Path) -> None:
         baud = divided("SLCR_UART_CLK_CTRL") * 1e6
         baud /= machine.read_register(AT["UART_BAUDGEN"])
         baud /= machine.read_register(AT["UART_BAUDDIV"]) + 1
-        # The two ends share half a bit of error over the ten bits of a character.
+        # The two ends of the line share an error of half a bit over the ten bits of a character.
         assert baud == pytest.approx(115_200, rel=0.025)
         buses = machine.read_register(AT["SLCR_APER_CLK_CTRL"])
         assert buses >> 20 & buses >> 23 & 1, "UART 0 and flash"
@@ -430,16 +432,16 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
         machine.write_memory(place, original)
         machine.ask("status", "reset undefined_instruction")
         enabled = [read_controller(machine, GIC_SET_ENABLE + 4 * i) for i in range(3)]
-        # Enabled are global timer 27, UART 59 and fabric 61; software interrupts (SGI) are always
-        # on.
+        # The enabled interrupts are global timer 27, UART 59 and fabric 61; software interrupts
+        # (SGI) are always on.
         assert [enabled[0] >> 16, *enabled[1:]] == [1 << 27 - 16, 1 << 27 | 1 << FABRIC_INPUT, 0]
         kinds = read_controller(machine, GIC_KIND + 12)
         assert not kinds & (2 << 2 * (59 - 48) | 2 << 2 * (61 - 48)), "levels"
 
 
 def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
-    """QEMU's reset does not change the memory, so that this test uses it as a start without a
-    reset."""
+    """QEMU's reset does not change the memory, so that this test uses QEMU's reset as a new start
+    without a reset of the chip."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         control = CORE_BASE + register_named("control").address
@@ -461,7 +463,8 @@ def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
 
 
 def test_orders_outlive_faults_and_faults_in_a_row_end(tmp_path: Path) -> None:
-    """The same fault comes three times; after the third the firmware processes no turn."""
+    """The processor faults three times at the same place; after the third fault the firmware
+    processes no turn."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         for order in ("set separation_deg 47.5", "set method 0", "freeze on", "bypass on"):

@@ -1,5 +1,5 @@
-"""Tests who learns that a fault released the enable of the line drivers, and how the operator ends
-this state."""
+"""Tests that console and telemetry report which fault released the enable of the line drivers, and
+that the operator can end this state."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def releases(running: Firmware, name: str) -> None:
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_one_command_brings_the_drivers_back(running: Firmware, name: str) -> None:
-    """No command ends the faults correction_limited and processor_silent; they end by
-    themselves."""
+    """The command drives the lines again. It does not end the faults correction_limited and
+    processor_silent, which end by themselves."""
     assert "released none\r\n" in running.send("status")
     releases(running, name)
     telemetry = json.loads(running.step(2))
@@ -103,7 +103,8 @@ def test_flags_of_a_head_are_cleared_only_where_they_hold_the_release(running: F
 
 
 def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmware) -> None:
-    """Head 2 lost 40 counts: the separation stays right, and the turn in progress is not used."""
+    """Head 2 lost 40 counts: the measured separation stays right, and the firmware does not use the
+    turn in progress."""
     running.turn(turn())
     clean = running.turn(turn(seed=2))
     running.send("set release_sources 2")

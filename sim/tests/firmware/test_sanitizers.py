@@ -1,7 +1,7 @@
-"""Run the other tests of the firmware once more with AddressSanitizer.
+"""Runs the other tests of the firmware once more with AddressSanitizer.
 
-``test_fuzz_corpus.py`` already runs the console and the checks of captures and records with it in
-each ``make test``.
+In each ``make test``, ``test_fuzz_corpus.py`` already runs the console and the checks of captures
+and records with AddressSanitizer.
 """
 
 from __future__ import annotations

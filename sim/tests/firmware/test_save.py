@@ -241,8 +241,8 @@ def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
 
 
 def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: Board) -> None:
-    """After power-on a parameter is set and saved before any turn was judged; the save must keep
-    all earlier content."""
+    """After power-on the operator sets and saves a parameter before any turn was judged; the save
+    must keep all earlier content."""
     said = working.order("save")
     working.power_on()
     working.firmware.send("set keep 0.5")
@@ -362,7 +362,7 @@ def test_records_are_written_in_turn_and_nothing_else(kind: str) -> None:
 
 
 def assert_only_records_are_written(chip: Chip) -> None:
-    """Assert that neither a boot image nor the bitstream is written."""
+    """Assert that the firmware has written neither the boot image nor the bitstream."""
     for address in chip.erased:
         assert address in REGION
     for address, data in chip.programmed:
@@ -371,7 +371,7 @@ def assert_only_records_are_written(chip: Chip) -> None:
 
 
 def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
-    """Save ``number`` records; record n has the parameter ``keep`` at n hundredths."""
+    """Save ``number`` records; in record n the parameter ``keep`` is n hundredths."""
     board = Board(Chip(kind))
     for record in range(1, number + 1):
         board.firmware.send(f"set keep 0.{record:02}")
@@ -381,7 +381,7 @@ def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
 
 @pytest.mark.parametrize("silence", ["all", "after_its_id"])
 def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> None:
-    """An earlier firmware would have started again with number 1, in the sector of the latest
+    """An earlier firmware would have started again with record number 1 in the sector of the latest
     record."""
     board = saved_times(5)
     board.chip.fault = "silent" if silence == "all" else "silent_after_id"
@@ -530,7 +530,7 @@ class Memory:
         return True
 
     def found(self) -> int | None:
-        """Return the sequence number of the record that the firmware finds at power-on."""
+        """Return the sequence number of the record that the firmware reads at power-on."""
         if not c_library()[1].save_find(self.save):
             return None
         return int(self.save.sequence)
@@ -570,7 +570,7 @@ def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
     first = first.ljust(length, b"\xff")
     draw = np.random.default_rng(1)
     for cut in range(length):
-        # The byte that is being written may have any value of its bits.
+        # In the byte that is being written, each bit may have any value.
         torn = bytes([third[cut] | int(draw.integers(256))])
         found = flash_of(third[:cut] + (torn if torn != third[cut : cut + 1] else b""), second)
         assert found.found() == 2, cut
@@ -614,8 +614,8 @@ def record_of_presets(**parameters: float) -> bytes:
 
 
 def with_words(record: bytes, **words: int) -> bytes:
-    """Return the record with changed words and a correct checksum, as another firmware would write
-    it."""
+    """Return the record with changed words and a correct checksum, as a firmware of another version
+    would write it."""
     places = {"magic": 0, "version": 1, "sequence": 2, "length": 3, "switches": 4, "parameters": 5}
     changed = bytearray(record[:-4])
     for name, word in words.items():
@@ -670,7 +670,8 @@ def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
 
 
 def test_lanes_of_real_orders_outlive_the_power_and_have_no_phase() -> None:
-    """Orders and amplitudes return with the first turn; the lanes stay off until a phase is given.
+    """Orders and amplitudes return with the first turn; the lanes stay off until the operator gives
+    a phase.
 
     A phase refers to the core's count of turns, which starts at 0 after power-on.
     """

@@ -51,7 +51,7 @@ def answer(coefficients: Coefficients) -> str:
 
 
 STEEP = (1640.0, 0.0, 0.0, 0.0)
-"""Thermal slope that gives 8,221 counts at 25 °C: |dε/dR| = 1.97, and the amplitude exceeds the
+"""Thermal slope that gives 8,221 counts at 25 °C: |dε/dR| is 1.97, and the amplitude exceeds the
 range of a lane."""
 
 
@@ -89,8 +89,8 @@ def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> Non
 def test_the_bounds_hold_and_both_languages_have_the_same(
     orders: list[int], seed: int, reach: tuple[float, float]
 ) -> None:
-    """Compare the bounds with the largest slope at 2,001 temperatures, and the C code with the
-    Python code."""
+    """Compare the computed bounds with the largest slope at 2,001 temperatures, and the C code with
+    the Python code."""
     ffi, library = c_library()
     random = np.random.default_rng(seed)
     cold = Coefficients.from_harmonics(

@@ -29,7 +29,7 @@ CLOCK_HZ = 100_000_000
 
 
 def warm(celsius: float) -> Disc:
-    """Return the disc at a temperature, which shifts its centre."""
+    """Return the disc at a temperature that shifts the disc's centre."""
     cold = 150.0 * np.exp(0.4j)
     now = cold + RATE_ARCSEC * (celsius - COLD_C) * np.exp(1j * RATE_RAD)
     return Disc({1: (abs(now), float(np.angle(now))), 2: (6.0, 4.2), 7: (1.2, 2.9)})
@@ -268,8 +268,8 @@ def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
 
 @pytest.mark.parametrize("lag_s", [0.0, 3.0, 60.0])
 def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
-    """The gains of the observer are undefined once the lag has decayed completely; therefore the
-    observer starts again."""
+    """While no reading comes the lag decays completely, and the gains of the observer become
+    undefined; therefore the observer starts again."""
     readings = [20.0] * 8 + [None] * 1200 + [20.5] * 3
     table = followed(readings, lag_s)
     assert table.celsius == pytest.approx(20.5, abs=0.1)
@@ -322,8 +322,8 @@ def test_a_silent_thermometer_is_not_asked_all_the_time(running: Firmware) -> No
 
 
 def test_the_lag_is_taken_off() -> None:
-    """Compare the temperature found for an evenly warming table, read in steps of 1/128 K, with the
-    exact solution of the lag."""
+    """The table warms evenly and is read in steps of 1/128 K; compare the corrected temperature
+    with the exact solution of the lag."""
     ffi, library = c_library()
     lag_s, rate = 60.0, 0.05
     course = TemperatureCourse((0.0, 300.0), (COLD_C, COLD_C + 300 * rate))
@@ -358,7 +358,8 @@ def test_the_lag_is_taken_off() -> None:
 def test_a_lane_at_a_temperature(
     amplitude: float, phase: float, slopes: tuple[float, ...], warmth: float
 ) -> None:
-    """Compare a lane with the sum of cosines, and with the bank that the host computes."""
+    """Compare the C code's lane at each temperature with the sum of cosines, and with the bank that
+    the host computes."""
     ffi, library = c_library()
     thermal = ThermalLanes.from_slopes({3: np.array(slopes)}, COLD_C)
     cold = Coefficients.from_harmonics([3], [amplitude], [phase], COUNTS, 4)

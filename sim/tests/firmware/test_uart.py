@@ -272,7 +272,7 @@ LINE = 2128
 
 
 def stall_us(uart: Uart, say: Callable[[], None]) -> float:
-    """Return for how many microseconds this output delays the main program."""
+    """Return the number of microseconds by which this output delays the main program."""
     before = uart.reads
     say()
     return (uart.reads - before) / CHARACTER_READS * CHARACTER_US

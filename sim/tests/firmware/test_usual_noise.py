@@ -1,5 +1,5 @@
-"""Tests how earlier turns affect a new one, through the usual noise and through the running
-average."""
+"""Tests that earlier turns affect a new turn as specified, through the usual noise and through the
+running average."""
 
 from __future__ import annotations
 

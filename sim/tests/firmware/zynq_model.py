@@ -1,7 +1,7 @@
-"""A model of the Zynq registers that load the fabric and read its temperature.
+"""Models the Zynq registers that load the fabric and read its temperature.
 
-It is written from UG585 (device configuration interface, PS-XADC) and UG480, not from the C code:
-only the names of the addresses are read from its header.
+The model is written from UG585 (device configuration interface, PS-XADC) and UG480, not from the C
+code: only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ QSPI_NEVER = 0x0401_C506
 polarity."""
 QSPI_REFERENCE_MHZ = 200
 QSPI_MOST_MHZ = 40
-"""Largest clock in MHz; with a faster clock the data are late and need the loop-back of MIO 8."""
+"""Largest clock in MHz; with a faster clock the data come too late, so that the flash interface
+needs the loop-back of MIO 8."""
 
 
 def addresses() -> dict[str, int]:

@@ -1,4 +1,5 @@
-"""Inputs of the ramp for each clock; the tests of the model and of the VHDL share them."""
+"""Defines the ramp's inputs in each clock; the tests of the model and of the VHDL share these
+inputs."""
 
 from __future__ import annotations
 
@@ -17,8 +18,8 @@ RATE_MAX = 2**32 - 1
 
 @dataclass(frozen=True)
 class RampScenario:
-    """A scenario: in each clock it has a value of ``correction`` in 2⁻ᶠ count and a value of
-    ``marker``; ``limit`` is in counts."""
+    """A scenario with a value of ``correction`` in 2⁻ᶠ count and a value of ``marker`` for each
+    clock; ``limit`` is in counts."""
 
     name: str
     correction: NDArray[np.int64]
@@ -41,7 +42,8 @@ def _markers(clocks: int, *at: int) -> NDArray[np.bool_]:
 
 
 def _steps(*parts: tuple[int, int]) -> NDArray[np.int64]:
-    """Return a course of levels in 2⁻ᶠ count; each level lasts for its number of clocks."""
+    """Return a course of levels in 2⁻ᶠ count; each level lasts for the number of clocks that is
+    paired with it."""
     return np.concatenate([np.full(clocks, level, dtype=np.int64) for level, clocks in parts])
 
 
@@ -54,7 +56,7 @@ def _smooth(
     name: str, counts: float, ticks: int, rate: int, acceleration: int, *at: int
 ) -> RampScenario:
     """Return a scenario with one step of this number of counts. At each of the ticks ``at``, which
-    are 256 clocks long, a marker leads to another level."""
+    are 256 clocks long, a marker accompanies a step to another level."""
     clocks = 256 * ticks
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -101,7 +103,7 @@ def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
 
 
 def _healed_again_and_again(sense: int) -> RampScenario:
-    """Return a scenario that puts counts back faster than the ramp absorbs them, until the total
+    """Return a scenario that puts counts back faster than the ramp removes them, until the total
     leaves its range."""
     clocks, period = 3000, 40
     marker = np.arange(clocks) % period == 7

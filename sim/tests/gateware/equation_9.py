@@ -1,4 +1,5 @@
-"""Equation (9) in double precision, and the largest deviation that the gateware may have."""
+"""Computes equation (9) in double precision, and the largest deviation that the gateware may have
+from it."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ def correction_bound_counts(coefficients: Coefficients, bits: int = COSINE_WIDTH
 def error_of_words_counts(
     coefficients: Coefficients, angle: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return ε in counts for these phase steps, even if a step belongs to no integer order.
+    """Return ε in counts for these phase steps, which may belong to no integer order.
 
     A bank that is swapped in while it is being written can have such a step.
     """

@@ -1,5 +1,5 @@
-"""Motions and settings for the quadrature output; the tests of the model and of the VHDL share
-them."""
+"""Defines motions and settings for the quadrature output; the tests of the model and of the VHDL
+share them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Motions and settings for the sampler; the tests of the model and of the VHDL share them.
+"""Defines motions and settings for the sampler; the tests of the model and of the VHDL share them.
 
 A scenario is a list of segments. In a segment the settings are constant, and head 1 moves one count
 every few clocks or stands. Head 2 follows head 1 with an offset and a small error of its own, so
-that a pair of values from different clocks or samples would be detected.
+that the tests would detect a pair of values from different clocks or samples.
 """
 
 from __future__ import annotations
@@ -162,15 +162,16 @@ SCENARIOS: dict[str, Scenario] = {
     "equal_angle_zero_moves": Scenario(
         [
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16),
-            # The first loss is a number of whole periods, the second a number that two bits of a
-            # jump cannot show, and the third a single count.
+            # The first loss is a number of whole periods, the second a number that the two bits of
+            # a jump cannot represent, and the third a single count.
             Segment(1201, clocks_a_count=2, mode=1, angle_step=16, zero_slip=4),
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16, zero_slip=-7),
             Segment(1201, clocks_a_count=1, mode=1, angle_step=16, zero_slip=1, down=True),
             # The zero moves twice; the second move comes during the search for the grid.
             Segment(20, clocks_a_count=1, mode=1, angle_step=16, zero_slip=5000, down=True),
             Segment(1203, clocks_a_count=1, mode=1, angle_step=16, zero_slip=2, down=True),
-            # While the table stands, the zero moves first to a multiple and then next to it.
+            # While the table stands, the zero moves first to a multiple of the step and then next
+            # to it.
             Segment(200, mode=1, angle_step=16, zero_slip=3),
             Segment(800, clocks_a_count=3, mode=1, angle_step=16, zero_slip=-2),
             Segment(300, clocks_a_count=2, sample_period=7, zero_slip=4),

@@ -1,4 +1,5 @@
-"""Tests of the cosine's error against the bounds in the paper's appendix, and of the constants."""
+"""Tests of the CORDIC's cosine against the error bounds in the paper's appendix, and of the
+CORDIC's constants."""
 
 from __future__ import annotations
 
@@ -52,8 +53,8 @@ def test_other_widths_and_iterations_stay_within_their_bounds(width: int, iterat
 
 
 def test_rotation_against_equation_10_in_fractions() -> None:
-    """Exact arithmetic with the same directions of rotation differs only by the roundings of ten
-    iterations."""
+    """Exact arithmetic with the same directions of rotation differs from the model only by the
+    roundings of ten iterations."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     folded = np.arange(0, TURN // 4, 49_999, dtype=np.int32)
     found = cordic_rotation(folded)
@@ -64,8 +65,8 @@ def test_rotation_against_equation_10_in_fractions() -> None:
             d = -1 if z < 0 else 1
             x, y = x - d * y / 2**i, y + d * x / 2**i
             z -= d * tables.steps[i]
-        # Each rounding adds half a unit: one of the constant, and one in each iteration. The
-        # roundings of y and its second-order part add at most 2⁻⁶.
+        # Each rounding adds half a unit: the constant has one rounding, and each iteration has one.
+        # The roundings of y and its second-order part add at most 2⁻⁶.
         assert abs(cosine - x * 2**COSINE_WIDTH) < 0.5 * (1 + CORDIC_ITERATIONS - 6) + 1
 
 

@@ -1,4 +1,5 @@
-"""Tests of rounding, fold and limit against exact fractions."""
+"""Tests that the compensation rounds, folds and limits the corrected angle as exact fractions
+do."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests of schema 3 of the coefficient file: each part reads back, and an error names a missing
-generic."""
+"""Tests that each part of schema 3 of the coefficient file is read back, and that an error names a
+missing generic."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ def test_each_part_is_read_as_written_and_refused_without_its_generic(
 
 @pytest.mark.parametrize("has_sets", [False, True])
 def test_all_parts_in_one_file_with_temperature(tmp_path: Path, has_sets: bool) -> None:
-    """The file has either sets for a missing head or lanes of non-integer orders, because they
-    exclude each other."""
+    """The file has either sets for a missing head or lanes of non-integer orders, because these two
+    parts exclude each other."""
     # The prepared set belongs to the heads of the file: it has their delays and conditions.
     conditions = Conditions(16, 0, 30.0)
     of_set = Extension(

@@ -1,4 +1,5 @@
-"""Tests of the local table against straight lines in float64, and of the correction with it."""
+"""Tests of the local table against straight lines in float64, and of the correction that includes
+the local table."""
 
 from __future__ import annotations
 
@@ -102,8 +103,8 @@ def test_words_of_a_file_become_a_bank() -> None:
 
 @pytest.mark.parametrize(("width", "leaps"), [(0, 0.0), (4, 2.0)])
 def test_the_slope_of_a_table_counts_with_that_of_the_lanes(width: int, leaps: float) -> None:
-    """The slope is 2π·300 / length of the window for a wave of 300 counts over the window, or 2 for
-    a table that steps by 2 counts."""
+    """A wave of 300 counts over a window has the slope 2π·300 / length of the window; a table that
+    steps by 2 counts has the slope 2."""
     place = 2.0 * np.pi * np.arange(POINTS) / POINTS
     points = tuple(np.rint((300.0 * np.sin(place) + leaps) * 2**6).astype(int).tolist())
     table = extension.LocalTable(points, (0,), width, 6)

@@ -1,4 +1,4 @@
-"""Tests of the decoder model against the true place of the disc, which the tests know without
+"""Tests of the decoder's model against the true place of the disc, which the scenarios give without
 decoding a pin."""
 
 import itertools
@@ -37,14 +37,14 @@ def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
 
 
 def latency(given: Stimuli) -> int:
-    """Return the clocks from the pins to the position; a scenario without losses has only one
-    filter length."""
+    """Return the number of clocks from the pins to the position; a scenario without losses has only
+    one filter length."""
     return latency_clocks(int(given.columns["filter_length"][-1]))
 
 
 def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarray]:
-    """Return the clocks in which the disc has just passed its index, and the directions of passage
-    (+1, -1)."""
+    """Return the clocks in which the disc has just passed its index, and the direction of each
+    passage (+1, -1)."""
     index = int(scenario.index_at * UNITS)
     turns = (given.place - index) // (scenario.counts_per_rev * UNITS)
     passed = np.diff(turns)
@@ -53,8 +53,8 @@ def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarr
 
 
 def told_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and the last clock in which each mark may be reported: with a step, or
-    shortly after it."""
+    """Return the first and the last clock in which the decoder may report each mark: with a step,
+    or shortly after it."""
     steps = np.append(np.flatnonzero(np.diff(given.count)) + 1, 2 * len(given.count))
     step = np.searchsorted(steps, marks)
     settled = np.minimum(steps[step] + INDEX_SKEW, steps[np.minimum(step + 1, len(steps) - 1)])
@@ -144,7 +144,7 @@ def test_time_of_the_last_edge(name: str) -> None:
     delay = latency(given)
     edges = np.flatnonzero(np.diff(given.count)[2:]) + 3
     edges = edges[edges + delay < len(trace.step)]
-    # The time stamp is that of delay - 1 clocks after the change of the pin, modulo 2**64.
+    # The time stamp is the time delay - 1 clocks after the change of the pin, modulo 2**64.
     expected = given.timestamp[edges] + np.uint64(delay - 1)
     assert (trace.last_edge_time[edges + delay] == expected).all()
     held = trace.last_edge_time[edges[0] + delay :]
@@ -190,7 +190,7 @@ def test_illegal_transitions_are_told_and_not_counted() -> None:
     assert (trace.position == 0).all()
     assert not trace.step.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
-    # A jump in the clock of the clear is still counted afterwards.
+    # The decoder counts a jump in the clock of the clear after the clear.
     assert trace.illegal_count[cleared - 1 : cleared + 1].tolist() == [8, 1]
     assert trace.illegal_count[-1] == 13 - 8
     assert trace.illegal[cleared:].all()
@@ -200,11 +200,12 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     scenario, given, trace = played("lost_count_between_index_marks")
     marks, _ = true_marks(scenario, given)
     intervals = trace.index_interval[np.flatnonzero(trace.index_strobe)]
-    # The decoder counts a jump over two counts as 0, or as a loss if the next step goes up.
+    # If the disc jumps over two counts, the decoder counts 0 or, if the next step goes up, loses
+    # counts.
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
-    # The error is reported three clocks after the strobe and stays until the clear.
+    # The decoder reports the error three clocks after the strobe; the error stays until the clear.
     strobes = np.flatnonzero(trace.index_strobe)[wrong]
     cleared = int(np.flatnonzero(given.columns["clear"])[-1]) + 1
     assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 3, cleared))
@@ -282,8 +283,9 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
     off = (trace.angle[delay:-1] - given.count[:-delay]) % turn
     off = np.where(off > turn // 2, off - turn, off)
     ends = np.cumsum([segment.clocks for segment in scenario.segments]) - delay - 1
-    # After each loss the zero is right again at the end of the stretch, except in the stretches in
-    # which it must not be found. The index stays seen, so that the correction continues.
+    # After each loss the zero is right again at the end of the stretch, except in two stretches in
+    # which the decoder must not find the zero. The index stays seen, so that the correction
+    # continues.
     assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
     first = int(np.argmax(trace.index_seen))
     assert trace.index_seen[first:].all()
@@ -349,8 +351,8 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
     _, given, trace = played("faster_than_the_filter")
     too_fast = np.flatnonzero(np.diff(given.count) != 0)
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
-    # The overspeed must be reported at the fifth count that is too fast. It is detected in the
-    # levels after the synchroniser, before the filter.
+    # The decoder must report the overspeed by the fifth count that is too fast. It detects the
+    # overspeed in the levels after the synchroniser, before the filter.
     reported = int(np.argmax(trace.overspeed))
     assert too_fast[0] < reported <= too_fast[5] + latency_clocks()
     assert not trace.illegal.any()

@@ -1,5 +1,5 @@
-"""Tests that the model of the mean follows its equation in exact numbers, and that a translation of
-the axis is not in the mean."""
+"""Tests that the model of the mean follows its equation exactly, and that the mean contains no
+translation of the axis."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ PLACES_DEG = np.array([0.0, 33.0, 162.5, 300.5])
 
 
 def mean_angle(angles: np.ndarray, mean: MeanSet, counts: int) -> np.ndarray:
-    """Return θ in counts for E = 0: the whole reading of the carrier minus the term."""
+    """Return θ in counts for E = 0: the whole reading of the carrier minus the term of the weighted
+    differences."""
     whole = whole_readings(angles, mean, counts)
     return whole[:, mean.carrier - 1] - weighted_mean(whole, mean, counts).term * TERM_LSB_COUNTS
 
@@ -33,7 +34,7 @@ def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
 
 @pytest.mark.parametrize("carrier", [1, 2, 3, 4])
 def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
-    """The test compares with fractions, because the term has no rounding."""
+    """The test computes the mean with fractions, because the term has no rounding."""
     rng = np.random.default_rng(carrier)
     mean = MeanSet((20000, 45536, -30000, 30000), (3, 1600 * 16 + 5, 15, 4097 * 16), carrier)
     true = rng.integers(2000, COUNTS - 9000, 500)

@@ -45,7 +45,7 @@ def refused(tmp_path: Path, *words: str | Path) -> str:
 
 @pytest.fixture(scope="module")
 def real() -> MeasurementSet:
-    """Return the set of a real motor encoder, forward and backward."""
+    """Return a set that was recorded with a real motor encoder, forward and backward."""
     return read_measurement_set(DATA / "moteus_motor_encoder")
 
 
@@ -361,7 +361,8 @@ def test_two_logs_on_different_clocks_are_brought_together(tmp_path: Path) -> No
     ]
     found = import_recordings(read, settings, choices)
     assert found.clocks is not None
-    # The speed varies by only 0.004 turn/s, so that the table's own error of 20″ shifts the match.
+    # The speed varies by only 0.004 turn/s, so that the table's error of 20″ shifts the offset
+    # between the clocks.
     assert abs(found.clocks.offset_s - 1000.0 - late) < max(5 * found.clocks.u_s, 1e-4)
     assert found.clocks.u_s < 2e-3
     assert any(note.startswith("clocks: +1000.00") for note in found.notes)

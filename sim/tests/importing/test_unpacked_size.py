@@ -66,8 +66,8 @@ def _rows_that_grow(path: Path) -> None:
 
 
 def _wide_text_in_gzip(path: Path) -> None:
-    """Write one long text in a column; in memory every other row of this column then takes as much
-    space."""
+    """Write one long text in a column of fixed width; in memory every other row of this column then
+    takes as much space."""
     path.write_bytes(gzip.compress(b"0,a\n" * 1000 + b"0," + b"a" * 2000 + b"\n"))
 
 

@@ -1,4 +1,4 @@
-"""Tests that the build names a missing tool, and builds no part twice."""
+"""Tests that the build names a missing tool, and that it builds no part twice."""
 
 from __future__ import annotations
 

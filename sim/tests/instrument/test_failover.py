@@ -1,4 +1,4 @@
-"""Test of a device with four heads, calibrated and loaded, of which one fails while the table
+"""Test of a calibrated and loaded device with four heads, of which one head fails while the table
 turns.
 
 Table, firmware and gateware are those of test_four_heads.py; the core is built with FAILOVER.
@@ -21,15 +21,15 @@ from arctrue.studies.heads.shown import BALLS
 HEAD = 3
 SLIP_COUNTS = 4000
 STEP_COUNTS = 200
-"""Limit of a step in counts, for a table that makes a third of a turn in the 2¹⁷ clocks of a
-comparison.
+"""Limit in counts above which a step is detected, for a table that makes a third of a turn in the
+2¹⁷ clocks of a comparison.
 
 Eccentricity of 142″ then changes the difference of two heads by 58 counts in either direction. The
 preset of 32 counts is for 90°/s at 100 MHz.
 """
 CLOCKS_A_SLIPPED_COUNT = 4
-"""Clocks per count of the false edges, which are slower than the table's. Some coincide with edges
-of the table and are illegal transitions."""
+"""Clocks per count of the false edges, which are slower than the edges of the table. Some false
+edges coincide with edges of the table and are illegal transitions."""
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,8 @@ def device() -> Iterator[HeadsDevice]:
 
 
 def alarm_of(device: HeadsDevice, first: int) -> dict[str, Any]:
-    """Return the first line of telemetry, not before ``first``, that has the alarm of a head."""
+    """Return the first line of telemetry, among those from ``first`` on, that has the alarm of a
+    head."""
     return next(
         line for line in device.firmware.telemetry[first:] if "head_left_out" in line["alarms"]
     )
