@@ -1,5 +1,5 @@
-"""Tests of certificates: the uncertainty against Monte Carlo, the file against PTB's Schematron,
-and refusals."""
+"""Tests of certificates: their uncertainty against Monte Carlo, their file against PTB's
+Schematron, and sets that are refused."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def true_error(angle: Float) -> Float:
 
 
 def reference_set(random: np.random.Generator) -> MeasurementSet:
-    """Return a reference run of ten turns over 24 faces; the reference has a constant error and a
-    random error."""
+    """Return a reference run of ten turns over 24 faces; the reference instrument has a constant
+    error and a random error."""
     target = np.tile(np.arange(24) * 15.0, 10)
     error = true_error(np.radians(target)) + NOISE * random.standard_normal(240)
     error = error + U_REFERENCE * random.standard_normal()
@@ -95,8 +95,8 @@ def test_the_uncertainty_of_the_fit_is_that_of_monte_carlo() -> None:
     ratio = float(np.mean(off**2)) / float(stated)
     assert stats.chi2.ppf(SURE, freedom) / freedom <= ratio
     assert ratio <= stats.chi2.ppf(1.0 - SURE, freedom) / freedom
-    # U includes the constant error of the reference, so that U covers the error in 95 % of the
-    # cases or more.
+    # U includes the constant error of the reference, so that U covers the error in at least 95 % of
+    # the cases.
     constant = U_REFERENCE * random.standard_normal((number, 1))
     half = 0.5 * 360.0 * 3600.0 / COUNTS
     counts = random.uniform(-half, half, (number, 2)).sum(axis=1)[:, None]
@@ -194,8 +194,8 @@ def test_the_file_has_what_was_found_and_stated(place: Path) -> None:
     expanded = np.array([float(x) for x in text(".//si:valueExpandedMUXMLList").split()])
     assert expanded.shape == values[1].shape == (24,)
     off = np.abs(values[1] - true_error(np.radians(values[0])))
-    # The set has no constant error of the reference; the remaining error of the fit is much smaller
-    # than U.
+    # The set states no constant error of the reference; the remaining error of the fit is much
+    # smaller than U.
     assert (off <= expanded).all()
     assert text(".//si:coverageFactorXMLList") == "2"
     assert text(".//si:coverageProbabilityXMLList") == "0.9545"

@@ -19,8 +19,8 @@ def telemetry_of(values: np.ndarray) -> list[list[float]]:
 
 
 def test_noise_alone_alarms_as_often_as_stated() -> None:
-    """5 % of the lines may alarm; the number of alarms in 250 lines must lie in the 99.9 % range of
-    the binomial distribution."""
+    """In noise alone, 5 % of the fitted lines may raise an alarm; the number of alarms in 250 lines
+    must lie in the 99.9 % range of the binomial distribution."""
     rng = np.random.default_rng(RNG_SEED)
     lines, alarms = 250, 0
     for _ in range(lines):
@@ -69,7 +69,7 @@ def test_refused_and_repeated_turns_are_passed_over_and_a_new_start_begins_anew(
     assert steady_drift(watch, range(1, 8)) == []
     assert watch.add(7, telemetry_of(np.array([99.0]))) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
-    # The device starts again and counts from 1: no line is fitted across the start.
+    # The device starts again and counts from 1: the watch fits no line across the start.
     assert steady_drift(watch, range(1, 8)) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
 

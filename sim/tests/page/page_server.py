@@ -1,4 +1,4 @@
-"""Start ``arctrue serve`` as a separate process, for screenshots and tests."""
+"""Starts ``arctrue serve`` as a separate process, for screenshots and tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Recalculate the figures of docs/errata.md and docs/calibration.md from their equations."""
+"""Tests that recalculate the figures of docs/errata.md and docs/calibration.md from their
+equations."""
 
 from __future__ import annotations
 
@@ -39,7 +40,7 @@ def test_scale_of_the_rotation() -> None:
 
 
 def test_sign_of_equation_10() -> None:
-    # With the sign as printed, the pair (x, y) is not rotated, and the cosine is wrong.
+    # With the sign that the paper prints, the pair (x, y) is not rotated, and the cosine is wrong.
     for sign, right in ((1, True), (-1, False)):
         x, y, z = 0.6072529, 0.0, 1.0
         for i in range(ITERATIONS):
@@ -158,16 +159,16 @@ def test_limits_as_standard_uncertainties() -> None:
 
 
 def test_a_smaller_separation_worsens_order_1() -> None:
-    """The gain in the paper's equation (6) and the covariance of a fit both show that a smaller
-    separation worsens order 1."""
+    """A smaller separation worsens order 1, by the gain in the paper's equation (6) and by the
+    covariance of a fit."""
     angles = np.radians(np.arange(1, 181))
     gain = 1 / abs(np.exp(1j * angles) - 1)
     assert np.all(np.diff(gain) < 0)
     for degrees, said in ((33, 1.8), (10, 5.7), (2, 29)):
         assert 1 / (2 * math.sin(math.radians(degrees) / 2)) == pytest.approx(said, rel=0.03)
         assert gain[degrees - 1] == pytest.approx(said, rel=0.03)
-    # The covariance of a fit of cos and sin to R₂ − R₁ with white noise shows the same, without
-    # equation (6).
+    # The covariance of a fit of cos and sin to R₂ − R₁ with white noise gives the same result
+    # without equation (6).
     theta = np.arange(360) * (2 * math.pi / 360)
     scatter = {}
     for degrees in (10, 33):
@@ -227,7 +228,7 @@ def test_accuracy_of_iso_230_is_more_than_the_range_of_means() -> None:
 @pytest.mark.parametrize(("heads", "unknown"), [(3, 1), (4, 0), (5, 0)])
 def test_heads_that_separate_the_motion_of_the_axis(heads: int, unknown: int) -> None:
     """At every order there are four complex unknowns: the true angle, the disc, and two directions
-    of motion."""
+    of the axis' motion."""
     places = np.radians([0.0, 33.0, 162.5, 300.5, 71.5][:heads])
     for order in range(1, 129):
         disc = np.exp(1j * order * places)

@@ -50,7 +50,7 @@ def sections(text: str) -> dict[str, str]:
 
 
 def entries(words: str) -> dict[str, str]:
-    """Return the names in a section, each with its text; ``a, b : int`` are two names."""
+    """Return each name in a section with its text; ``a, b : int`` are two names."""
     found: dict[str, str] = {}
     for part in re.split(r"\n(?=\S)", words.strip("\n")):
         head, _, _ = part.partition("\n")
@@ -103,7 +103,7 @@ def inline(kind: type) -> dict[str, str]:
 
 
 def faults(what: Any) -> list[str]:
-    """Return what is missing in the docstring."""
+    """Return the arguments, exceptions and sections that the docstring lacks."""
     text = inspect.getdoc(what) or ""
     found = (
         [] if re.match(r"[A-Z`].*[.:]$", text.partition("\n")[0]) else ["no summary in one line"]

@@ -1,4 +1,4 @@
-"""Tests of the package as a stranger installs it, from a wheel that needs no source tree.
+"""Tests of the package as a user installs it, from a wheel that needs no source tree.
 
 The tests need no network. The build has only the requirements that pyproject.toml names, as in
 pip's isolated build; the program has only its declared dependencies.
@@ -24,7 +24,7 @@ from arctrue.base.extras import EXTRA_OF
 
 ROOT = Path(__file__).resolve().parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# Files that .gitignore keeps out of git.
+# Files that git ignores because of .gitignore.
 MADE = shutil.ignore_patterns(
     *(".git", ".venv", "build", "generated", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis")
 )
@@ -226,8 +226,8 @@ def test_all_has_every_extra() -> None:
 
 
 def test_the_core_is_small(wheel: Path) -> None:
-    """The size contains every file that is installed with the core, and those of the wheel, in MB
-    of 10⁶ bytes."""
+    """The size of the core counts every file that is installed with the core and every file of the
+    wheel, in MB of 10⁶ bytes."""
     files = [
         Path(str(found.locate_file(file)))
         for found in required(CORE).values()
@@ -240,8 +240,8 @@ def test_the_core_is_small(wheel: Path) -> None:
 
 
 def test_the_import_is_fast(core: Installed) -> None:
-    """The fastest of five starts counts, because other programs on this machine can slow a start
-    down."""
+    """The fastest of five imports must stay below the limit, because other programs on this machine
+    can slow a start down."""
     program = (
         "import time; start = time.perf_counter(); import arctrue;"
         "print(time.perf_counter() - start)"

@@ -1,5 +1,5 @@
-"""Tests of the choice of α against an exhaustive search, drawn noise and a perturbed transfer
-function."""
+"""Tests of the choice of the head separation α against an exhaustive search, simulated noise and a
+perturbed transfer function."""
 
 from __future__ import annotations
 
@@ -67,7 +67,8 @@ def test_noise_is_that_of_drawn_differences() -> None:
 
 
 def test_mounting_is_that_of_a_transfer_function_at_another_alpha() -> None:
-    """Compare the slope with the finite difference between two transfer functions."""
+    """Compare the slope of the error over α with the finite difference between two transfer
+    functions."""
     alpha, off = math.radians(33.0), 1e-6
     change = transfer_function(DISC.orders, alpha + off) / transfer_function(DISC.orders, alpha)
     left = np.abs(change - 1.0) * DISC.amplitude_arcsec
@@ -77,7 +78,7 @@ def test_mounting_is_that_of_a_transfer_function_at_another_alpha() -> None:
 
 
 def test_sensitivity_is_1_76_at_order_1_and_210_at_order_11() -> None:
-    """The figures for 33° are known."""
+    """At 33° the known figures are 1.76 for order 1 and 210 for order 11."""
     found = sensitivity_map(np.array([33.0]), np.array([1, 11]))[0]
     assert found == pytest.approx([1.76, 210.0], rel=2e-3)
 
@@ -86,15 +87,15 @@ def test_best_choices_keep_the_heads_apart_and_are_sorted() -> None:
     found = best_choices(40, DISC)
     assert all(one.alpha_deg >= 20.0 for one in found)
     assert [one.total_arcsec for one in found] == sorted(one.total_arcsec for one in found)
-    # No candidate, each evaluated alone, has a smaller total.
+    # No candidate has a smaller total if it is evaluated alone.
     assert found[0].total_arcsec == min(
         judged(alpha, 40, DISC).total_arcsec for alpha in candidates_deg(40) if alpha >= 20.0
     )
 
 
 def test_the_tolerance_of_mounting_makes_the_best_gain_a_little_worse() -> None:
-    """A tolerance of 50″ moves order n by n·50″: at most 40 · 50″ of the 360°/41 between
-    candidates."""
+    """A mounting tolerance of 50″ changes the phase of order n by n·50″: by at most 40 · 50″, a
+    small share of the 360°/41 between candidates."""
     best = candidates_deg(40)[10]
     share = 40 * 50 / 3600 / (360 / 41)
     assert 1.0 < detuned(best, 40) / least_worst_gain(40) < 1.0 / (1.0 - share)

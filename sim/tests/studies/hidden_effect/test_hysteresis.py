@@ -12,7 +12,8 @@ from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.reference import counts_standing
 
 REVERSAL_ARCSEC = 2 * 64.0
-"""Reversal error: ±1″ at 2²⁴ counts, and 64 times as much at 2¹⁸ counts."""
+"""Reversal error in arcseconds: ±1″ with 2²⁴ counts per turn, and 64 times as much with 2¹⁸
+counts."""
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 
 

@@ -1,4 +1,4 @@
-"""Test with a hidden scratch of the disc; the table drives a gateware with LOCAL_TABLE."""
+"""Test of a hidden scratch on the disc; the table drives a gateware with LOCAL_TABLE."""
 
 from __future__ import annotations
 

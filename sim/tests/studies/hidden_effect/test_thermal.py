@@ -1,4 +1,4 @@
-"""Tests of thermal effects: one that the catalogue has, and one that no catalogue has."""
+"""Tests of two thermal effects: one is in the catalogue, the other is in no catalogue."""
 
 from __future__ import annotations
 
@@ -95,8 +95,8 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
 
 @pytest.mark.large
 def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: HiddenResult) -> None:
-    """A lag of 60 s is five turns. If the lag is not stated, the captured turn contradicts the
-    model."""
+    """A thermometer lags by 60 s, which is five turns. If the file does not state the lag, the
+    captured turn contradicts the model."""
     ways = ["by the firmware"]
     with pytest.raises(InstrumentError, match="worse_prediction"):
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)

@@ -1,4 +1,5 @@
-"""Tests of the long run: its page against its data, its model on a known table, and a small run."""
+"""Tests of the long run: its page against its data, its thermal model on a known table, and a small
+run."""
 
 from __future__ import annotations
 
@@ -30,8 +31,8 @@ STRATEGIES = ("single", "model")
 
 @pytest.fixture(scope="module")
 def scenario() -> Scenario:
-    """Return the shipped scenario, shortened, with the core that other tests build and with 32
-    lines."""
+    """Return the shipped scenario, shortened to 32 lines and fewer turns, with the core that other
+    tests build."""
     short = shortened(read_scenario(SCENARIO, lines=32), TURNS)
     scale = structs.replace(short.scale, lanes=LANES, samples=SAMPLES)
     errors = structs.replace(short.errors, noise_arcsec=4.0)
@@ -45,7 +46,8 @@ def found(scenario: Scenario) -> dict[str, Any]:
 
 
 def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: float) -> float:
-    """Return the expected RMS that a turn leaves with the coefficients of the preceding turn.
+    """Return the expected RMS error of a turn that is corrected with the coefficients of the
+    preceding turn.
 
     The sum has three independent parts: the change of order 1 from turn to turn with the
     temperature; the stated u of both components of the orders 1 to 3 that a turn applies; and the
@@ -78,7 +80,7 @@ def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     # The test compares medians: heat that is 33 times as fast may by chance let a turn apply the
     # weak order 11 (docs/long-run.md: in 4 of 1,000 turns), which leaves 24″ in that turn.
     typical = {name: np.median(found["strategies"][name]["left_arcsec"][2:]) for name in STRATEGIES}
-    # The median of a sum of squares is below its mean.
+    # The median of a sum of squares is smaller than the mean of this sum.
     expected = expected_single_arcsec(found, scenario, per_k)
     assert typical["single"] < expected < np.median(held["left_arcsec"][2:]) / 2.0
     assert typical["model"] < typical["single"] / np.sqrt(2)
@@ -101,7 +103,7 @@ def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -
 
 
 def test_lost_counts_come_back(found: dict[str, Any]) -> None:
-    """At the index the core moves its zero and, with ``heal``, puts the lost counts back."""
+    """At the index the core moves its zero and, with ``heal``, adds the lost counts again."""
     ((turn, _),) = found["events"].items()
     count_arcsec = 1_296_000 / found["counts_per_rev"]
     for one in found["strategies"].values():

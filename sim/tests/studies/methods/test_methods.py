@@ -1,5 +1,5 @@
-"""Tests of every method against the errors that its principle can determine and those that it
-cannot."""
+"""Tests, for every method, that the method determines exactly the errors that its principle can
+determine."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOTION_ORDERS = tuple(range(2, 9))
 
 @cache
 def left(name: str, motion_m: float = 0.1e-6) -> np.ndarray:
-    """Return the amplitudes of orders 1 to 128 that remain after a method."""
+    """Return the amplitudes in arcseconds of orders 1 to 128 that remain after a method."""
     method: Method = {
         "eda": equal_division(4),
         "two": TWO_HEADS_LEAST_SQUARES,
@@ -61,7 +61,8 @@ def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
 
 
 def test_equal_division_leaves_the_multiples_of_its_heads_and_no_others() -> None:
-    """Orders 4, 8, 12, 24 and 120 of the disc remain unchanged: 0.7, 0.35, 0.2, 0.3 and 0.2″."""
+    """The mean leaves orders 4, 8, 12, 24 and 120 of the disc unchanged: 0.7, 0.35, 0.2, 0.3 and
+    0.2″."""
     found = left("eda")
     np.testing.assert_allclose(found[[3, 7, 11, 23, 119]], [0.7, 0.35, 0.2, 0.3, 0.2], atol=0.01)
     others = np.delete(found[:40], [3, 7, 11, 15, 19, 23, 27, 31, 35, 39])
@@ -74,7 +75,7 @@ def test_two_heads_do_not_see_order_120() -> None:
 
 
 def test_a_free_spin_sees_all_but_the_torque_that_is_not_fitted() -> None:
-    """Order 5 of the torque, 10⁻⁴ of the friction, moves the angle by τ/(n²ω²) at speeds of 40 to
+    """Order 5 of the torque, 10⁻⁴ of the friction, changes the angle by τ/(n²ω²) at speeds of 40 to
     63 rad/s."""
     found = left("spin")[:40]
     spin = FreeSpin()
@@ -93,8 +94,8 @@ def test_a_spin_that_ends_is_refused() -> None:
 
 
 def test_the_spin_has_the_friction_of_stop_and_go() -> None:
-    """The axis of that servo is released at 20 rad/s: a stepwise solution of LuGre's model is
-    compared with the free response."""
+    """The axis of that servo is released at 20 rad/s; the free response equals a stepwise solution
+    of LuGre's model."""
     axis, step_s = Axis(), 1e-5
     speed, bend, gone = np.array([20.0]), np.array([0.0]), 0.0
     for _ in range(20_000):
@@ -156,7 +157,8 @@ def test_a_calibrated_mean_stays_where_the_axis_moves_otherwise() -> None:
 
 
 def test_gain_of_two_places_is_the_transfer_function() -> None:
-    """The noise of one head is 1/√2 of that of the difference, which TF(n) multiplies."""
+    """The noise of one head is 1/√2 of that of the difference of two heads, which TF(n)
+    multiplies."""
     orders = np.arange(1, 120)
     gain = order_gain(np.radians([0.0, 33.0]), orders)
     expected = np.sqrt(2.0) * noise_gain(orders, np.radians(33.0))
@@ -240,7 +242,8 @@ def test_one_position_of_the_polygon_is_refused() -> None:
 
 
 def test_closure_does_not_need_the_certificate_and_the_table_does() -> None:
-    """The errors of the faces are 2″ here, and the closure is as accurate as before."""
+    """The faces of the polygon have errors of 2″ here, and the closure is as accurate as with a
+    good polygon."""
     world = World(dataclasses.replace(SHORT, minutes=16.0))
     polygon, autocollimator = world.instruments()
     wrong = dataclasses.replace(

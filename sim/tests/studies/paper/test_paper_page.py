@@ -1,4 +1,5 @@
-"""Tests that the page, its JSON and the equations agree, and that the drawings are made."""
+"""Tests that the page of the paper's experiment, its JSON and the equations agree, and that the
+drawings are made."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ def test_page_and_json_agree() -> None:
 
 @pytest.mark.parametrize("make", EQUATIONS, ids=lambda make: make.__name__)
 def test_equations_give_what_the_json_has(make) -> None:  # type: ignore[no-untyped-def]
-    """Rounding errors differ from machine to machine, but the figures must not."""
+    """Rounding errors differ from machine to machine, but the printed figures must not differ."""
     item = make()
     stored = {one["label"]: one for one in FOUND["items"]}[item.label]
     for name, value in item.values.items():
@@ -48,7 +49,7 @@ def test_every_equation_and_table_of_the_paper_is_there() -> None:
 
 
 def test_figures_of_the_experiment_come_from_its_stations() -> None:
-    """The test computes span, largest σ, u₃ and U again from the 24 stored faces."""
+    """The test computes the span, the largest σ, u₃ and U again from the 24 stored faces."""
     for one in FOUND["experiments"]:
         mean = np.array(one["after"]["mean_arcsec"])
         deviation = np.array(one["after"]["deviation_arcsec"])
@@ -71,7 +72,7 @@ def test_the_first_run_has_the_paper_s_size() -> None:
 
 
 def test_the_broken_line_of_fig_11_b_is_that_of_independent_faces() -> None:
-    """The test draws independent errors of 24 faces; it leaves out order 12, which has only one
+    """The test simulates independent errors of 24 faces; it leaves out order 12, which has only one
     component."""
     budget = PUBLISHED.budget
     face = np.hypot(budget.polygon_arcsec, budget.autocollimator_arcsec)

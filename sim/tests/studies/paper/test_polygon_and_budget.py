@@ -1,4 +1,5 @@
-"""Tests of equations (13) to (17) against the printed values and the underlying geometry."""
+"""Tests of equations (13) to (17) of the paper against the printed values and the underlying
+geometry."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ def plain_polygon() -> Polygon:
 
 
 def test_eccentricity_and_tower_difference_are_the_printed_ones() -> None:
-    """The paper prints one digit: 0.0005 and 0.0001."""
+    """The paper prints one digit of each value: 0.0005 and 0.0001."""
     u4 = ARCSEC_PER_RAD * mounting_eccentricity_rad(1e-6, 0.03e-6, 10e-3)
     u5 = ARCSEC_PER_RAD * tower_difference_rad(np.deg2rad(15.0), 8.0 / ARCSEC_PER_RAD)
     assert round(u4, 4) == 0.0005
@@ -76,7 +77,8 @@ def test_an_upright_flat_polygon_shows_where_the_table_stands() -> None:
 
 
 def test_drawn_instruments_keep_to_table_3() -> None:
-    """For 2,400 drawn faces the sample deviation is within 4 of its own standard deviations."""
+    """For 2,400 simulated faces the sample deviation equals that of table 3 within 4 of its own
+    standard deviations."""
     random = np.random.default_rng(8)
     drawn = [
         ARCSEC_PER_RAD * PUBLISHED.drawn_polygon(random).direction_rad(FACES, np.zeros(24))

@@ -25,8 +25,8 @@ SCENARIOS = ROOT / "sim" / "scenarios"
 COUNT_ARCSEC = 1_296_000 / (64 * 1024)
 UM_PER_K = 8.0
 WARM_C = (20.0, 22.0, 25.0)
-"""Temperatures of the turns. Each is constant for several turns; the table warms in the pauses
-between them."""
+"""Temperatures of the turns. Each temperature is constant for several turns; the table warms in the
+pauses between them."""
 
 WARMING = f"""
 format = 1
@@ -103,8 +103,8 @@ def test_temperature_of_the_turns(result: ScenarioResult) -> None:
 
 
 def test_order_one_follows_the_eccentricity(result: ScenarioResult) -> None:
-    """By plane geometry, a small offset e of the disc changes the angle by e/r at the radius r of
-    its lines."""
+    """The amplitude of order 1 follows the geometry: a small offset e of the disc changes the angle
+    by e/r at the radius r of its lines."""
     for turn in result.turns:
         if turn.number in (3, 5, 6):
             # This turn contains a pause or touches one.
@@ -121,7 +121,8 @@ def test_the_calibrated_order_one_follows_too(result: ScenarioResult) -> None:
     compared = 0
     for turn in result.turns:
         for reply in turn.telemetry:
-            # Telemetry describes the turn before; both must have the same temperature.
+            # Telemetry in a turn describes the preceding turn; both turns must have the same
+            # temperature.
             if turn.number not in (2, 5, 8) or reply["result"] == "refused":
                 continue
             order, amplitude, _, uncertainty, _ = reply["harmonics"][0]
@@ -225,8 +226,8 @@ def test_bad_file_ends_with_two(tmp_path: Path) -> None:
 
 
 def test_a_table_that_is_too_fast_is_told(tmp_path: Path) -> None:
-    """A vibration of 3600″ at 500 Hz moves by up to 1,900″, or a hundred counts, in one clock of 6
-    kHz."""
+    """The table is too fast: a vibration of 3600″ at 500 Hz moves it by up to 1,900″, or a hundred
+    counts, in one clock of 6 kHz."""
     file = tmp_path / "fast.toml"
     start, _, _ = WARMING.partition("[motion]")
     effect = '[[cause]]\nname = "bracket_vibration"\nhead = 1\narcsec = 3600\nhz = 500\n'

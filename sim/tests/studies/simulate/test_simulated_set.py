@@ -1,4 +1,4 @@
-"""Tests of whole simulated sets: how a cause shows in each channel, noise floor, seeds and
+"""Tests of whole simulated sets: the effect of a cause in each channel, the noise floor, seeds and
 refusals."""
 
 from __future__ import annotations
@@ -298,8 +298,8 @@ def test_a_run_with_a_pause_and_a_reversal() -> None:
         assert capture.capture is not None
         heads.append(capture.capture.head1_counts)
     turned_rad = (heads[1] - heads[0]) * table.count_rad
-    # The run starts as if the table had just reversed. 2 rad are 40 strokes, and a stroke leaves
-    # 2/e.
+    # The run starts as if the table had just reversed. 2 rad are 40 strokes; each stroke reduces
+    # the remaining wind-up by the factor 1/e, from 2 at the reversal.
     assert turned_rad[[0, 400, 600, 700]] == pytest.approx([-1e-4, 1e-4, 1e-4, 1e-4], abs=4e-7)
     assert turned_rad[-1] == pytest.approx(-1e-4, abs=4e-7)
     stroke = round((7.0 + np.sqrt(2 * 0.05 / 0.5)) * 100)

@@ -1,5 +1,5 @@
-"""Tests that the diagnosis of the second generator's sets is right; a list names the sets with a
-wrong answer, and the reason."""
+"""Tests that the diagnosis of the second generator's sets is right, except for the sets in a list
+that states the reason of each wrong answer."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ def tasks() -> list[Task]:
 def judged_tasks(world: str) -> list[Task]:
     """Return the tasks of a world except those in NOT_YET.
 
-    In every second world a set with a cause comes first, in the other worlds a set without one.
+    In every second world a set with a cause comes first; in the other worlds a set without a cause
+    comes first.
     """
     found = [task for task in tasks() if task["world"] == world and task["seed"] not in NOT_YET]
     return found[::-1] if list(independent_worlds()).index(world) % 2 == 0 else found
