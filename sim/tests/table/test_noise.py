@@ -1,5 +1,5 @@
-"""Tests of noise in the time domain against closed forms, and of noise that a consumer cannot
-apply."""
+"""Tests that noise in the time domain agrees with closed forms, and that a consumer refuses noise
+that it cannot apply."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run the commands that a page of the documents shows, and compare their output with the page.
+"""Runs the commands that a page of the documents shows, and compares their output with the page.
 
 A ``console`` block contains commands after ``$`` and lines of their output; ``…`` replaces omitted
 lines. A block with ``title="FILE"`` contains a file to write.
@@ -22,13 +22,13 @@ BLOCK = re.compile(
 )
 NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 RELATIVE = 0.05
-"""Relative difference between figures that another processor or library may cause."""
+"""Relative difference between two numbers that another processor or library may cause."""
 WIDTH = 100
 
 
 @dataclass
 class Command:
-    """A command of a page, with the lines of output that the page shows."""
+    """A command of a page, with the lines of output that the page shows for this command."""
 
     words: list[str]
     shown: list[str] = field(default_factory=list)

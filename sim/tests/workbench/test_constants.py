@@ -21,7 +21,7 @@ MODULES = sorted(file for name in PACKAGES for file in (ROOT / name).rglob("*.py
 
 
 def _is_number(node: ast.expr) -> bool:
-    """Tell whether an expression is a number, or a sequence or a sum of numbers."""
+    """Tell whether an expression is a number, a sequence of numbers, or a sum of numbers."""
     if isinstance(node, ast.Constant):
         return isinstance(node.value, (int, float)) and not isinstance(node.value, bool)
     if isinstance(node, ast.UnaryOp):

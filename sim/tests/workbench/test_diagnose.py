@@ -1,5 +1,4 @@
-"""Tests of the diagnosis on small sets; this module, not the package, computes the hidden
-effects."""
+"""Tests of the diagnosis on small sets; the tests, not the package, compute the hidden effects."""
 
 from __future__ import annotations
 
@@ -86,7 +85,7 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
 
 
 def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
-    # There are 39.75 periods per turn of 12 s. Three turns resolve 1/6, so that this is no
+    # The line has 39.75 periods per turn of 12 s. Three turns resolve 1/6, so that this is no
     # half-integer order.
     frequency = 39.75 / 12.0
     result = diagnosis_of(

@@ -54,7 +54,7 @@ def observations(made: MeasurementSet) -> Observations:
 
 
 def model() -> Model:
-    """Return a model with a belt, an eccentric gear, and a wave that is fixed to the disc."""
+    """Return a model with a belt, an eccentric gear, and a sine that is fixed to the disc."""
     sides = {"multiples": [1], "below": [1], "above": [1]}
     wave = {"orders": [2.75], "fixed_to": "disc"}
     return Model(
@@ -119,18 +119,19 @@ def test_the_gateware_takes_the_model_away_in_every_turn(
 
 
 def test_the_bank_of_another_turn(observations: Observations) -> None:
-    """Turn 0 of the set may be turn 5 of the gateware."""
+    """The first turn of the set may be turn 5 of the gateware."""
     held = exported(observations, with_real_orders=True).coefficients
     angles = np.arange(0, COUNTS, 40_009)
     first = compensate(angles, angles, held, turns=np.zeros(angles.size, dtype=np.int64))
     moved = held.from_turn(5)
     later = compensate(angles, angles, moved, turns=np.full(angles.size, 5))
-    # In another turn the offset is rounded twice: 2⁻²⁵ turn, at an amplitude of 12 counts.
+    # In another turn the gateware rounds the offset twice: 2⁻²⁵ turn, at an amplitude of 12 counts.
     assert np.abs(first.correction - later.correction).max() <= 1
 
 
 def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
-    """A pinion with 21 teeth makes 3.4 turns per turn of the table, with an index in each."""
+    """A pinion with 21 teeth makes 3.4 turns per turn of the table; it has an index in each of its
+    turns."""
     gear = export_model(
         Model(model().effects[1:2]),
         observations,

@@ -1,4 +1,4 @@
-"""Tests of a reading that is late by τ, for the constant and for every order.
+"""Tests of the effect of a reading that is late by τ, on the constant and on every order.
 
 This module integrates the motion itself.
 """
@@ -99,8 +99,8 @@ def _fast_log(delay_s: float) -> Observations:
     """Return a log with a row every millisecond: the speed rises to 2,700 °/s, stays constant,
     falls to a fifth, and falls further.
 
-    Between two corners the acceleration a is constant, and the delayed angle is before(t) = θ − ωτ
-    + aτ²/2.
+    Between two corners of the speed the acceleration a is constant, and the delayed angle is
+    before(t) = θ − ωτ + aτ²/2.
     """
     time = np.arange(2000) * 1e-3
     corners, speeds = [0.0, 0.6, 1.0, 1.6, 2.0], [135.0, 2700.0, 2700.0, 540.0, 135.0]
@@ -116,8 +116,8 @@ def _fast_log(delay_s: float) -> Observations:
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
     """At 2,700 °/s a delay of 100 µs is 970″, so that a fit without the delay gives wrong orders.
 
-    If the columns of the delay were computed with these wrong orders, an error that no effect
-    causes would exceed the noise of 20″.
+    If the fit used these wrong orders to compute the columns of the delay, a residual that no
+    effect causes would exceed the noise of 20″.
     """
     found = diagnose(_fast_log(100e-6), [_base()], EFFECTS)
     assert found.named is not None, found.decision.unlike

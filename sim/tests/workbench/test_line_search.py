@@ -22,8 +22,9 @@ HOUR_S = 3600.0
 SAME_AMPLITUDE = 0.25
 """Relative tolerance of an amplitude.
 
-For lines of 2.5″ or more, it is about three standard uncertainties of √(2·2τσ²/T) = 0.21″, in
-Ornstein–Uhlenbeck noise of 0.9″ and 25 s over half an hour. The small line has a bound of its own.
+For lines of 2.5″ or more, the tolerance is about three standard uncertainties of √(2·2τσ²/T) =
+0.21″, in Ornstein–Uhlenbeck noise of 0.9″ and 25 s over half an hour. The small line has a bound of
+its own.
 """
 
 
@@ -65,8 +66,8 @@ def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
-    """Four lines are far above the scatter of neighbouring rows; the log has four periods of the
-    worm."""
+    """The search finds the largest of four lines first; all are far above the scatter of
+    neighbouring rows, and the log has four periods of the worm."""
     time_s, error = _mount(seed)
     found = search_lines(_record(time_s, error, declared_s=WORM_S))
     periods = _periods(found)
@@ -101,7 +102,8 @@ def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
 
 @pytest.mark.parametrize("kind", NULLS)
 def test_noise_shows_no_line(kind: str) -> None:
-    """The test searches one log of each kind; ``scripts.calibrate_line_search`` searches many."""
+    """The search finds no line in one log of each kind of noise; ``scripts.calibrate_line_search``
+    searches many logs."""
     random = np.random.default_rng((7, list(NULLS).index(kind)))
     time_s = clock(random, 900, 4.0, "jitter")
     assert _periods(search_lines(_record(time_s, NULLS[kind](random, time_s)))) == []
@@ -120,8 +122,8 @@ def test_noise_shows_no_line(kind: str) -> None:
 def test_noise_shows_no_line_next_to_the_orders_of_the_model(
     kind: str, rows: int, orders: int, number: int
 ) -> None:
-    """The log covers 0.95 turns, and the orders of the model have absorbed the noise of lower
-    frequencies."""
+    """In noise without a line, the log covers 0.95 turns, and the orders of the model have absorbed
+    the noise of lower frequencies."""
     random = np.random.default_rng((777, list(NULLS).index(kind), number, rows))
     time_s = clock(random, rows, HOUR_S / rows, ("even", "jitter", "pause")[number % 3])
     error = NULLS[kind](random, time_s)
@@ -132,7 +134,7 @@ def test_noise_shows_no_line_next_to_the_orders_of_the_model(
 
 
 def test_a_long_log_takes_seconds() -> None:
-    """The log has 72,000 rows in an hour; at most 10 s of processor time are allowed."""
+    """The search of 72,000 rows in an hour may take at most 10 s of processor time."""
     random = np.random.default_rng(5)
     time_s = np.arange(72_000) * (HOUR_S / 72_000)
     coarse = time_s[::20]
@@ -207,8 +209,8 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
 
 
 def test_drawn_kernel_noise_has_its_covariance() -> None:
-    """The covariance of 4,000 draws agrees within 5 standard uncertainties, each √(2/4000) of a
-    variance."""
+    """The covariance of 4,000 draws agrees with the stated covariance within 5 standard
+    uncertainties, each √(2/4000) of a variance."""
     clock_s = np.array([0.0, 3.0, 10.0])
     noise = KernelNoise(0.1, (Part("oscillator", 1.0, 20.0, 0.05),))
     factor = KernelFactor(clock_s, np.ones(3), noise)
@@ -222,7 +224,7 @@ def test_drawn_kernel_noise_has_its_covariance() -> None:
 
 
 def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise: float) -> Record:
-    """Return a log over a number of turns, with the table's 20 orders in its model."""
+    """Return a log over a number of turns; the model has the table's 20 orders."""
     random = np.random.default_rng(5)
     place = turns * np.arange(rows) / rows
     error = noise * random.normal(size=rows)
@@ -238,8 +240,8 @@ def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise:
 def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
     """On 0.3 of a turn, 20 orders leave only a fourth of the amplitude of order 25.
 
-    An order 25 that described the residual would have four times this amplitude, and would cancel
-    against the other orders.
+    An order 25 that described the whole residual would have four times this amplitude, and would
+    cancel against the other orders.
     """
     record = _on_an_arc(0.3, 400, [], 1.0)
     line = record.columns(np.array([25.0]))
@@ -257,8 +259,8 @@ def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
 
 
 def test_a_line_between_two_orders_is_found() -> None:
-    """On 1.3 turns the orders describe half of order 6.5; the residual is still far above the
-    noise."""
+    """On 1.3 turns the orders of the model describe half of order 6.5; the residual is still far
+    above the noise."""
     record = _on_an_arc(1.3, 300, [(30.0, 6.5)], 1.0)
     lines = search_lines(record).lines
     assert lines[0].rate == pytest.approx(6.5, abs=0.1)
@@ -266,7 +268,7 @@ def test_a_line_between_two_orders_is_found() -> None:
 
 
 def test_a_line_takes_no_more_than_there_is() -> None:
-    """Blocks test only the part that a line adds to the model, and not the part that the model
+    """The blocks test only the part that a line adds to the model, and not the part that the model
     would then cancel."""
     record = _on_an_arc(1.3, 400, [(10.0, 6.5)], 1.0)
     columns = record.columns(np.array([6.5]))

@@ -1,5 +1,5 @@
-"""Tests of lines without a known cause: they may have any order or frequency, and σ is stated only
-if the data determine it."""
+"""Tests of lines without a known cause: a line may have any order or frequency, and the effect
+states σ only if the data determine it."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def _reference(
     teeth: float | None = None,
     step_deg: float = 1.0,
 ) -> Observations:
-    """Return one head against a moving reference; the error has orders with amplitudes, and one
-    line in time."""
+    """Return a set of one head against a moving reference; the error has orders with amplitudes,
+    and one line in time."""
     random = np.random.default_rng(11)
     targets, times, runs = [], [], []
     start = 0.0
@@ -76,7 +76,7 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
     assert parameters["amplitude"].value == pytest.approx(
         size, abs=4.0 * NOISE_ARCSEC * np.sqrt(2.0 / rows)
     )
-    # At the only speed, 2 °/s, there are 37.43 periods in 180 s.
+    # At 2 °/s, the only speed, the line has 37.43 periods in 180 s.
     assert parameters["period_time"].value == pytest.approx(180.0 / order, rel=1e-3)
     assert parameters["frequency"].value == pytest.approx(order / 180.0, rel=1e-3)
     relative = parameters["order"].sigma / parameters["order"].value
@@ -134,7 +134,8 @@ def test_nothing_is_named_in_noise_alone() -> None:
 
 
 def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
-    """A sine so slow that it only fits the offsets of runs half an hour apart must be excluded."""
+    """A sine that is so slow that it only fits the offsets of runs half an hour apart must be
+    excluded."""
     observations = observations_of(measurement_set(turns=2, reference=False))
     rows = observations.capture
     assert rows is not None

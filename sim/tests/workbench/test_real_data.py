@@ -52,7 +52,8 @@ def test_source_and_licence_are_with_the_data(name: str) -> None:
 
 @pytest.mark.large
 def test_motor_reversal_error(motor: Observations) -> None:
-    """Up and down differ by 1,200″, which the means of the two directions show without a fit."""
+    """Upward and downward readings differ by 1,200″, which the means of the two directions show
+    without a fit."""
     lines = [_line(order) for order in (126, 108, 72, 42)]
     found = diagnose(motor, [_base(), *lines], EFFECTS)
     # All rows have the same speed, so that a delay of the reference would look the same and cannot
@@ -92,7 +93,7 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
 @pytest.mark.large
 def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
     """Each step adds the effect that the verdict names: both families of lines, then the difference
-    of up and down. At the end an error remains."""
+    between the directions. At the end an error remains that has no name."""
     terms, named, orders = [_base()], [], []
     for _ in range(12):
         found = diagnose(motor, terms, EFFECTS)
@@ -155,7 +156,7 @@ def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> 
     """Over 9°, order 30 has only three quarters of a period: such a finding is a slow curve and no
     property of the axis.
 
-    The second record of such a mount, from another night, shows the same 16 periods per tooth.
+    Another record of such a mount, from another night, also shows 16 periods per tooth.
     """
     terms = [
         Term(EFFECTS["reference_drift"](degree=2), {}),

@@ -1,4 +1,4 @@
-"""Tests which rows of a reference run were read in motion; the rows are like those of a test
+"""Tests which rows of a reference run were read in motion; the rows resemble those of a test
 bench."""
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ def _steady(targets: np.ndarray, deg_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("cycles", [True, False])
 def test_stations_of_a_polygon_stand_still(cycles: bool) -> None:
-    """Every pass takes four seconds per station, so that the times do not depend on a speed."""
+    """Every pass takes four seconds per station, so that the times do not depend on a speed of the
+    table."""
     assert reference_speed(_reference([_stops(FACES), _stops(FACES[::-1])] * 3, cycles)) is None
 
 
@@ -76,7 +77,8 @@ def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
     angle = np.cumsum(wanted) * 0.1
     speed = reference_speed(_reference([(angle, time)]))
     assert speed is not None
-    # The slope over 65 rows, 32 on each side, is exact unless the rows include the top or an end.
+    # The slope over 65 rows, 32 on each side, is the exact speed unless the rows include the top or
+    # an end of the ramp.
     away = np.abs(np.degrees(speed) - wanted)
     inner = (np.abs(time - 30.0) > 3.3) & (time > 3.3) & (time < 56.7)
     assert away[inner].max() < 0.1

@@ -1,5 +1,5 @@
 """Tests that a search ends at the range that the effect declares, even if the maximum lies outside
-it."""
+this range."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests that pages with commands show the real output of these commands."""
+"""Tests that the pages that show commands also show the real output of these commands."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 def _follow(page: Path) -> int:
-    """Run all commands of a page and write all its files in the working folder; return the number
-    of commands."""
+    """Run all commands of a page and write all files of the page in the working folder; return the
+    number of commands."""
     commands = 0
     for step in steps(page):
         if isinstance(step, FileToWrite):

@@ -1,5 +1,5 @@
-"""Tests of stated probabilities: the fit is compared with drawn answers, the shrinkage with an
-integral."""
+"""Tests of stated probabilities: simulated answers test the fit, and an integral tests the
+shrinkage."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from arctrue.workbench.diagnose.grounds import Grounds
 
 USUAL = Grounds(0.999, -30.0, 200.0, 150.0, 0.9, 0.0, 1, 0, Distance(0.1, 4, 20.0, 1.0, 0.3))
 MACKAY = 0.01
-"""Largest error of the approximation σ(μ/√(1 + πv/8)) to the mean of a logistic function of a
+"""Largest error with which σ(μ/√(1 + πv/8)) approximates the mean of a logistic function of a
 normal value, for variances v up to 9."""
 
 
@@ -52,8 +52,8 @@ def test_what_is_stated_is_the_mean_over_the_uncertain_value(mean: float, varian
 
 @pytest.mark.parametrize("answers", [0, 3, 200])
 def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
-    """Laplace's rule: if n of n answers were right and the prior is flat, the next answer is right
-    with the posterior mean."""
+    """Laplace's rule limits the confidence: if n of n answers were right and the prior is flat, the
+    next answer is right with the posterior mean."""
     row = np.zeros(len(FEATURES))
     row[0] = 1.0
     share = (

@@ -1,4 +1,5 @@
-"""Tests that faults of the record are reported with their row, and not as effects of the table."""
+"""Tests that the diagnosis reports faults of the record with their row, and not as effects of the
+table."""
 
 from __future__ import annotations
 
@@ -49,7 +50,7 @@ def test_a_head_that_is_off_and_back_at_once_is_masked_and_reported(head: int, r
     assert [item.row for item in seen.masked] == list(range(ROW + 2, ROW + 2 + rows))
     sign = -1.0 if head == 1 else 1.0
     for item in seen.masked:
-        # The row is off by 3,000 counts, within the noise and the slope of the error over three
+        # The row is off by 3,000 counts, to within the noise and the slope of the error over three
         # rows.
         assert item.away_arcsec == pytest.approx(sign * 3_000 * 0.0772, abs=3.0)
         assert str(item).startswith(f"capture.csv, row {item.row}: outlier (")
@@ -57,8 +58,8 @@ def test_a_head_that_is_off_and_back_at_once_is_masked_and_reported(head: int, r
 
 
 def test_a_slip_stays_and_is_an_effect() -> None:
-    """A slip of any size is an effect: from one instant on the counter is wrong by a constant, as
-    in count_slip."""
+    """A slip of any size is reported as an effect: from one instant on the counter is wrong by a
+    constant, as in count_slip."""
     made, capture = _copied()
     capture.head2_counts[ROW : 2 * 3 * SAMPLES_A_TURN] += 3_000
     assert _faults(made, capture) == []
@@ -135,19 +136,21 @@ def test_the_largest_effects_are_no_faults(name: str) -> None:
 
 
 def test_a_disturbance_of_one_turn_is_no_defect_of_the_disc() -> None:
-    """Eight rows of one turn are off by 60 counts, which the other eleven turns do not show."""
+    """Eight rows of one turn are off by 60 counts; the other eleven turns do not have this
+    error."""
     made, capture = _copied()
     capture.head2_counts[ROW : ROW + 8] += 60
     _, found = diagnosed(replace(made, capture=capture))
     tempting = {item.name: item.p_corrected for item in found.candidates}
-    # Its p is a tenth of the limit for a name, so that only the other turns contradict the effect.
+    # The probability p of the effect is a tenth of the limit for a name, so that only the other
+    # turns contradict the effect.
     assert tempting["graduation_defect"] < 1e-3
     assert found.named is None
     assert found.effect_class == []
 
 
 def test_white_noise_has_the_scatter_that_it_was_made_with() -> None:
-    """The estimate is right to 2 %, four standard errors of a median deviation from 80,000
+    """The estimated scatter is right to 2 %, four standard errors of a median deviation from 80,000
     values."""
     noise = np.random.default_rng(9).normal(0.0, 0.3, 80_000)
     ramp = 5.0 * np.arange(noise.size) + 40.0 * np.sin(np.arange(noise.size) / 500.0)

@@ -1,5 +1,5 @@
-"""Tests of the grounds of a stated probability, against numbers counted and tested by hand for a
-set made here."""
+"""Tests that the grounds of a stated probability equal numbers that were counted and tested by hand
+for a set of this module."""
 
 from __future__ import annotations
 

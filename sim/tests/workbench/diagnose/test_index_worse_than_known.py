@@ -1,4 +1,4 @@
-"""Tests that offsets which scatter more than the index should are not named as an effect.
+"""Tests that the diagnosis names no effect for run offsets that scatter more than the index should.
 
 ±20 counts correspond to a mark detection of ±1.5″; the prior of an index is ±1 count. Four runs
 have four offsets. So few values with this scatter show neither an influence of speed or temperature

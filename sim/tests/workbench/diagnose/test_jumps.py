@@ -1,5 +1,5 @@
-"""Tests that, after one knock at the stand of a reference at stations, the diagnosis states what
-jumped, when, and by how much.
+"""Tests that, after one knock at the stand of a reference at stations, the diagnosis states which
+signal jumped, when, and by how much.
 
 The sets are computed from the definitions (``small_sets``, or plain numpy in this module).
 """
@@ -50,8 +50,8 @@ def _stations(
 
 @pytest.mark.parametrize("size_arcsec", [1.0, -3.0, 1800.0])
 def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
-    """The jump comes after 60 % of the 288 readings of a polygon. Its sizes are 7 σ of a reading,
-    20 σ, and half a degree."""
+    """The jump comes after 60 % of the 288 readings of a polygon; the tested sizes are 7 σ of a
+    reading, 20 σ, and half a degree."""
     measured = measurement_set(seed=4)
     assert measured.reference is not None
     count = measured.reference.error_arcsec.size
@@ -65,7 +65,8 @@ def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
     assert jump.time_s == pytest.approx(4.0 * int(0.6 * count), abs=8.0)
     assert abs(jump.size_arcsec - size_arcsec) < WITHIN_U * jump.sigma_arcsec
     # Only 115 of the 288 readings with 0.15″ of noise come after the step, and a drift is fitted
-    # together with it. The search for the noise stops at a ten-thousandth of the variation before.
+    # together with the step. The search for the noise stops at a ten-thousandth of the scatter that
+    # was estimated without the step.
     most = max(3.0 * REFERENCE_NOISE / np.sqrt(115.0), 2e-4 * abs(size_arcsec))
     assert jump.sigma_arcsec < most
     assert any("something jumped at" in text for text in sentences(found)[:1])

@@ -1,5 +1,5 @@
-"""Tests that the measurement which a diagnosis requests, simulated and added to the set, separates
-the effects of the class."""
+"""Tests that the measurement which a diagnosis requests separates the effects of the class, if it
+is simulated and added to the set."""
 
 from __future__ import annotations
 
@@ -124,11 +124,11 @@ def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
     for name in ("polygon_eccentricity", "autocollimator_gain"):
         model, _ = add_effect(default_model(), name, {}, observations_of(first), EFFECTS, "first")
         left = [_reference_chi_square(model, item) for item in (first, again)]
-        # χ² of 240 rows is 240 ± 22; the model was fitted to the noise of the other set, which adds
-        # 24.
+        # The mean of χ² with 240 rows is 240 ± 22; the model was fitted to the noise of the other
+        # set, which adds 24.
         assert left[0] == pytest.approx(48 * CYCLES, abs=90)
         if moves:
-            # The eccentricity has moved by 90°, which gives 0.5″ RMS in 240 rows of 0.15″.
+            # The eccentricity has moved by 90°, which causes 0.5″ RMS in 240 rows of 0.15″.
             assert left[1] > 48 * CYCLES + 1000
         else:
             assert left[1] == pytest.approx(48 * CYCLES, abs=120)

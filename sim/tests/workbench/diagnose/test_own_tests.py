@@ -1,5 +1,5 @@
-"""Tests that causes outside the catalogue, computed from their physics, get no name although they
-look like an effect."""
+"""Tests that causes outside the catalogue get no name although they look like an effect; the tests
+compute these causes from physics."""
 
 from __future__ import annotations
 
@@ -55,21 +55,21 @@ def test_one_order_keeps_its_name() -> None:
     ],
 )
 def test_orders_of_one_pattern(orders: list[float], is_one: bool) -> None:
-    """Three orders are one pattern if they have a common divisor of three or more."""
+    """Three orders form one pattern if they have a common divisor of three or more."""
     assert (one_pattern(orders) is not None) == is_one
 
 
 @pytest.mark.parametrize(("orders", "is_one"), [([30.0, 42.0], True), ([30.0, 34.0], False)])
 def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> None:
-    """Two orders are one pattern if their common divisor is five or more."""
+    """Two orders form one pattern if their common divisor is five or more."""
     assert (one_pattern(orders, places=1) is not None) == is_one
     assert one_pattern(orders) is None
 
 
 @pytest.mark.parametrize("size_arcsec", [1.0, pytest.param(5.0, marks=pytest.mark.large)])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
-    """Runs at 30, −30, 90 and 30°/s have three equal offsets, and 1.73 times as much in the fast
-    run."""
+    """Runs at 30, −30, 90 and 30°/s have three equal offsets, and an offset 1.73 times as large in
+    the fast run."""
 
     def bracket(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
         share = np.sqrt(abs(speed_rad_s) / np.radians(30.0))
@@ -124,8 +124,8 @@ UP_AND_DOWN = np.concatenate([np.arange(1800), np.arange(1799, -1, -1)]) / 900.0
 
 
 def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
-    """The samples fall on the same angles in each turn, but the set is a log and no set of
-    stations."""
+    """The samples fall on the same angles in each turn, but the diagnosis must treat the set as a
+    log and not as stations."""
     line = 3.0 * np.cos(31.4 * 2.0 * np.pi * UP_AND_DOWN)
     _, found = diagnosed(_log_that_divides_the_turn(line, UP_AND_DOWN, 1.0))
     assert [round(cause.lines[0].rate, 1) for cause in found.findings.causes] == [31.4]

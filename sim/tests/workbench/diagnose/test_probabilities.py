@@ -1,5 +1,5 @@
-"""Tests of the probabilities of a diagnosis, against dense Gaussian integrals, and of their
-agreement with the verdict."""
+"""Tests of the probabilities of a diagnosis against dense Gaussian integrals, and of the agreement
+between probabilities and verdict."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def test_evidence_is_the_ratio_of_two_dense_gaussian_densities(columns: int) -> 
 
 
 def test_a_stated_half_of_the_sets_has_the_effect() -> None:
-    """Sets are drawn from the prior. Of the sets for which the probability p is stated, the share p
-    has the effect."""
+    """The test draws sets from the prior. Of the sets for which the probability p is stated, the
+    share p has the effect."""
     random = np.random.default_rng(8)
     rows, sets = 30, 4000
     there = random.random(sets) < 0.5
@@ -121,8 +121,8 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
 def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> None:
     """Six runs determine a reversal error well; they exclude a drift, which has a smaller gain.
 
-    The drift has no noise estimate of its own. If it therefore counted 1,000 rows, it would have
-    250 in log odds, against 140.
+    The diagnosis has not estimated the noise with the drift in the model. If the drift therefore
+    counted 1,000 rows, it would have 250 in log odds, against 140.
     """
     first, drift = _candidate("hysteresis", 647.0, 1e-90), _candidate("drift", 513.0, 1e-52)
     first.freedom, first.evidence = 2.0, SimpleNamespace()
@@ -131,7 +131,7 @@ def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> 
         [first, drift],
         effect_class=["hysteresis"],
         excluded=frozenset({"drift"}),
-        # Lack of fit of the model without the first effect, which removes it.
+        # The model without the first effect lacks fit; the first effect removes this lack.
         lack_of_fit_p=1e-71,
     )
     assert found["hysteresis"] > found["unknown"]

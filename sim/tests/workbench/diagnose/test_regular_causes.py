@@ -1,5 +1,5 @@
-"""Tests that diagnoses of dense logs name the largest regular cause first; the module computes the
-logs."""
+"""Tests that the diagnosis of a dense log names the largest regular cause first; this module
+computes the logs."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.large)])
 def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
     """A resonance of quality 15 keeps its phase for a fifth of the log, so that neighbouring blocks
-    predict it as they would predict a line."""
+    predict it as well as a line."""
     random = np.random.default_rng(seed)
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 2.0 * driven_oscillator(random, time_s, 80.0, 15.0) + 0.3 * random.normal(size=ROWS)
@@ -141,8 +141,8 @@ def test_a_jump_is_reported_as_a_jump() -> None:
 
 
 def test_white_noise_is_adequate_or_cannot_tell() -> None:
-    """The diagnosis finds nothing; but the log of one axis has too few columns to test most
-    effects."""
+    """The diagnosis finds no effect in white noise; but the log of one axis has too few columns to
+    test most effects."""
     random = np.random.default_rng(7)
     time_s = clock(random, ROWS, STEP_S, "even")
     found = _diagnosed(time_s, 0.4 * random.normal(size=ROWS))

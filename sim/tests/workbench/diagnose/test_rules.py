@@ -1,4 +1,4 @@
-"""Tests of single rules of the verdict; each rule has a set made for it."""
+"""Tests of single rules of the verdict; each test makes a set for its rule."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
 
 
 def test_a_step_in_the_last_turn_can_be_held_out() -> None:
-    """A step of 16 counts comes after 2.6 of the 3 turns of the last run; with every fold left out,
-    rows remain on both sides of the step."""
+    """A step of 16 counts comes after 2.6 of the 3 turns of the last run; whichever fold is left
+    out, rows remain on both sides of the step."""
     counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
     measurement = measurement_set(
         head2_only=lambda time, speed: counts * COUNT_ARCSEC * (time > 1800.0 + 31.2),
@@ -88,8 +88,8 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
     bridge = total[:, before - 1] - total[:, -1:] * (before / rows)
     largest = np.max(np.abs(bridge) / np.sqrt(before * (1.0 - before / rows)), axis=1)
     share = float(np.mean(largest > size))
-    # For large steps the formula is right to a tenth; four standard deviations of the counted share
-    # are allowed in addition.
+    # For large steps the formula is right to a tenth; the test allows four standard deviations of
+    # the counted share in addition.
     reported = step_trials(size**2, rows) * 2.0 * float(ndtr(-size))
     assert share == pytest.approx(reported, abs=0.1 * reported + 4.0 * np.sqrt(reported / sets))
 
@@ -110,8 +110,8 @@ def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
 
 
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
-    """By chance the errors of a polygon's faces contain a part of order 4; the other 19 sizes are
-    not a matter of chance."""
+    """By chance the errors of a polygon's faces contain a part of order 4; the other 19 sizes
+    cannot be explained by chance."""
     found = _weak("polygon_face_error", 0.1, 50_000)
     assert found.named is not None
     assert found.named.name == "polygon_face_error"
@@ -143,8 +143,8 @@ def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -
     assert found.verdict == "unknown"
     assert found.described is not None
     condition = found.described.effect.condition  # type: ignore[attr-defined]
-    # The error of 2″ lasts for some hundred rows with 0.15″ of noise, which determine the time
-    # constant to a few percent.
+    # The error of 2″ lasts for some hundred rows with 0.15″ of noise, so that these rows determine
+    # the time constant to a few percent.
     assert condition.time_constant_s == pytest.approx(truth["time_constant_s"], rel=0.1)
 
 

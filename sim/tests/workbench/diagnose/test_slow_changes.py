@@ -1,4 +1,5 @@
-"""Tests that a slow change of unknown form is reported as such, with its size and duration."""
+"""Tests that the diagnosis reports a slow change of unknown form as such, with its size and
+duration."""
 
 from __future__ import annotations
 
@@ -49,8 +50,8 @@ def test_white_noise_has_none(rows: int) -> None:
 
 
 def test_a_chirp_is_not_silent() -> None:
-    """A chirp of 1″, from 12 to 36 periods per hour in 0.3″ of noise, is neither a line nor noise
-    of a known kind."""
+    """The diagnosis reports a chirp of 1″, from 12 to 36 periods per hour in 0.3″ of noise, as
+    unknown; the chirp is neither a line nor noise of a known kind."""
     random = np.random.default_rng(5)
     time_s = np.arange(1500) * 2.4
     share = time_s / 3600.0

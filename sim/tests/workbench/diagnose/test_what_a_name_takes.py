@@ -1,5 +1,5 @@
-"""Tests that an effect is named for the error that it removes, and that a further error is a
-separate finding."""
+"""Tests that the diagnosis names an effect for the error that the effect removes, and reports a
+further error as a separate finding."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ EFFECTS = built_in()
 def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:
-    """The repeats have so little noise that a variation by a fifth is as significant as the whole
-    error; it becomes a second finding."""
+    """The repeats have so little noise that a variation of the reversal error by a fifth is as
+    significant as the whole error; the variation becomes a second finding."""
     _, found = diagnosed(reversal_set(stations=stations, noise=noise))
     assert found.named is not None
     assert found.named.name == "hysteresis"
@@ -66,7 +66,8 @@ def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() ->
 
 
 def test_the_variation_is_that_which_was_drawn() -> None:
-    """The set is drawn directly: ±1 times (1 + δ of the place), at 40 places with 6 visits each."""
+    """The test computes the set directly: ±1 times (1 + δ of the place), at 40 places with 6 visits
+    each."""
     random = np.random.default_rng(5)
     place = np.repeat(np.arange(40), 6)
     side = np.tile([1.0, -1.0], 120)
@@ -94,8 +95,8 @@ def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: igno
 
 
 def _blocks(coefficients: np.ndarray, columns: np.ndarray, noise: float = 1.0, seed: int = 0):  # type: ignore[no-untyped-def]
-    """Return the normal matrices and the moments of blocks, each of which has its own coefficients,
-    (blocks, q)."""
+    """Return the normal matrix and the moments of each block; the blocks' true coefficients have
+    the shape (blocks, q)."""
     random = np.random.default_rng(seed)
     block = np.arange(columns.shape[0]) * BLOCKS // columns.shape[0]
     measured = np.sum(columns * coefficients[block], axis=1)
@@ -114,8 +115,8 @@ def test_what_is_the_same_in_all_blocks_is_predicted_and_what_changes_is_not() -
     shares = [share_of(*_blocks(same, columns, seed=seed)) for seed in range(40)]
     found = np.array([item.share for item in shares if item is not None])
     assert found.size == 40
-    # The disagreement is a χ² with 12 degrees of freedom, times 1.2, relative to a gain of about
-    # 300: σ is 0.02 for each set.
+    # The disagreement of the blocks is a χ² with 12 degrees of freedom, times 1.2, relative to a
+    # gain of about 300: σ is 0.02 for each set.
     assert float(found.mean()) == pytest.approx(1.0, abs=0.02)
     assert float(found.min()) > LEAST_HELD_OUT
     turning = 0.7 * np.array(
@@ -138,8 +139,8 @@ def test_blocks_do_not_judge_what_happens_once_or_is_weak() -> None:
 
 
 def test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks() -> None:
-    """A resonance driven by noise is coherent over only a few periods; the line has the same
-    frequency."""
+    """A resonance driven by noise is coherent over only a few periods; the steady line of this test
+    has the resonance's frequency."""
     frequency, size = 1.3, 0.6
 
     def line(time, speed):  # type: ignore[no-untyped-def]
@@ -267,8 +268,8 @@ def test_a_head_angle_keeps_its_name_with_an_order_that_does_not_matter() -> Non
     """The offsets of the runs contain the 40″ between the heads, which the RMS of the rows does not
     show.
 
-    The rows also have a certain excess that the effect does not reduce, 0.5″ of one order, but only
-    2″ and more matter.
+    The rows also have a certain excess that the effect does not reduce: 0.5″ of one order. Only an
+    excess of 2″ and more matters.
     """
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:

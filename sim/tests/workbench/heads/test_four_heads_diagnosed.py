@@ -1,5 +1,5 @@
 """Tests that sets of four heads show causes that two heads without a reference cannot show; only
-numpy is used to draw the sets."""
+numpy simulates the sets."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
 
 
 def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
-    """A forward circle would look like an eccentric disc."""
+    """A backward circle of order 1 is named; a forward circle would look like an eccentric disc."""
     backward = FourHeads(motion=lambda angle: 0.1e-6 * np.exp(-1j * angle))
     _, values = _named(backward, "radial_error_motion")
     assert {name[-1] for name in values} == {"1"}
@@ -105,7 +105,8 @@ def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
 
 
 def test_an_order_that_two_heads_do_not_see_is_named() -> None:
-    """120 · 33° are eleven turns: R₂ − R₁ does not show the order, but the other differences do."""
+    """At order 120, 120 · 33° are eleven turns: R₂ − R₁ does not show the order, but the other
+    differences do."""
     disc = (*DISC, (120, 0.3, 0.5))
     found, values = _named(FourHeads(disc=disc), "high_order_graduation")
     assert values["order"].value == 120.0
@@ -128,7 +129,7 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
 def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
     order: int, size_arcsec: float
 ) -> None:
-    """The 80″ of order 1 shift the phase of order 200 by 0.08, differently at each head.
+    """The 80″ of order 1 shift the phase of order 200 by 0.08 rad, differently at each head.
 
     A line with an amplitude and a phase for each head also describes this, and therefore has a
     larger gain.

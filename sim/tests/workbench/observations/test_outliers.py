@@ -1,5 +1,5 @@
-"""Tests that rows with recording errors are masked and listed, and that rows which the table
-explains are kept."""
+"""Tests that rows with recording errors are masked and listed, and that rows with errors of the
+table are kept."""
 
 from __future__ import annotations
 
@@ -60,16 +60,16 @@ def test_each_single_wrong_row_is_masked_and_no_other() -> None:
     assert sorted(item.row - 2 for item in seen.masked) == sorted(wrong.tolist())
     assert seen.capture is not None
     assert seen.capture.run.size == ROWS - wrong.size
-    # The distance equals the added spike within five standard deviations of R₂ − R₁. The prediction
-    # of a row with neighbours on one side scatters 1.3 times as much.
+    # The stated distance equals the added spike within five standard deviations of R₂ − R₁. The
+    # prediction of a row with neighbours on one side scatters 1.3 times as much.
     for item in seen.masked:
         assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=1.3 * 5.0 * 0.1 * np.sqrt(2.0))
 
 
 @pytest.mark.parametrize("missing", [60, 400])
 def test_a_wrong_row_with_missing_rows_is_masked(missing: int) -> None:
-    """The error changes over the gap; this change must not count as a distance from the
-    neighbouring rows."""
+    """The error of the table changes over the gap; this change must not count as a distance from
+    the neighbouring rows."""
     wrong = np.array([1_999, 2_000 + missing, 5_003, 5_005 + missing])
     made = _with_head2(measurement_set(), wrong, SPIKE_ARCSEC)
     assert made.capture is not None
@@ -83,7 +83,7 @@ def test_a_wrong_row_with_missing_rows_is_masked(missing: int) -> None:
 def test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not() -> None:
     """Ten rows lie between two gaps of 18° each; over each gap R₂ − R₁ changes by up to 16″.
 
-    Running medians that extend across a gap cannot predict these rows.
+    A running median that extends across a gap cannot predict these rows.
     """
     left = np.ones(ROWS, dtype=bool)
     for first in range(1_000, ROWS - 200, 500):
@@ -112,10 +112,10 @@ def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float)
 @pytest.mark.parametrize("place", [5, 6, 7, 192, 193, 194])
 def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> None:
     """A period has 25 rows, as order 20 has at 500 rows per turn, so that a straight line through
-    14 rows predicts badly.
+    14 rows predicts a row badly.
 
-    A prediction from the rows 1 to 7 away on both sides errs by at most 2·(1 − cos(2π·4/25)) =
-    0.93.
+    A prediction from the rows 1 to 7 away on both sides errs by at most 2·(1 − cos(2π·4/25)) = 0.93
+    of the amplitude.
     """
     values = 2.0 * np.sin(2.0 * np.pi * np.arange(200) / 25.0)
     values += 0.1 * np.random.default_rng(place).standard_normal(200)
@@ -199,7 +199,8 @@ def test_what_comes_again_after_each_reversal_is_kept() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
-    """After a third of the rows the head moves to its other stop, 5″ away."""
+    """After a third of the rows the head moves to its other stop, 5″ away; the check reports no
+    fault of the record."""
     made = measurement_set(cycles=10, turns=1)
     assert made.reference is not None
     random = np.random.default_rng(seed)
@@ -223,13 +224,13 @@ def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
 
 
 WHITE_SETS = 200
-"""Number of sets with white noise. Each may have FALSE_ROWS masked rows, which is 4 rows in all; 12
-or more have p = 0.001."""
+"""Number of sets with white noise. Each set has FALSE_ROWS masked rows on average, which is 4 rows
+in all sets; 12 or more have p = 0.001."""
 MOST_FALSE_ROWS = 12
 
 
 def _white_reference(rows: int, stations: int | None, random: np.random.Generator) -> Reference:
-    """Return normal white noise at stations that are visited in turn; with None, in one dense
+    """Return normal white noise, at stations that are visited in turn or, with None, in one dense
     pass."""
     error = random.normal(0.0, 1.0, rows)
     if stations is None:
@@ -253,7 +254,7 @@ def test_white_noise_of_few_rows_has_no_outliers(rows: int, stations: int | None
 
 @pytest.mark.parametrize("rows", [7, 10, 30])
 def test_a_scatter_that_few_rows_tell_asks_for_more(rows: int) -> None:
-    """Compare with drawn rows: each first row is judged by the scatter of the others."""
+    """Compare with simulated rows: each first row is judged by the scatter of the other rows."""
     sets = 40_000
     noise = np.random.default_rng(14).normal(size=(sets, rows + 1))
     scatter = 1.4826 * np.median(np.abs(noise[:, 1:]), axis=1)
@@ -272,10 +273,9 @@ def test_white_noise_of_many_rows_has_no_outliers(stations: int | None) -> None:
 
 def test_wrong_rows_that_a_larger_effect_hid_are_found_in_what_it_leaves() -> None:
     """Errors of 1.5″, ten times the noise of R₂ − R₁, are hidden by an interpolation error of 2.5″
-    per head.
+    per head, until the interpolation error is in the model.
 
-    Rows are 33 signal periods apart, so that the interpolation error looks like noise until it is
-    in the model.
+    Rows are 33 signal periods apart, so that the interpolation error looks like noise.
     """
     wrong = np.arange(500, ROWS, 1_300)
     hidden = measurement_set(electrical=lambda phase: 2.5 * np.cos(phase))
@@ -357,9 +357,9 @@ def test_a_speed_that_swings_is_no_fault_and_is_known_in_each_row() -> None:
     seen = observations_of(replace(made, capture=capture))
     assert data_faults(seen) == []
     assert seen.capture is not None
-    # The speed is averaged over 65 of the 1,200 rows per turn. A sine of 40 % with a period of 3
-    # turns varies within them by (0.34/3)²/24 of 40 %. At the ends of a run the nearest window is
-    # up to 32 rows away: 0.17 rad/3.
+    # The speed is averaged over 65 of the 1,200 rows per turn. Within these rows, a sine of 40 %
+    # with a period of 3 turns varies by (0.34/3)²/24 of 40 %. At the ends of a run the nearest
+    # window is up to 32 rows away: 0.17 rad/3.
     assert np.abs(seen.capture.speed_rad_s / speed - 1.0).max() < 0.04
     inner = np.ones(ROWS, dtype=bool)
     for run in range(4):

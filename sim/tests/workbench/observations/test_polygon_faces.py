@@ -1,5 +1,5 @@
-"""Tests which face of a polygon a reading belongs to: at its stations, turned on the table, and
-between the stations."""
+"""Tests that each reading gets the right face of a polygon: at its stations, turned on the table,
+and between the stations."""
 
 from __future__ import annotations
 

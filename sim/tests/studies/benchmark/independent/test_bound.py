@@ -1,5 +1,5 @@
-"""Tests of causes that are injected at the detection bound: their size, and the share of sets that
-state them."""
+"""Tests of causes that are injected at the detection bound: their size, and the rate at which the
+diagnosis finds them."""
 
 from __future__ import annotations
 
