@@ -56,8 +56,8 @@ def test_the_orbit_is_the_motion_of_the_axis() -> None:
 
 
 def test_figures_of_a_known_motion() -> None:
-    """The motion of amplitude 1 repeats in each turn, that of amplitude 0.3 does not. The
-    eccentricity of 5 does not count as error motion."""
+    """The motion of amplitude 1 repeats in each turn; the motion of amplitude 0.3 does not repeat.
+    The eccentricity of 5 does not count as error motion."""
     angle = np.linspace(0.0, 20.0 * np.pi, 120_000, endpoint=False)
     motion = 5.0 * np.cos(angle + 0.4) + np.cos(3.0 * angle) + 0.3 * np.cos(4.37 * angle)
     found = error_motion(angle, motion)

@@ -62,8 +62,8 @@ def test_a_reversed_head_is_named_and_its_place_found(reversed_head: int) -> Non
     ],
 )
 def test_exchanged_cables_are_named(cables: tuple[int, ...], said: str) -> None:
-    """If a cable is connected to another head, its reading shows the place of that head, measured
-    from the head of cable 1."""
+    """If a cable is connected to another head, the cable's reading shows the place of this head,
+    measured from the head of cable 1."""
     found = judged(tuple(PLACES[head] for head in cables))
     (fault,) = found.faults
     assert said in fault
@@ -91,7 +91,7 @@ def test_places_that_no_cable_explains_are_told() -> None:
 
 def test_evenly_spaced_heads_are_taken_as_they_are() -> None:
     """Three heads at 120° give the same readings after a rotation of the cables, so that the result
-    names no exchange."""
+    must name no exchange."""
     plan = (0.0, 120.0, 240.0)
     readings = np.add.outer(np.linspace(0.0, 1.1, 40), np.array(plan) / 360.0) * TURN
     counted = np.rint(readings).astype(np.int64)

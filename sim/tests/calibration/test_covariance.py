@@ -65,8 +65,7 @@ def test_noise_that_is_not_white() -> None:
 
     thetas = [turn_angles(600, 6)]
     observed, predicted = scatter(least_squares, red, thetas, 150)
-    # The prediction averages the spectrum over 19 orders, and the power falls to a fifth within
-    # them.
+    # The prediction averages the spectrum over 19 orders, over which the power falls to a fifth.
     assert predicted / observed == pytest.approx(1.0, abs=0.25)
     # White noise of the same variance, 0.15²/(1 − 0.9²) per head, would give a much smaller
     # uncertainty at order 1.

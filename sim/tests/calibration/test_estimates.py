@@ -28,7 +28,8 @@ DISC = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0), 8: (0.3, 1.1), 11: 
 
 
 def left_over(disc: Disc, found: Estimate, values=None) -> np.ndarray:
-    """Return the error in ″ that remains after the correction at each reading, without its mean."""
+    """Return the error in ″ that the correction leaves at each reading, minus the mean of this
+    error."""
     reading = np.arange(4096) * (2.0 * np.pi / 4096)
     true_error = (reading - disc.true_angle(reading)) / ARCSEC
     values = found.values if values is None else values

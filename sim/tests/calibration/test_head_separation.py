@@ -61,7 +61,8 @@ def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> Non
     strong = np.array([0, 1, 7])
     assert apart[strong] == pytest.approx(expected[strong], rel=0.05)
     assert apart[0] > 0.02
-    # The standard uncertainty of a component is 1/√2 of that of its order.
+    # The standard uncertainty of a component is the standard uncertainty of its order divided by
+    # √2.
     u_alpha = stated_arcsec or 50.0 / np.sqrt(3.0)
     assert plain.u_head_separation_rad / ARCSEC == pytest.approx(u_alpha, rel=1e-4)
     by_alpha = expected * u_alpha / (off / ARCSEC) / np.sqrt(2.0)
@@ -70,8 +71,8 @@ def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> Non
 
 
 def test_two_heads_repeat_as_two_rectangles() -> None:
-    """If both heads detect the index at the same place, an uncertainty of ± 1 count per head
-    remains: √2/√3 counts."""
+    """If both heads detect the index at the same place, α has the remaining uncertainty of ± 1
+    count per head: √2/√3 counts."""
     estimate = calibrate(measured(DISC, stated_arcsec=0.0)).estimate
     two = np.sqrt(2.0 / 3.0) * 2.0 * np.pi / COUNTS
     assert estimate.u_head_separation_rad == pytest.approx(two, rel=1e-9)

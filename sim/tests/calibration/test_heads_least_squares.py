@@ -148,8 +148,8 @@ def test_a_forward_circle_of_order_1_is_an_eccentric_disc_and_a_backward_one_is_
         left = [float(np.linalg.norm(disc_pulls(one)[1:8])) for one in (plain, allowed)]
         wrong = np.hypot(*np.split(plain.values - true_reading_values(), 2))[0]
         if reported:
-            # The fit without the axis' circle takes a part of the circle as an error of the disc;
-            # the fit with the circle does not.
+            # The fit without the axis' circle attributes a part of the circle to the disc; the fit
+            # with the circle does not.
             assert 0.1 * size < wrong < size
             assert np.hypot(*np.split(allowed.values - true_reading_values(), 2))[0] < 0.01 * size
         else:

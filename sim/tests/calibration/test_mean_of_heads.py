@@ -202,7 +202,8 @@ def test_every_bank_gives_the_true_angle_wherever_the_axis_is(
     exact = [table.reading_rad(head, state) / table.count_rad for head in range(len(places_deg))]
     counts = np.rint(exact).astype(np.int64)
     for bank in banks:
-        # The rounding of the readings to counts is subtracted, because the bank does not cause it.
+        # The test subtracts the rounding of the readings to counts, because the bank does not cause
+        # this rounding.
         rounded = counts - exact
         own = weights_of(bank) @ rounded
         shown = mean_angle_counts(bank, counts) - own

@@ -59,8 +59,8 @@ def test_four_heads_see_every_order_but_the_first(order: int) -> None:
 
 
 def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
-    """A disc of order 5 with an axis at rest is compared with a perfect disc whose axis and drive
-    move.
+    """The test compares a disc of order 5 with an axis at rest and a perfect disc whose axis and
+    drive move.
 
     All differences between three heads are equal within 1e-12″ at every sample; a fourth head
     separates the two cases by 0.4″.
@@ -86,11 +86,11 @@ def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
 
 @pytest.mark.parametrize(("order", "share"), [(2, 0.02), (3, 10.4), (5, 0.05), (6, 5.2)])
 def test_what_three_heads_take_for_the_disc_stays_in_their_mean(order: int, share: float) -> None:
-    """An axis that moves by 0.2″ along x looks like an error of the disc, and the lanes put it into
-    the mean.
+    """An axis that moves by 0.2″ along x looks like an error of the disc, so that the lanes add a
+    share of the motion to the mean.
 
     The share follows from the two contrasts and the weights of the mean alone; the device's
-    calibration in numpy makes the same error. Heads about 120° apart hardly observe the orders 3,
+    calibration in numpy makes this error too. Heads about 120° apart hardly observe the orders 3,
     6, …, which the mean contains in full.
     """
     places = np.radians(PLACES[3])

@@ -86,7 +86,7 @@ class TableDevice(Device):
             self.tell(said + made.step())
 
     def move(self) -> None:
-        """Turn the table by 13° and let all heads of the core read it."""
+        """Turn the table by 13°, and set the reading of every head in the core."""
         self.angle_turns += 13.0 / 360.0
         for cable, (head, sense) in enumerate(zip(self.cables, self.sense, strict=True), start=1):
             nominal = self.angle_turns + PLACES[4][head] / 360.0

@@ -30,7 +30,7 @@ def arctrue_(*words: str | Path) -> Result:
 def every_command(
     command: click.Command = main, words: tuple[str, ...] = ()
 ) -> dict[tuple[str, ...], click.Command]:
-    """Return each command and group by the words that call it."""
+    """Return each command and group, keyed by the words that call it."""
     found = {words: command}
     if isinstance(command, click.Group):
         context = click.Context(command)
@@ -136,7 +136,7 @@ def test_a_name_with_one_letter_wrong_is_meant(name: str, place: int, letter: st
 
 
 def test_errors_are_told_through_one_function() -> None:
-    """No command writes to stderr directly or with a prefix of its own."""
+    """No command writes to stderr directly or with a prefix of its own; all use one function."""
     for path in sorted(FOLDER.glob("*.py")):
         if path.name == "_terminal.py":
             continue

@@ -178,7 +178,7 @@ def test_an_order_that_grows_is_told(device: Device, monkeypatch: pytest.MonkeyP
 
 def test_captures_are_added_to_a_set(device: Device, tmp_path: Path) -> None:
     words = [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S), "--append"]
-    device.moved_counts = 5  # no two turns are the same
+    device.moved_counts = 5  # the table has moved between two turns
     assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
     done = CliRunner().invoke(main, ["capture", *words])
     assert done.exit_code == 0, done.output
@@ -199,7 +199,7 @@ def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_
     assert early.exit_code == 2
     assert "holds no set yet" in early.stderr
     assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
-    device.moved_counts = 5  # no two turns are the same
+    device.moved_counts = 5  # the table has moved between two turns
     # The table turns in the same way as in the first capture.
     same = CliRunner().invoke(main, ["capture", *words, "--next", "speed"])
     assert same.exit_code == 1

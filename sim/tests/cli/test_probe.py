@@ -131,7 +131,7 @@ class StillDevice(Device):
 
 
 class DyingDevice(ProbedDevice):
-    """A device that stops answering from its third latch on."""
+    """A device that stops answering after its third latch."""
 
     def tell(self, said: str) -> None:
         super().tell(said)

@@ -67,8 +67,8 @@ def device() -> Iterator[Device]:
     made = Device(firmware_like)
     yield made
     os.close(made.far)
-    # A thread that still reads would receive lines of the next test, because the next port gets the
-    # same file descriptor.
+    # A thread that still reads the port would receive lines of the next test, because the next port
+    # gets the same file descriptor.
     made.join(PATIENCE_S)
     os.close(made.near)
 
@@ -93,7 +93,7 @@ time.sleep(60)
 def test_a_port_that_another_program_has_is_refused_with_its_name(
     program: str, tmp_path: Path
 ) -> None:
-    """Two programs that read the same port each get a part of every line: a load failed after 16 s
+    """Two programs that read one port each receive a part of every line: a load failed after 16 s
     while a monitor was running."""
     near, far = pty.openpty()
     port = os.ttyname(far)
@@ -181,8 +181,8 @@ def test_a_line_that_comes_in_two_parts_is_one_line(device: Device) -> None:
 def test_a_load_whose_first_answer_is_late_ends_well(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An earlier version ended with `not enough values to unpack`, because it took the late ok for
-    the state of the load."""
+    """An earlier version ended with `not enough values to unpack`, because it interpreted the late
+    ok as the state of the load."""
     answers = iter([1.5])
 
     def late_once(line: str) -> tuple[float, str]:

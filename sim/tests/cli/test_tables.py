@@ -38,7 +38,8 @@ def assert_whole(text: str) -> None:
     assert max(map(cell_len, lines)) <= WIDTH, max(lines, key=cell_len)
     for line in lines:
         assert "…" not in line, line
-        # A hyphen here stands for a minus sign; in a date or a range a digit precedes the hyphen.
+        # A hyphen at the beginning of a number stands for a minus sign; in a date or a range a
+        # digit precedes the hyphen.
         assert not re.search(r"(?<![\w.])-\d", line), line
 
 

@@ -25,7 +25,7 @@ it."""
 
 
 class Replay:
-    """The device at its end of a pseudo-terminal; the test writes what the device sends."""
+    """The device at its end of a pseudo-terminal; the test writes the device's output."""
 
     def __init__(self) -> None:
         self.end, far = pty.openpty()

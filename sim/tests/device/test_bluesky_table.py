@@ -100,8 +100,8 @@ def test_a_plan_calibrates_loads_and_verifies(
     assert len(list((tmp_path / "store" / "captures").iterdir())) == 3
     assert documents[-1][1]["exit_status"] == "success"
 
-    # Decode the words of the file by their format, and compare them with the disc's equation at the
-    # true angles.
+    # The test decodes the words of the file by their format, and compares them with the disc's
+    # equation at the true angles.
     found = read_coefficient_file(file)
     reading = np.linspace(0.0, 2.0 * np.pi, 3600, endpoint=False)
     phase = reading[:, None] * found.orders + 2.0 * np.pi * found.phase_offsets / 2**24

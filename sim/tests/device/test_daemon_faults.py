@@ -90,7 +90,8 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
 
 
 def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path) -> None:
-    """For six seconds at the highest rate every line is recorded and reaches a watcher."""
+    """The daemon records every line at the highest rate for six seconds, and sends every line to a
+    watcher."""
     count, rate = 1000, 10_000 / 60.0
     padded = [line_of(number, pad="") for number in range(count)]
     lines = [line_of(n, pad="x" * (600 - len(line))) for n, line in enumerate(padded)]
@@ -199,7 +200,7 @@ def test_a_client_that_never_reads_is_dropped(replay: Replay, tmp_path: Path) ->
                 assert turn is not None
                 seen.append(turn.fields["turn"])
             assert number < 2000
-        # The other client received every turn in the meantime.
+        # Meanwhile the other client received every turn.
         assert seen == list(range(number))
         deaf.close()
 

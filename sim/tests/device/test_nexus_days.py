@@ -111,7 +111,7 @@ def test_a_damaged_file_is_made_anew_and_a_fuller_one_stays(tmp_path: Path) -> N
     assert write_missing_days(record, tmp_path) == []
     first = day_file(tmp_path, DAYS[0])
     whole = turns_of_file(first)
-    first.write_bytes(first.read_bytes()[:2000])  # a writer that was killed leaves such a file
+    first.write_bytes(first.read_bytes()[:2000])  # a writer that was killed leaves a damaged file
     assert write_missing_days(record, tmp_path) == [first]
     assert turns_of_file(first) == whole
     with sqlite3.connect(record) as database:

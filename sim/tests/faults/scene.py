@@ -63,7 +63,7 @@ class Comparison:
     uncorrected: NDArray[np.float64]
     """Largest |error − slip| of head 1's uncorrected edges in each bin."""
     slip: NDArray[np.float64]
-    """Slip of head 1 at each of its edges, from the harness's own decoder."""
+    """Slip of head 1 at each edge of head 1, from the harness's own decoder."""
     illegal: int
     """Number of clocks in which A and B of the output changed together."""
     edges: int
@@ -331,7 +331,7 @@ def errors(track: EdgeTrack) -> NDArray[np.float64]:
 
 
 def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.float64]) -> Any:
-    """For each edge of the output, return head 1's slip at the edge that caused it."""
+    """Return, for each edge of the output, head 1's slip at the edge that caused it."""
     came = recording.output.clock - round(instrument.latency_clocks)
     place = np.searchsorted(recording.head1.clock, came, side="right") - 1
     return slip[np.clip(place, 0, slip.size - 1)]

@@ -28,7 +28,7 @@ TURN_CLOCKS = COUNTS * CLOCKS_A_COUNT
 SPEED_RAD_S = float(np.deg2rad(30.0))
 TURN_S = TURN_RAD / SPEED_RAD_S
 START_RAD = -float(np.deg2rad(35.0))
-"""Angle at the start, before head 2 reaches its index at −33°."""
+"""Table angle at the start, before head 2 reaches its index at −33°."""
 RUN_UP_S = 0.1
 
 SAMPLES = 600

@@ -77,8 +77,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
 @pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
-    """Without an index there is no correction: the output repeats head 1, wherever head 1 stands
-    when it returns."""
+    """The output repeats head 1, wherever head 1 stands when it returns: without an index there is
+    no correction."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()
     scene.turn(2.0)

@@ -43,8 +43,8 @@ def test_false_index(scene: Scene, head: str) -> None:
     assert scene.instrument.read("status.compensating") == 1
     assert scene.next_turn()["reason"] == "index_error"
     assert scene.bank() == before
-    # The true index came after the false pulse and showed that the zero was right, so that the core
-    # kept it.
+    # The true index came after the false pulse and confirmed the zero, so that the core kept the
+    # zero.
     assert scene.instrument.read("zero.moves") == 0
     assert "zero_lost" not in scene.last_reply["alarms"]
     scene.is_clean()

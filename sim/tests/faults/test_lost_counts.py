@@ -59,11 +59,11 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
 
 
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
-    """The slip comes after the index of its turn and is too small to be detected as a step between
-    two samples, so that the firmware uses the turn.
+    """The slip comes after the index of its turn and is too small to show as a step between two
+    samples, so that the firmware uses the turn.
 
     A step s of head 1 within the turn adds s/(π·n) to order n of the differences, and 1/|1 −
-    e^{jnα}| times as much to the error (equation 6). The bound follows from this.
+    e^{jnα}| times as much to the error (equation 6). The bound follows from this error.
     """
     scene = make_scene(None, {"sample_period": TURN_CLOCKS // 300})
     scene.calibrate()
@@ -81,7 +81,7 @@ def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
     used = scene.compare()
     assert used.last_slip == -PERIOD_COUNTS
     assert used.worse < scene.clean_bound + PERIOD_COUNTS * gain + scene.wrong_place(PERIOD_COUNTS)
-    # The next index shows the slip, and the following turns correct it.
+    # The next index shows the slip, and the firmware corrects it in the following turns.
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     for _ in range(6):
         scene.next_turn()

@@ -22,7 +22,7 @@ from sim.tests.faults.setting import (
 from arctrue.table import Motion
 
 HYSTERESIS_COUNTS = 1
-"""Counts of movement that the output holds back at a reversal."""
+"""Number of counts that the output does not follow at a reversal."""
 
 
 def test_reversal(make_scene: MakeScene) -> None:
@@ -40,7 +40,7 @@ def test_reversal(make_scene: MakeScene) -> None:
     during = scene.compare()
     assert during.illegal == 0
     assert during.most < scene.clean_bound + HYSTERESIS_COUNTS
-    # A turn in the other direction is equally good.
+    # The firmware can also use a turn in the other direction.
     assert scene.next_turn()["result"] != "refused"
     scene.settle()
     scene.record()
@@ -50,7 +50,8 @@ def test_reversal(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
-    """Edges come closer than allowed, too fast for the output, or more than once per clock.
+    """The edges of head 1 come closer than allowed, too fast for the output, or more than once per
+    clock.
 
     Only the fault of the output releases the line drivers.
     """
@@ -65,7 +66,7 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     clocks_a_count = CLOCKS_A_COUNT / speed
     assert clocks_a_count < MINIMUM_EDGE_SPACING_CLOCKS
     flags = scene.faults()
-    # The decoder takes two counts in one clock for an illegal transition.
+    # The decoder interprets two counts in one clock as an illegal transition.
     assert ("head1.illegal" in flags) == (clocks_a_count < 1)
     assert "head1.overspeed" in flags
     assert ("cannot_keep_up" in flags) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)

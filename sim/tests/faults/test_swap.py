@@ -21,7 +21,7 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.correction_ramp import ramp_arcsec_s
 
 PIPELINE_CLOCKS = 40
-"""Clocks from the swap to the start of its ramp."""
+"""Clocks from a swap of the banks to the start of the ramp."""
 _ANGLE = np.linspace(0.0, TURN_RAD, 4096, endpoint=False)
 _ERROR = true_error_counts(_ANGLE) - MEAN_ERROR
 PLACES = {

@@ -41,7 +41,7 @@ def words_of_bank(counts: NDArray[np.integer]) -> NDArray[np.int32]:
 
 
 def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
-    """Return a capture with ``counts`` (heads, n), as the capture memory would contain them."""
+    """Return a capture in the form of the capture memory, from ``counts`` (heads, n)."""
     ffi, _ = firmware()
     # Counts are modulo 2^32, as in the position registers.
     words = words_of_bank(counts[:2])

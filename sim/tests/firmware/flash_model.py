@@ -1,7 +1,7 @@
-"""Models of a serial flash and of the controller of the Zynq that reaches it.
+"""Models a serial flash and the controller of the Zynq that reaches the flash.
 
-They are written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S and
-N25Q128, not from the C code: only the names of the addresses are read from its header.
+The models are written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S
+and N25Q128, not from the C code: only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class Chip:
         self.received.clear()
 
     def exchange(self, byte: int, now_us: int) -> int:
-        """Take one byte and return the byte that the chip sends in the same clocks."""
+        """Take one byte and return the byte that the chip sends in the clocks of this byte."""
         place = len(self.received)
         self.received.append(byte)
         command = self.received[0]
@@ -176,7 +176,8 @@ class Chip:
 
 
 class Controller:
-    """The registers of the controller and its chip; the C code uses them through ``access``."""
+    """The registers of the controller and its flash chip; the C code uses these registers through
+    ``access``."""
 
     def __init__(self, chip: Chip, fault: str = "") -> None:
         self.chip = chip

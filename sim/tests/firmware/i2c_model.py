@@ -1,7 +1,7 @@
-"""Models of the Zynq's I2C controller and of two thermometers on its bus.
+"""Models the Zynq's I2C controller and two thermometers on its bus.
 
-They are written from UG585 (chapter 20 and its register tables) and the data sheets of ADT7420 and
-TMP117, not from the C code: only the names of the addresses are read from its header.
+The models are written from UG585 (chapter 20 and its register tables) and the data sheets of
+ADT7420 and TMP117, not from the C code: only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class I2cModel:
     """
 
     def __init__(self, **devices: Device) -> None:
-        """Connect devices, each by its address: ``at_48=...``."""
+        """Connect devices, each with the address in its keyword: ``at_48=...``."""
         self.devices = {int(name.removeprefix("at_"), 16): item for name, item in devices.items()}
         self.stuck = False
         self.now_us = 0

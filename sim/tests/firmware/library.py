@@ -66,7 +66,7 @@ def shared_library() -> Path:
 
 
 def _headers_in_order() -> list[Path]:
-    """Return the headers so that each one follows those that it includes."""
+    """Return the headers in an order in which each header follows the headers that it includes."""
     by_name = {path.name: path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")}
     order: list[Path] = []
 

@@ -168,7 +168,8 @@ class ModelCore:
             self.set(f"{head}.flags", bit(f"{head}.flags", "index_seen"))
 
     def head1_slips(self, slip: int, travel: int = 1000) -> None:
-        """Set the registers so that head 1's angle was ``slip`` at its last index."""
+        """Set the registers so that the angle of head 1 was ``slip`` at the last index of head
+        1."""
         position = self.get("snapshot.head1_position")
         self.set("head1.index", position - travel)
         self.set("snapshot.head1_angle", (slip + travel) % self.get("counts_per_rev_active"))
@@ -181,7 +182,8 @@ class ModelCore:
         self.head1_slips(0)
 
     def head2_slips(self, slip: int, travel: int = 1000) -> None:
-        """Set the registers so that head 2's angle was ``slip`` at its last index."""
+        """Set the registers so that the angle of head 2 was ``slip`` at the last index of head
+        2."""
         index = 123_456_789
         self.set("head2.index", index)
         self.set("snapshot.head2_position", index + travel)
@@ -251,7 +253,7 @@ class Firmware:
         return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
 
     def step(self, times: int = 1) -> str:
-        """Run the main loop this number of times and return its output."""
+        """Run the main loop this number of times and return the output of the firmware."""
         self.said.clear()
         for _ in range(times):
             self.library.application_step(self.application)

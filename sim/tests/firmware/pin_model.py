@@ -39,7 +39,8 @@ class Pins:
             self.words[pin] = word
 
     def reach_the_flash(self) -> bool:
-        """Tell whether all six pins carry the controller's signals at the voltage of their bank."""
+        """Tell whether all six pins carry the controller's signals at the voltage of the pins'
+        bank."""
         return all(
             word & (LEVEL_0 | LEVELS_1_TO_3 | TRISTATE) == LEVEL_0 and word & VOLTAGE == LVCMOS33
             for word in self.words.values()

@@ -253,7 +253,8 @@ def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
 
 
 def test_an_index_error_of_head_2_that_would_be_cleared_unseen(running: Firmware) -> None:
-    """The index error comes with a turn that is refused for another reason."""
+    """Head 2 reports its index error with a turn that is refused for another reason; the firmware
+    must still process the index error."""
     running.core.set("head2.flags", 0b11)
     running.core.head2_slips(40)
     telemetry = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
@@ -270,8 +271,8 @@ def is_rearmed(core: ModelCore) -> bool:
 
 
 def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
-    """The core reports the loss at the index, minutes before it hands over a bank; the correction
-    stays on."""
+    """The core reports the loss at the index, minutes before the core hands over a bank; the
+    correction stays on."""
     assert running.core.get("lost_counts") == bit("lost_counts", "zero_again")
     running.turn(turn())
     running.core.writes.clear()
@@ -334,7 +335,8 @@ def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) 
 
 
 def test_a_doubt_that_ends(running: Firmware) -> None:
-    """A false mark comes near the index; the next mark is at the right place and ends the doubt."""
+    """A false mark comes near the index and causes the doubt; the next mark is at the right place
+    and ends it."""
     running.turn(turn())
     running.core.writes.clear()
     running.core.head1_slips(-8)
@@ -451,7 +453,7 @@ def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> No
 
 
 def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
-    """The disc is the same, so that a turn gives no improvement and the acceptance gate keeps
+    """The disc has not changed, so that a turn gives no improvement and the acceptance gate keeps
     unchanged the orders that are still judged."""
     for seed in range(1, 6):
         running.turn(turn(seed=seed))
@@ -603,7 +605,7 @@ class Sensor:
         ffi, library = c_library()
         self.celsius: float | None = 40.0
         self.call = ffi.callback("temperature_read", self.read)
-        # The firmware holds a pointer to the callback.
+        # The C code holds a pointer to the callback, so that Python must keep the callback.
         firmware.sensor = self
         library.application_use_temperature(firmware.application, self.call, ffi.NULL)
 
@@ -692,8 +694,8 @@ def four_heads() -> Firmware:
 
 
 def test_it_waits_for_the_index_of_further_heads() -> None:
-    """Without the zero of head 4 no mean can be judged. The firmware does not wait for a head that
-    is left out."""
+    """The firmware waits for head 4, because without the zero of head 4 it cannot judge a mean. It
+    does not wait for a head that is left out."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0111 << 8)
     firmware.step(3)

@@ -118,7 +118,7 @@ def test_a_fit_that_is_not_finite_is_refused() -> None:
 
 
 def test_orders_that_cannot_be_told_apart() -> None:
-    """With 24 samples per turn, 24 orders cannot be determined: the matrix is singular."""
+    """The fit refuses 24 orders with 24 samples per turn, because the matrix is singular."""
     ffi, library = firmware()
     held = capture_in_c(counts_of(samples=24, noise=0.0), period_clocks=0)
     turn, fault = ffi.new("struct turn *"), ffi.new("struct capture_fault *")
@@ -158,7 +158,7 @@ def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, rea
 
 
 def test_a_fit_takes_no_longer_than_the_watchdog_waits() -> None:
-    """A fit may make about 36 passes over the turn; the limit is lower for a long capture."""
+    """A fit makes at most about 36 passes over the turn; for a long capture the limit is lower."""
     disc = Disc({1: (7700.0, 0.4)})
     for samples, expected in ((400, "none"), (12_000, "not_converged")):
         held = capture_in_c(counts_of(disc, noise=0.0, samples=samples), period_clocks=0)

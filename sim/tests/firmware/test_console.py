@@ -392,8 +392,8 @@ def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) 
 
 
 def test_the_longest_line_of_telemetry_has_room_in_the_ring(running: Firmware) -> None:
-    """Every number has its greatest length and every alarm is on: the console can never send a
-    longer line."""
+    """The ring has room for a line in which every number has its greatest length and every alarm is
+    on; the console can never send a longer line."""
     ffi, library = firmware()
     running.core.hand_over(turn(seed=1))
     running.step(4)

@@ -196,8 +196,8 @@ def test_positions_that_wrap() -> None:
 
 
 def test_a_turn_that_does_not_divide_the_register() -> None:
-    """With 360,000 counts per turn a wrapped position does not give the angle; the offset corrects
-    this."""
+    """A wrapped position does not give the angle with 360,000 counts per turn; the offset corrects
+    the angle."""
     disc = Disc(DISC.orders, counts_per_rev=360_000)
     counts = counts_of(disc, noise=3.0, samples=3000) + 6000 * 360_000
     assert counts[0, 0] > 2**31
@@ -243,8 +243,8 @@ def test_any_disc(
 
 
 def test_forty_orders_of_an_enlarged_disc() -> None:
-    """With eight times the errors of the paper's disc the approximation of the normal matrix is
-    poor."""
+    """The C code equals the reference although, with eight times the errors of the paper's disc,
+    the approximation of the normal matrix is poor."""
     disc = Disc({1: (1200.0, 0.4), 2: (48.0, 4.2), 11: (3.0, 1.0)})
     counts = counts_of(disc, noise=3.0, samples=2000)
     reason, made = estimate("least_squares", capture_in_c(counts), orders=40)

@@ -92,8 +92,7 @@ def test_what_does_not_end() -> None:
 
 
 def test_linear_reading_afterwards_finds_what_it_needs() -> None:
-    """fabric.c sets some bits of the controller's register and keeps the others as it finds
-    them."""
+    """fabric.c sets some bits of the controller's register and leaves all other bits unchanged."""
     controller = Controller(Chip())
     opened(controller)
     assert controller.words[AT["QSPI_LQSPI_CFG"]] >> 31 == 0
@@ -101,7 +100,8 @@ def test_linear_reading_afterwards_finds_what_it_needs() -> None:
 
 
 def test_the_flash_is_reached_without_the_boot_rom() -> None:
-    """After `make flash` over JTAG the boot ROM has not connected the controller to the pins."""
+    """The driver reaches the flash after `make flash` over JTAG, when the boot ROM has not
+    connected the controller to the pins."""
     controller = Controller(Chip())
     _, sector = opened(controller)
     assert sector == controller.chip.sector

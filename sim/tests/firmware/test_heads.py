@@ -213,8 +213,8 @@ def test_c_equals_numpy(world: World) -> None:
     assert residuals == pytest.approx(numpy.residuals_arcsec, abs=same)
     circles = np.array([[*c.found.forward_arcsec], [*c.found.backward_arcsec]]).T
     assert np.abs(circles - numpy.circles).max() < same
-    # C takes the noise from the last pass. The fit ends with a step d after this pass, which
-    # reduces the variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before
+    # The C code estimates the noise in the last pass. The fit ends with a step d after this pass,
+    # which reduces the variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before
     # (heads_fit.c), which is < 1″.
     last_step = 0.1 * 1e-11 * np.abs(numpy.disc).max()
     variance = numpy.noise_arcsec**2
@@ -334,8 +334,8 @@ def test_agrees_with_the_complete_least_squares() -> None:
 
 
 def test_heads_that_have_no_mean_are_refused() -> None:
-    """Three heads stand within 40°; both C and numpy refuse them because their mean would have too
-    much noise."""
+    """Three heads stand within 40°; both C and numpy refuse these heads because the mean would have
+    too much noise."""
     ffi, library = firmware()
     geometry = ffi.new("struct heads_geometry *")
     geometry.heads = 3
@@ -388,7 +388,7 @@ def test_heads_3_and_4_are_verified() -> None:
 
 
 def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficients:
-    """Return the words that the firmware would write, with its choice of orders and its
+    """Return the words that the firmware would write, with the firmware's choice of orders and its
     quantisation."""
     ffi, library = firmware()
     verdicts = ffi.new("enum verdict[40]")

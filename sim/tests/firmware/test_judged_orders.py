@@ -82,7 +82,7 @@ def load(made: Firmware, frames: list[str]) -> None:
 
 
 def left_rms_arcsec(made: Firmware, of: Disc) -> float:
-    """Return the RMS error of the corrected reading, without its mean."""
+    """Return the RMS error of the corrected reading about its mean."""
     reading = np.arange(0, COUNTS, 251)
     angle = reading * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - of.true_angle(angle)) * 3600.0
@@ -248,7 +248,7 @@ def test_a_forced_order_is_saved_and_comes_back() -> None:
 
 
 def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> NDArray[np.int64]:
-    """Return a turn in which each head has its own error Re(a e^{jmR}) of a high order, in
+    """Return a turn in which each head has a different error Re(a e^{jmR}) of a high order, in
     counts."""
     counts = turn(seed)
     for head, amplitude in enumerate(amplitudes):
@@ -278,8 +278,8 @@ def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: 
 
 
 def test_samples_that_cannot_separate_an_order_decide_nothing() -> None:
-    """With 512 samples per turn, order 1,024 looks like a constant: no turn can decide about it,
-    however small the noise is."""
+    """No turn can decide about order 1,024 with 512 samples per turn, however small the noise is,
+    because the order looks like a constant."""
     made = started()
     counts = subdivided(1, (4.0 + 0j, 0j), 1024)
     theta = 0.3 + np.arange(513) * (2.0 * np.pi / 512)

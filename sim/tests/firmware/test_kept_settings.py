@@ -210,7 +210,8 @@ def test_every_order_is_kept_before_it_is_confirmed() -> None:
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_a_write_that_a_fault_cuts_off_leaves_the_settings_before_or_after_it(data: Any) -> None:
-    """Only some of the memory's 32-byte lines are new, because the others were still in a cache."""
+    """Only some of the memory's 32-byte lines contain the new settings, because the fault came
+    while the other lines were still in a cache."""
     device = Device()
     ffi, library = firmware()
     size = ffi.sizeof(device.kept[0])

@@ -132,8 +132,8 @@ def capture(running: Firmware, counts: NDArray[np.int64]) -> None:
 
 
 def lane_arcsec(running: Firmware, order: float, place_turns: Float) -> Float:
-    """Return the correction of the active lane at these places, in arcseconds, computed from its
-    words."""
+    """Return the correction of the active lane at these places in arcseconds, computed from the
+    lane's words."""
     words = [running.core.active[COEFFICIENTS + 16 * (LANES - 1) + 4 * word] for word in range(4)]
     step = round((order % 1.0) * 2**48)
     offset = turn_offsets(int(place_turns[0] // 1.0), [step], [words[2]])[0]

@@ -25,7 +25,7 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients, phase_step
 
 HIGH = 4096
-"""Order higher than those of the calibration; one period has 4,096 counts."""
+"""Order that is higher than the orders of the calibration; one period of it has 4,096 counts."""
 DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 SUBDIVISION_ARCSEC, SUBDIVISION_RAD = 0.5, 1.3
 READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
@@ -35,7 +35,7 @@ samples with gains below 2."""
 
 
 def turn(seed: int = 1, noise: float = 0.1, disc: Disc = DISC) -> Any:
-    """Return a turn in which head 1 also has a subdivision error, which is a function of its own
+    """Return a turn in which head 1 also has a subdivision error, which is a function of head 1's
     reading."""
     counts = counts_of(disc, noise, seed, samples=SAMPLES)
     phase = HIGH * counts[0] * (2.0 * np.pi / COUNTS) + SUBDIVISION_RAD
@@ -102,7 +102,7 @@ def test_what_is_loaded_is_active_beside_the_calibration(running: Firmware) -> N
     assert state(running) == "load active"
     assert f"loaded_order {HIGH}\r\n" in running.send("load status")
     assert left(running) < LEFT_ARCSEC
-    # The calibration of the other orders continues and leaves the loaded order unchanged.
+    # The calibration continues with the other orders and leaves the loaded order unchanged.
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     for seed in range(6, 30):
         running.turn(turn(seed, disc=moved))

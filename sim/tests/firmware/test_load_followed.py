@@ -73,7 +73,7 @@ def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> Non
     for seed in (6, 7):
         running.turn(turn(seed))
         assert last_lane(running.core.active) == expected
-    # A set without such lanes removes them from the core.
+    # A set without lanes that follow a condition removes these lanes from the core.
     assert set(send(running, load_frames(file_of(SUBDIVISION)))) == {"ok"}
     running.turn(turn(8))
     assert last_lane(running.core.active)[1] == 0
@@ -154,7 +154,7 @@ def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
 
 
 def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Firmware) -> None:
-    """Without force a forward turn confirms nothing. After a backward turn the set is active and
+    """A forward turn confirms nothing without force. After a backward turn the set is active and
     stays right."""
     modulators(running)
     assert set(send(running, load_frames(loose_file(), force=False))) == {"ok"}

@@ -1,5 +1,5 @@
-"""Tests that the device detects a head that moved along the scale, and keeps the zero of its
-mean."""
+"""Tests that the device detects a head that moved along the scale, and that the device keeps the
+zero of the mean."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ MOVED_ARCSEC = 100.0
 
 
 def found_in_c(change_arcsec: Any) -> tuple[int, float]:
-    """Return the moved head and its motion in arcseconds, for heads that detect the mark without
-    delay."""
+    """Return the number of the moved head and its motion in arcseconds, for heads that detect the
+    mark without delay."""
     ffi, library = firmware()
     geometry = ffi.new("struct heads_geometry *")
     before = np.radians(PLACES[HEADS])

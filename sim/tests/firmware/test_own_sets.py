@@ -122,7 +122,7 @@ def calibrated() -> Firmware:
 
 
 def lane_orders(words: Coefficients) -> dict[int, complex]:
-    """Return the complex amplitude of each lane in arcseconds, by its order."""
+    """Return the complex amplitude of each lane in arcseconds, keyed by order."""
     orders = np.rint(words.phase_steps.astype(float) * COUNTS / 2.0**48).astype(int)
     amplitude = words.amplitudes / 2.0**11 * ARCSEC_PER_COUNT
     phase = 2.0 * np.pi * words.phase_offsets / 2.0**24
@@ -218,8 +218,8 @@ def test_telemetry_has_places_and_radii() -> None:
 def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Without head 4 the other three stand within 60°: their mean would have 6 times the noise of
-    one head."""
+    """A head has no set if the mean without it would be too noisy: without head 4 the other three
+    stand within 60°, and their mean would have 6 times the noise of one head."""
     places = (0.0, 30.0, 60.0, 200.0)
     monkeypatch.setitem(PLACES, HEADS, places)
     running = started(WORLD)
@@ -242,8 +242,8 @@ def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
 def test_a_turn_while_a_head_is_left_out_takes_its_new_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Head 2 counts again but is left out until its index. The firmware therefore activates the new
-    set without head 2."""
+    """Head 2 counts again but is left out until it passes its index. The firmware therefore
+    activates the new set without head 2."""
     running = started(WORLD)
     running.turn(WORLD.counts())
     running.step(3)
@@ -287,7 +287,8 @@ def windows(board: BoardWithFourHeads) -> list[dict[int, int]]:
 
 
 def test_saved_sets_outlive_the_power() -> None:
-    """A turn confirms the saved mean, and then every word of every window is the same as before."""
+    """A turn confirms the saved mean; then every word of every window has the value from before
+    power-off."""
     board = BoardWithFourHeads()
     ready(board)
     before = windows(board)

@@ -80,7 +80,7 @@ class FailoverCore(ModelCore):
             self.set(angle, position % COUNTS)
 
     def window(self, number: int) -> dict[int, int]:
-        """Return the words of a prepared set by their offset in its window."""
+        """Return the words of a prepared set, keyed by their offset in the window."""
         first = FIRST_WINDOW + WINDOW * number
         return {at - first: self.words[at] for at in self.words if 0 <= at - first < WINDOW}
 

@@ -67,7 +67,7 @@ def test_start_up_and_console_without_a_core(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", ["fourier", "least_squares"])
 def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) -> None:
-    """For 12,000 samples of two heads the console prints the same results as the C code on this
+    """The console prints the same results for 12,000 samples of two heads as the C code on this
     machine."""
     window = bytearray(core_window(counts))
     (flags,) = [r.address for r in REGISTERS if r.path == "head1.flags"]

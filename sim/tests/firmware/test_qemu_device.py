@@ -90,8 +90,8 @@ def one_sample() -> bytes:
 
 
 def hand_over(machine: Emulator) -> None:
-    """Make the bank ready by a bus access, not through the debugger: QEMU 10 wakes the processor
-    after a debugger's stop."""
+    """Make the bank ready by a bus access, not through the debugger, because QEMU 10 wakes the
+    processor after a debugger's stop."""
     machine.write_register(CORE_BASE + register_named("status").address, CAPTURE_READY)
 
 
@@ -116,7 +116,8 @@ def write_controller(machine: Emulator, address: int, value: int) -> None:
 
 
 def stop_timer(machine: Emulator, write: Callable[[int, int], None]) -> None:
-    """Stop the timer, so that it cannot wake the processor; ``write`` writes as the processor."""
+    """Stop the timer, so that it cannot wake the processor; ``write`` writes through the
+    processor."""
     to = machine.write_register if controller_is_on_the_bus(machine) else write
     to(GIC_CLEAR_ENABLE, 1 << GLOBAL_TIMER)
 
@@ -171,7 +172,7 @@ def interrupts(machine: Emulator) -> int:
 
 
 def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
-    """Wait until ``holds`` returns true; return False if the time is over first."""
+    """Wait until ``holds`` returns true; return False if this does not happen in time."""
     end = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > end:
@@ -242,7 +243,8 @@ def flash_options(folder: Path, content: bytes) -> list[str]:
 @pytest.mark.parametrize(
     ("content", "state"),
     [
-        # QEMU of Debian 12 has no configuration port, so that the signal INIT never comes.
+        # QEMU of Debian 12 has no configuration port, so that the loader waits in vain for the
+        # signal INIT.
         (image(bitstream(200_000)), "not_ready"),
         (image(bitstream(20_000), crc=1), "crc"),
         (image(bitstream(20_000), version=9), "version"),
@@ -417,8 +419,8 @@ def test_the_clocks(tmp_path: Path) -> None:
 
 
 def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
-    """A debugger or another program left the interrupt of the second UART on, and made that of the
-    fabric edge-sensitive."""
+    """A debugger or another program left the interrupt of the second UART enabled, and made the
+    fabric's interrupt edge-sensitive."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -536,8 +538,8 @@ def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
 
 
 def test_what_is_saved_is_there_after_power_off(tmp_path: Path) -> None:
-    """The record goes through the emulated controller to a flash on this machine, N25Q128, and
-    back."""
+    """The firmware writes the record through the emulated controller to a flash file on this
+    machine, N25Q128, and reads it back."""
     options = flash_options(tmp_path, b"")
     with running(tmp_path, core_window(None), *options) as machine:
         machine.wait_for(READY)

@@ -16,7 +16,7 @@ DRIVEN = "ok, the line drivers are enabled again\r\n"
 
 
 def releases(running: Firmware, name: str) -> None:
-    """Select the fault ``name`` in ``release_sources`` and raise it."""
+    """Select the fault ``name`` in ``release_sources`` and raise this fault."""
     running.send(f"set release_sources {1 << FAULTS.index(name)}")
     if name == "cannot_keep_up":
         running.core.set("status", bit("status", name))

@@ -33,7 +33,8 @@ def test_with_address_sanitizer() -> None:
         **os.environ,
         "LD_PRELOAD": preload,
         "ARCTRUE_SANITIZE": "address",
-        # Python itself does not free all of its memory.
+        # AddressSanitizer must not report leaks, because Python itself does not free all of its
+        # memory.
         "ASAN_OPTIONS": "detect_leaks=0",
     }
     environment.pop("PYTEST_XDIST_WORKER", None)

@@ -131,14 +131,15 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
         == (bank.amplitudes[bank.amplitudes != 0][before]).tolist()
     )
     assert state(working.firmware) == "load active"
-    # The calibration of the other orders continues and leaves the loaded order unchanged.
+    # The calibration continues with the other orders and leaves the loaded order unchanged.
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     working.work(range(10, 34), disc=moved)
     assert left(working.firmware, moved) < 2 * LEFT_ARCSEC
 
 
 def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
-    """The words of lanes and window return with the first turn that confirms the other lanes."""
+    """The first turn that confirms the other lanes also restores the words of the followed lanes
+    and of their window."""
     board = Board()
     with_modulators(board.firmware)
     board.firmware.send("set orders 8")
@@ -188,7 +189,7 @@ def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: B
 
 
 def test_another_table_does_not_get_them(working: Board) -> None:
-    """The disc has been turned on its hub, so that order 1 has another phase."""
+    """The operator has turned the disc on its hub, so that order 1 has another phase."""
     working.order("save")
     working.power_on()
     other = Disc({n: (a, p + 2.0) for n, (a, p) in DISC.orders.items()})
@@ -199,7 +200,7 @@ def test_another_table_does_not_get_them(working: Board) -> None:
     assert left(working.firmware, other) < 0.7, "its own calibration went on in the same turn"
     bank = active_coefficients(working.core)
     assert bank.amplitudes[bank.phase_steps == HIGH * 2**48 // COUNTS].size == 0
-    # The disc is put back into its old place.
+    # The operator puts the disc back into its old place.
     working.firmware.send("rearm")
     working.core.see_index()
     working.firmware.step()
@@ -266,7 +267,7 @@ def re_armed(board: Board, line: str) -> None:
 def test_a_save_after_a_re_arm_keeps_the_coefficients(
     working: Board, line: str, saved_before: bool
 ) -> None:
-    """After the re-arm no turn has come, and no coefficients are active. The save keeps the former
+    """No turn has come since the re-arm, and no coefficients are active. The save keeps the former
     coefficients and the loaded file."""
     if saved_before:
         working.order("save")
@@ -459,7 +460,8 @@ def test_the_last_good_sector_keeps_its_record() -> None:
 
 
 def test_a_record_that_was_not_confirmed_is_not_preferred() -> None:
-    """The record is complete, but reading it back failed; the next save has a higher number."""
+    """The record is complete, but the firmware failed to read it back; the next save has a higher
+    number."""
     board = saved_times(1)
     board.firmware.send("set keep 0.5")
     board.firmware.send("save")
@@ -547,7 +549,7 @@ def record_of(chip: Chip, place: int) -> bytes:
 
 
 def records(working: Board) -> tuple[bytes, bytes]:
-    """Return two consecutive records as the flash stores them."""
+    """Return two consecutive records in the form in which the flash stores them."""
     working.order("save")
     working.firmware.send("set keep 0.25")
     working.work(range(20, 22))

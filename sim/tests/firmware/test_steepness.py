@@ -1,4 +1,4 @@
-"""Tests of the limit of a correction's slope over the temperature range of its file, in C, in
+"""Tests of the limit on a correction's slope over the temperature range of the file, in C, in
 Python and at the console."""
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
 
 
 def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> None:
-    """The slope of order 1 is small, but its amplitude leaves the range. An earlier version clipped
-    it without a message."""
+    """The slope of order 1 is small, but the amplitude leaves the range of a lane. An earlier
+    version clipped the amplitude without a message."""
     cold = Coefficients.from_harmonics([1], [7000.0], [0.0], COUNTS, 32)
     thermal = ThermalLanes.from_slopes({1: np.array([150.0, 0.0, 0.0, 0.0])}, COLD_C)
     warm = dataclasses.replace(cold, thermal=thermal)

@@ -36,7 +36,7 @@ def warm(celsius: float) -> Disc:
 
 
 def following(time_constant_s: float = 0.0) -> Coefficients:
-    """Return a file with order 1 at 20 °C and its change per kelvin."""
+    """Return a file with order 1 at 20 °C and the change of order 1 per kelvin."""
     cold = file_of({1: (150.0, 0.4)})
     per_k = RATE_ARCSEC / ARCSEC_PER_COUNT
     slope = np.array([per_k * math.cos(RATE_RAD), -per_k * math.sin(RATE_RAD), 0.0, 0.0])
@@ -114,7 +114,7 @@ def test_the_correction_follows_between_two_turns(running: Firmware) -> None:
         running.thermometer.celsius = celsius
         assert order1_left(running, celsius) > 0.4
         running.thermometer.pass_time(4.0, 8)
-        # Half a count is 0.04″, and the calibration leaves 0.05″ of the other orders.
+        # Half a count is 0.04″, and the calibration leaves 0.05″ in the other orders.
         assert order1_left(running, celsius) < 0.12
     assert int(field(running, "temperature_swaps")) == 4
 
@@ -255,8 +255,8 @@ def followed(readings: list[float | None], lag_s: float = 0.0, every_s: float = 
 
 
 def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
-    """An ADT7420 shows 0 °C until its first conversion, so that a single reading must not be
-    used."""
+    """An ADT7420 shows 0 °C until its first conversion, so that the firmware must not use a single
+    reading."""
     _, library = c_library()
     table = followed([0.0, 21.0])
     assert not library.table_temperature_is_known(table)

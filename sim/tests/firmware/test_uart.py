@@ -1,4 +1,5 @@
-"""Tests of the UART's C code with a model of its registers, whose timing QEMU lacks.
+"""Tests of the UART's C code with a model of the registers, because QEMU does not imitate their
+timing.
 
 The model is written from UG585, chapter 19 and appendix B.33: FIFOs, a transmitter that still
 shifts when its FIFO is empty, resets that end by themselves, and a receiver trigger that is set
@@ -125,7 +126,7 @@ class Uart:
             self.shifting = self.waiting.popleft()
             self.shifted_at = self.reads + CHARACTER_READS
         if self.ticks_every and self.reads % self.ticks_every == 0:
-            # The timer's interrupt comes at any time, but not during its own handler.
+            # The timer's interrupt comes at any time, but not while its handler runs.
             every, self.ticks_every = self.ticks_every, 0
             self.library.uart_go_on(self.output)
             self.ticks_every = every
@@ -230,7 +231,8 @@ def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
 @pytest.mark.parametrize("first", range(1, 12))
 @pytest.mark.parametrize("apart", [1, 2, 3])
 def test_a_character_that_comes_at_any_moment_is_heard(uart: Uart, first: int, apart: int) -> None:
-    """The firmware receives a character even between the handler's last read and its end."""
+    """The firmware receives a character even if it arrives between the handler's last read and the
+    handler's end."""
     uart.arrive(ord("a"))
     uart.arrivals = {uart.reads + first: ord("b"), uart.reads + first + apart: ord("c")}
     for _ in range(30):
@@ -279,14 +281,14 @@ def stall_us(uart: Uart, say: Callable[[], None]) -> float:
 
 
 def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
-    """Without the output ring, a line delays the program by the time of all characters beyond those
-    that the FIFO holds."""
+    """A line of telemetry delays the program without the output ring, by the time of all characters
+    that the FIFO cannot hold; with the ring it does not."""
     text = bytes(32 + place % 90 for place in range(LINE))
     waited = stall_us(uart, lambda: uart.say(text))
     assert waited == pytest.approx((LINE - FIFO) * CHARACTER_US, rel=0.02)
     uart.library.uart_drain()
     uart.sent.clear()
-    # A register read takes 4 us in the model, and 0.1 us on the chip.
+    # A register read takes 4 us in the model; on the chip it takes 0.1 us.
     at_once = stall_us(uart, lambda: uart.library.uart_send(uart.output, text, LINE))
     assert at_once < 1.2 * FIFO / CHARACTER_READS * CHARACTER_US
     assert uart.library.uart_room(uart.output) == 4096 - LINE + uart.output.sent

@@ -61,7 +61,7 @@ def bitstream(length: int = 300_000, seed: int = 1) -> bytes:
 
 
 def image(body: bytes, **other: int) -> bytes:
-    """Return header and bitstream as the image builder would write them."""
+    """Return header and bitstream in the form in which the image builder writes them."""
     fields = {"magic": 0x53425441, "version": 1, "length": len(body), "crc": zlib.crc32(body)}
     fields |= other
     return struct.pack("<16I", *fields.values(), *[0] * 12) + body
@@ -91,7 +91,7 @@ class ZynqModel:
         # Microseconds from the end of the DMA until the port has read all words.
         self.port_us = 1000
         self.port_done_us: int | None = None
-        # Microseconds from the end of a transfer until it leaves the queue.
+        # Microseconds from the end of a transfer until the transfer leaves the queue.
         self.queue_us = 40
         self.queue_empty_us = 0
         self.temperature_code: int | None = 0x977

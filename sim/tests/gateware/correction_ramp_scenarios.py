@@ -130,7 +130,8 @@ def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -
     )
 
 
-# Largest sum of 64 lanes and the offset, when each cosine is too large by one unit of its last bit.
+# This is the largest sum of 64 lanes and the offset, if each cosine is too large by one unit of its
+# last bit.
 LARGEST = 64 * (8192 * COUNT + COUNT // 2) + 8192 * COUNT
 
 SCENARIOS = [

@@ -13,7 +13,7 @@ from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
 
 
 def cosine_bound(bits: int = COSINE_WIDTH) -> float:
-    """Return δ_max of (A.1) plus ε_max of (A.5) as the paper prints them."""
+    """Return the bound δ_max of (A.1) plus ε_max of (A.5), as the paper prints these two."""
     iterations = CORDIC_ITERATIONS
     gains = [
         math.prod(math.sqrt(1 + 2.0 ** (-2 * i)) for i in range(j, iterations))

@@ -44,7 +44,7 @@ class Scenario:
     """Position at the start in counts; the angle at the start is this position modulo
     counts_per_rev."""
     keeps_up: bool = True
-    """Whether the output must stay within one count of the position while it is enabled."""
+    """Whether the enabled output must stay within one count of the position."""
 
 
 def _up_and_down(clocks_a_count: int, clocks: int = 600) -> list[Segment]:
@@ -318,7 +318,8 @@ def _moves(segment: Segment) -> NDArray[np.int64]:
 
 
 def _at_start(values: list[int], lengths: list[int]) -> NDArray[np.int64]:
-    """Return the value of each segment in its first clock, and 0 in all other clocks."""
+    """Return, for each clock, the segment's value in the first clock of a segment, and 0 in all
+    other clocks."""
     pulses = np.zeros(sum(lengths), dtype=np.int64)
     pulses[np.cumsum([0, *lengths[:-1]])] = values
     return pulses

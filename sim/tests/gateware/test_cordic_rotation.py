@@ -71,7 +71,8 @@ def test_rotation_against_equation_10_in_fractions() -> None:
 
 
 def test_constants() -> None:
-    """Equation (11) holds, and the arctangents are right to half a unit of 2⁻²¹ turn."""
+    """The constants fulfil equation (11), and the arctangents are right to half a unit of 2⁻²¹
+    turn."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     assert start_radius() == pytest.approx(0.60725, abs=5e-6)
     assert tables.angle_fraction == 21
@@ -108,7 +109,7 @@ def test_what_is_not_built_is_refused(width: int, iterations: int) -> None:
 
 
 def test_picture(tmp_path: Path) -> None:
-    """``draw_cordic_error`` draws the picture and returns the largest error of its sweep."""
+    """``draw_cordic_error`` draws the picture and returns the largest error of the drawn sweep."""
     picture = tmp_path / "reports" / "error.png"
     phase = swept_phases(12)
     largest = draw_cordic_error(picture, (phase, lane_cosine(phase)))

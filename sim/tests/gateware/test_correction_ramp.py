@@ -107,8 +107,8 @@ def test_equals_a_plain_walk(scenario: RampScenario) -> None:
 
 
 def test_ramp_ends_at_the_correction() -> None:
-    """2 counts at 2048 units per count and 32 units per clock take 128 clocks; the ramp starts 5
-    clocks after the marker."""
+    """A ramp of 2 counts at 2048 units per count and 32 units per clock takes 128 clocks; the ramp
+    starts 5 clocks after the marker."""
     clocks = 200
     correction = np.full(clocks, 2 * COUNT, dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -243,7 +243,7 @@ def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
 
 
 def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> None:
-    """The total stays at its limit and does not wrap to the other side."""
+    """The total stays at its limit and does not wrap to the opposite sign."""
     for sense in (1, -1):
         (scenario,) = [s for s in SCENARIOS if s.name == f"healed again and again, {sense}"]
         result = correction_ramp(

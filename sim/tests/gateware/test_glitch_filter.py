@@ -1,4 +1,4 @@
-"""Test that the model of the glitch filter follows its definition at each sample."""
+"""Test that the model of the glitch filter follows the definition of the filter at each sample."""
 
 import numpy as np
 import pytest

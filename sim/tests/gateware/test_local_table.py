@@ -47,8 +47,8 @@ def test_lines_within_the_bound(windows: int, width: int, counts_per_rev: int) -
 
 
 def test_a_scratch_is_taken_away() -> None:
-    """A hill of 20 arcsec, 0.2 degrees wide, lies in a window of 1/64 turn; less than a tenth of it
-    remains."""
+    """The table removes a hill of 20 arcsec, 0.2 degrees wide, in a window of 1/64 turn, to less
+    than a tenth."""
     counts_arcsec = TURN / 1_296_000
     start, centre = int(0.3 * TURN), int(0.3 * TURN) + TURN // 128
     wide = 0.2 / 360 * TURN

@@ -13,8 +13,8 @@ PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
 
 
 def test_parity_holds_no_motion() -> None:
-    """For a motion of 2 µm (54 counts) the parity contains only the rounding of weights and
-    counts."""
+    """The parity contains only the rounding of weights and counts for a motion of 2 µm (54
+    counts)."""
     weights = parity_weights(PLACES)
     assert weights.sum() == 0
     assert np.abs(weights).max() <= WEIGHT_ONE

@@ -245,8 +245,8 @@ def test_a_scattered_index_moves_no_count(name: str) -> None:
     at = np.flatnonzero(trace.index_strobe)
     assert (trace.index_position[at] + given.count[2]).tolist() == places[: len(at)].tolist()
     assert len(set((places % scenario.counts_per_rev).tolist())) > 1, "the index does not scatter"
-    # The first mark sets the zero at the place where the disc reached it; later marks do not move
-    # the zero.
+    # The first mark sets the zero at the place where the disc reached this mark; later marks do not
+    # move the zero.
     seen = int(np.argmax(trace.index_seen))
     expected = given.count[seen - delay : -delay] - places[0]
     assert trace.turn_position[seen:-1].tolist() == expected.tolist()
@@ -289,7 +289,8 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
     assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
     first = int(np.argmax(trace.index_seen))
     assert trace.index_seen[first:].all()
-    # The angle is never wrong by more than the lost counts, and it is right again within two turns.
+    # The angle is never wrong by more than the lost counts, and it is right again within two turns
+    # of the loss.
     assert set(off[first:].tolist()) <= {0, -4, 8, -12}
     wrong_clocks = np.diff(np.flatnonzero(np.diff(off[first:]) != 0))[::2]
     assert (wrong_clocks[:2] <= 2 * turn * 3 + 20).all()
@@ -301,7 +302,7 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
 
 @pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
 def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
-    """The false marks are at most 5 counts from a whole turn apart, and each of them is seen only
+    """The false marks are at most 5 counts from a whole turn apart, and each false mark occurs only
     once."""
     count = np.repeat(np.arange(700), 8)
     mark = (count % 100 == 0) | np.isin(count, false_at)
@@ -359,8 +360,8 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
     assert not trace.overspeed[cleared + 1 : cleared + 20].any()
     assert trace.overspeed[-1]
-    # The decoder reports the lost periods, possibly without the last one, in which the levels came
-    # to rest.
+    # The overspeed count equals the number of lost periods, possibly without the last period, in
+    # which the levels came to rest.
     lost = abs(int(given.count[cleared] - given.count[2] - trace.position[cleared])) // PERIOD
     assert lost >= 8
     assert abs(int(trace.overspeed_count[cleared - 1]) - lost) <= 1
@@ -381,8 +382,8 @@ def test_what_the_filter_is_for_is_no_overspeed(name: str) -> None:
 
 @pytest.mark.parametrize("pulse", range(1, 9))
 def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
-    """The pulse lies at any place between two edges of the other pin, which are twelve clocks
-    apart."""
+    """A pulse on one pin, at any place between two edges of the other pin that are twelve clocks
+    apart, is no overspeed."""
     clock = np.arange(400)
     count = clock // 12
     for at in range(150, 198):
@@ -561,8 +562,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """Z changes half a count after its step. At 14 clocks per count every mark is at its place; at
-    12 some marks are displaced."""
+    """Z changes half a count after the step that it marks. At 14 clocks per count every mark is at
+    its place; at 12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),

@@ -55,7 +55,7 @@ def test_edges_are_legal_and_spaced(name: str) -> None:
 
 
 def turned(columns: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the position without its wrap, counted from 0."""
+    """Return the position without its wrap, in counts from the position at the start."""
     moves = np.diff(columns["corrected_position"])
     return np.concatenate([[0], np.cumsum((moves + 2**31) % 2**32 - 2**31)])
 
@@ -82,8 +82,7 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
     assert np.abs(behind[STARTED:]).max() <= 1
     if (columns["minimum_spacing"] > 1).any():
         return
-    # After two counts in the same direction and a clock without motion, the output is not allowed
-    # to lag.
+    # The output must not lag after two counts in the same direction and a clock without motion.
     last_way = 0
     for clock, move in enumerate(np.diff(position), start=1):
         if move == 0 and last_way in (-2, 2) and clock > STARTED:
@@ -93,7 +92,7 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
 
 
 def never_stops(name: str) -> bool:
-    """Tell whether the output is always enabled and never has a fault."""
+    """Tell whether the output is enabled throughout the scenario and never has a fault."""
     return always_enabled(name) and not played(SCENARIOS[name])[1].cannot_keep_up.any()
 
 
@@ -216,8 +215,8 @@ def test_z_comes_once_a_turn_together_with_an_edge(turn: int, down: bool) -> Non
     rising = changes[trace.z[changes + 1] == 1]
     assert len(rising) >= 5
     assert (np.abs(np.diff(shown[rising + 1])) == turn).all()
-    # Z has the same physical edge in both directions: upwards it rises at the step to 0, downwards
-    # it falls at the step from 0.
+    # Z changes at the same physical edge in both directions: upwards Z rises at the step to 0,
+    # downwards Z falls at the step from 0.
     assert (shown[rising + 1] % turn == 0).all()
 
 
@@ -232,7 +231,8 @@ def test_no_edge_at_enable_and_none_while_disabled() -> None:
     columns, trace = played(SCENARIOS["enable_without_burst"])
     enable = columns["enable"].astype(bool)
     at = edges(trace)
-    # Edges that were on their way when enable fell come within three clocks, as the entity states.
+    # Edges that are in the pipeline when enable falls come within three clocks, as the entity
+    # states.
     recent = np.array([enable[max(0, t - 3) : t + 1].any() for t in range(len(enable))])
     assert recent[at].all()
     for start in np.flatnonzero(np.diff(enable.astype(int)) == 1):

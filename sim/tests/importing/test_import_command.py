@@ -135,8 +135,8 @@ def test_every_format_gives_the_same_set(
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)  # to 1e-6 ″
     assert found.direction is not None
     assert real.reference is not None
-    # The file states its directions, except for the one row in which the motor stands at the
-    # turning point.
+    # The file states a direction for each row, except for the one row in which the motor stands at
+    # the turning point.
     assert np.count_nonzero(found.direction != real.reference.direction) <= 1
 
 
@@ -238,7 +238,7 @@ def test_the_sign_is_never_guessed(real: MeasurementSet, tmp_path: Path) -> None
     found = imported(tmp_path, tmp_path / "a.npz", "--sign", "true-reading").reference
     assert found is not None
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)
-    # If the file also contains the reading, the import finds the sign and reports it.
+    # If the file also contains the reading, the import finds the sign and reports the sign.
     both = {"target_deg": target, "error_arcsec": -error, "head1_counts": counts}
     np.savez(tmp_path / "b.npz", **both)
     words = [tmp_path / "b.npz", "--counts-per-rev", "65536", tmp_path / "second"]

@@ -137,8 +137,8 @@ def test_a_column_left_out_by_hand_is_not_suggested(tmp_path: Path) -> None:
 
 
 def _direction_files(tmp_path: Path, reversal_deg: float) -> list[Path]:
-    """Write a forward and a backward run, each into its own file; their readings are 12.5° off the
-    target."""
+    """Write a forward and a backward run to separate files; the readings of both runs are 12.5° off
+    the target."""
     up = np.arange(0.0, 361.0, 5.0)
     paths = []
     for name, angle, sign in (("up", up, 1.0), ("down", up[::-1], -1.0)):

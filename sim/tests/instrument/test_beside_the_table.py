@@ -180,8 +180,8 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
 
 
 def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
-    """The edges come during a turn: each sample contains both heads' counts at its edge, and each
-    edge gives a trigger pulse."""
+    """The edges of sync_in come during a turn: each sample contains both heads' counts at its edge,
+    and each edge gives a trigger pulse."""
     instrument, firmware = scene.instrument, scene.firmware
     for line in ("trigger width 2", "sync capture 1"):
         assert firmware.send(line) == "ok"
@@ -207,7 +207,7 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     assert np.array_equal(samples.T, pins.of(sampled + SAMPLE_AFTER_EDGE))
     reported = edges[edges < instrument.clock - TRIGGER_AFTER_EDGE]
     assert np.array_equal(pins.rises(TRIGGER_OUT, begin), reported + TRIGGER_AFTER_EDGE)
-    # The firmware uses a turn of such samples like any other.
+    # The firmware uses a turn of samples at edges of sync_in like any other turn.
     assert "samples sync_in" in firmware.send("status")
     assert scene.next_turn()["samples"] == samples.shape[0]
 
@@ -230,8 +230,8 @@ def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
 
 
 def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
-    """Each edge and each pulse is read once, with its clock and with the corrected count at this
-    clock."""
+    """The console reads each edge of the probe and each pulse of the compare once, with its clock
+    and with the corrected count at this clock."""
     instrument, bank = scene.instrument, scene.coefficients
     bound = correction_bound_counts(bank)
     probe = Probe(ConsoleOfTheFirmware(scene))  # type: ignore[arg-type]
@@ -272,8 +272,8 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
 
 
 def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
-    """The position at Z equals that of the pins in this clock, although the recording stores only 1
-    of 17 edges."""
+    """The position at Z equals the position from the pins in this clock, although the recording
+    stores only 1 of 17 edges."""
     instrument = scene.instrument
     begin = instrument.clock
     instrument.record(every=17)

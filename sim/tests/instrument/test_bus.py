@@ -118,7 +118,6 @@ def test_libraries_of_two_sizes_share_no_name() -> None:
     kinds = {line.split()[-1].split("@")[0]: line.split()[-2] for line in listed.splitlines()}
     ours = {name for name in kinds if name.startswith(("instrument_", "firmware_"))}
     assert ours
-    # Both libraries may contain names of the C++ runtime, but no name of a model that the other one
-    # also has.
+    # Both libraries may contain names of the C++ runtime, but no name of the other library's model.
     assert not [name for name in kinds if "arctrue" in name.lower() and name not in ours]
     assert not [name for name, kind in kinds.items() if kind == "u"]

@@ -92,8 +92,8 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> None:
-    """Added pulses make head 3 count 4,000 counts too many; the other three heads continue, and
-    head 3 returns."""
+    """Added pulses make head 3 count 4,000 counts too many; the mean continues with the other three
+    heads, and head 3 returns."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     begin = instrument.clock + 100

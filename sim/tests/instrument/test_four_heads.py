@@ -109,8 +109,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
 
 @pytest.mark.slow
 def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
-    """Without a host the firmware fits the coefficients, computes the weights, writes both and
-    swaps; the test compares further turns with the true angle."""
+    """The firmware fits the coefficients, computes the weights, writes both and swaps, without a
+    host; the test compares further turns with the true angle."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     device.calibrate_alone()
     device.firmware.send("forget")
@@ -214,7 +214,7 @@ def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
     ],
 )
 def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
-    """With ``arctrue hidden EFFECT --heads 4`` head 1 shows the whole effect, and the mean shows
+    """Head 1 shows the whole effect with ``arctrue hidden EFFECT --heads 4``, and the mean shows
     nothing."""
     file = tmp_path / "found.json"
     size = ["--lines", "1024", "--interpolation", "256", "--samples", "1600", "--lanes", "4"]

@@ -203,8 +203,8 @@ FULL_WIDTH = 5000.0
 
 @pytest.mark.parametrize("modulator", ["direction", None])
 def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
-    """With 2²⁴ counts, after the settling, less than a twentieth of the 2″ between the directions
-    remains."""
+    """The lane leaves less than a twentieth of the 2″ between the directions after the settling,
+    with 2²⁴ counts."""
     pace = 0.25
     legs = [(90_000, pace)]
     for way in (-14_000.0, 13_000.0, -12_000.0):

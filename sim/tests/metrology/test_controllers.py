@@ -392,8 +392,8 @@ def test_onstep_refuses_a_correction_that_stops_the_tracking() -> None:
 
 
 def test_a_log_of_a_mount_gives_a_table_for_onstep(tmp_path: Path) -> None:
-    """From a log of five turns of a worm, with a row every 3.1 s and 0.5″ of noise, the table
-    reproduces the worm's error."""
+    """The table reproduces the worm's error, from a log of five turns of the worm with a row every
+    3.1 s and 0.5″ of noise."""
     made = measurement_set(cycles=1, runs=1, turns=1)
     assert made.reference is not None
     seconds = np.arange(0.0, 5.0 * WORM_S, 3.1)

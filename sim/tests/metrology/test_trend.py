@@ -13,7 +13,7 @@ RNG_SEED = 5
 
 
 def telemetry_of(values: np.ndarray) -> list[list[float]]:
-    """Return orders 1, 2, … in the form of the telemetry, where the phase is that of cos(nθ +
+    """Return orders 1, 2, … in the form of the telemetry, in which the phase is that of cos(nθ +
     φ)."""
     return [[n + 1, float(abs(v)), float(-np.angle(v)), 0.1, 1] for n, v in enumerate(values)]
 

@@ -74,7 +74,8 @@ def test_the_whole_story(server: str, page: Page) -> None:
     page.get_by_role("textbox", name="Seed").fill(str(SEED))
     page.get_by_role("button", name="Generate").click()
 
-    # The page shows the set and its misfit at once. The ranking follows and shows its progress.
+    # The page shows the set and its misfit at once. The ranking follows and shows the progress of
+    # its calculation.
     page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
     start = page.url
     expect(page.locator("#set")).to_contain_text("18,000")
@@ -91,7 +92,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     )
     expect(page.locator("#plot-finding .main-svg").first).to_be_visible()
 
-    # Adding the effect makes the error fall.
+    # The error falls after the effect is added.
     named.get_by_role("button").click()
     page.wait_for_url(re.compile(r"/2/"))
     # The ranking of the new model takes at least seconds; the test cancels it at once.
@@ -133,7 +134,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#truth")).to_contain_text(HIDDEN.replace("_", " "))
     assert name == HIDDEN
 
-    # The keyboard is enough to choose the dark colours and the other unit.
+    # The keyboard is enough to choose the dark colours and the other unit of angles.
     page.locator("#theme").focus()
     page.keyboard.press("Enter")
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"

@@ -38,7 +38,7 @@ def client(device: TableDevice, tmp_path: Path) -> Iterator[FlaskClient]:
 
 
 def taken(client: FlaskClient, step: str, places: str = "") -> str:
-    """Run a step to its end and return the page."""
+    """Run a step of the commissioning to its end and return the page."""
     assert client.post(f"{PAGE}{step}", data={"places": places}).status_code == 303
     until = time.monotonic() + PATIENCE_S
     while client.get(f"{PAGE}state").get_json()["running"]:

@@ -27,7 +27,7 @@ U = 0.02
 
 @pytest.fixture(autouse=True)
 def run_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give the daemon a folder of its own for its announcement."""
+    """Give the daemon a separate folder for its announcement."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
 
 

@@ -38,7 +38,7 @@ SETTINGS = RevolutionSettings(
 )
 ARCSEC_A_METRE = np.degrees(1.0 / DISC_RADIUS_M) * 3600.0
 CIRCLE_M = 2e-6
-"""Radius of the circle that the axis makes three times per turn: 7.6″ at the disc's radius."""
+"""Radius of the circle on which the axis moves three times per turn: 7.6″ at the disc's radius."""
 CREEP_M_A_TURN = 0.4e-6j
 """Drift of the disc's centre: 1.5″ more in each turn."""
 HEAT_M_A_K = 2e-6
@@ -63,7 +63,7 @@ the value is about twice as large.
 
 
 def turning_table() -> tuple[HeadsDevice, Turning]:
-    """Return the device, whose table has all causes of error, and the thread that turns it."""
+    """Return the device and the thread that turns its table; the table has all causes of error."""
     device = HeadsDevice(SETTINGS)
     # The running average is off, so that the firmware evaluates each turn alone.
     device.firmware.set("keep", 0.0)
@@ -144,7 +144,8 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         # The error of 34″ exceeds the 2″ at which the firmware raises the alarm.
         expect(page.locator("#alarm-list")).to_contain_text("error")
         expect(page.locator("#events")).to_contain_text("new alarm: error")
-        # The firmware finds the circles of the axis only when it knows the places of all heads.
+        # The firmware finds the circles of the axis only after it has found the places of all
+        # heads.
         expect(page.locator("#axis")).to_be_hidden()
         instrument.order(lambda _: device.calibrate_alone())
         instrument.last = ALL_HEADS

@@ -151,8 +151,8 @@ def test_files_that_are_dropped_in_are_named_as_text(
 
 @pytest.mark.large
 def test_addresses_that_are_not_there_are_shown_as_text(server: str, page: Page) -> None:
-    # The browser prints a missing page on its console, which would fail the test; a plain request
-    # does not.
+    # The browser prints a missing page on its console, which would fail the test; therefore the
+    # test sends plain requests.
     for address in (f"/s/{MARK}/1/", f"/{MARK}", f"/s/0123456789abcdef/1/figure/{MARK}.json"):
         answer = page.request.get(server + address)
         assert answer.status == 404
@@ -183,7 +183,7 @@ def test_a_printed_report_shows_markup_as_text(page: Page, tmp_path: Path) -> No
     page.goto(html.as_uri())
     harmless(page)
     expect(page.locator("h1")).to_have_text(EVIL)
-    # A reader of Markdown would interpret HTML in it.
+    # A reader of Markdown would interpret HTML in the text.
     assert "<" not in markdown
     linked = Document("[x](http://evil.example)", [], [])
     assert "](" not in write_document(linked, tmp_path, "linked")[0].read_text(encoding="utf-8")

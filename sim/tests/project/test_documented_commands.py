@@ -167,7 +167,7 @@ CODES = {"arctrue diganose my_table": 2}
 """Exit codes other than 0; only the example of a misspelt name has one."""
 INSTEAD = {"EFFECT": "hysteresis"}
 FEWER = {"--trials": "8", "--samples": "1500"}
-"""Smaller sizes for a command that draws its own sets; they replace the sizes on the page."""
+"""Smaller sizes for a command that simulates its own sets; they replace the sizes on the page."""
 
 
 def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:

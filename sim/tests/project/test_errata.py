@@ -110,8 +110,8 @@ def test_head_separation_by_one_order(order: int, amplitude: float, u: float) ->
 
 
 def test_what_an_unknown_head_separation_does_to_order_1() -> None:
-    """docs/calibration.md says that ±50″ are 28.9″ of u(α), and that they change 95″ of order 1 by
-    0.022″ along its amplitude."""
+    """docs/calibration.md says that ±50″ are 28.9″ of u(α), and that this uncertainty changes 95″
+    of order 1 by 0.022″ along the amplitude."""
     u_alpha = 50 / math.sqrt(3)
     assert u_alpha == pytest.approx(28.9, abs=0.05)
     # The component of dE/dα along E follows from −j e^{jα}/(e^{jα} − 1) = −(1/2)(cot(α/2) + j).

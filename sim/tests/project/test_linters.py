@@ -1,4 +1,5 @@
-"""Tests that `make lint` uses the linters that requirements.lock pins, not those of the system."""
+"""Tests that `make lint` uses the linters that requirements.lock pins, not the linters of the
+system."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Tests that every public name describes its arguments in the numpydoc sections of its
-docstring."""
+"""Tests that the docstring of every public name describes the arguments in numpydoc sections."""
 
 from __future__ import annotations
 

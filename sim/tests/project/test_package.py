@@ -152,8 +152,8 @@ def test_an_editable_install_generates_in_the_tree(
 
 @dataclass
 class Installed:
-    """An environment with the wheel and its declared dependencies, and an empty folder to work
-    in."""
+    """An environment in which the wheel and its declared dependencies are installed, and an empty
+    folder to work in."""
 
     environment: Path
     folder: Path
@@ -273,8 +273,8 @@ for needs in (found.plot, lambda: at.Dataset.from_hdf5("none.h5"), table):
 
 
 def test_the_library_works_in_the_core(core: Installed) -> None:
-    """The core alone takes arrays to a written set and a fit. For a missing extra the message names
-    the command that installs it."""
+    """The core alone makes a written set and a fit from arrays. For a missing extra the message
+    names the command that installs this extra."""
     said = core.run("python", "-c", IN_THE_CORE).splitlines()
     assert said == [
         "2.0 True",

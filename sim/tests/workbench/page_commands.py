@@ -62,7 +62,8 @@ def _commands(text: str) -> list[Command]:
 
 
 def run(command: Command) -> str:
-    """Run an ``arctrue`` command in this process, check that it succeeds, and return its output."""
+    """Run an ``arctrue`` command in this process, check that it succeeds, and return the command's
+    output."""
     assert command.words[0] == "arctrue"
     _loaded_set.console.width = WIDTH
     result = CliRunner().invoke(main, command.words[1:], catch_exceptions=False)
@@ -72,8 +73,8 @@ def run(command: Command) -> str:
 
 
 def assert_shown(command: Command, output: str) -> None:
-    """Assert that the output contains every line of the page, in order and with the same
-    figures."""
+    """Assert that the output contains every line of the page, in the order of the page and with
+    equal figures."""
     lines = iter(output.splitlines())
     for wanted in command.shown:
         passed: list[str] = []

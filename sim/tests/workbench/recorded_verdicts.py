@@ -49,7 +49,7 @@ SENTENCES = {
     "unlike_benchmark",
 }
 LACKING = {"cannot_be_tested", "look_alikes"}
-"""Keys under which each effect has a sentence that says what the set lacks."""
+"""Keys under which each effect has a sentence about what the set lacks."""
 
 
 def tasks() -> list[Task]:

@@ -16,7 +16,8 @@ import arctrue.workbench
 ROOT = Path(arctrue.workbench.__file__).parent
 PACKAGES = ("diagnose", "inference", "noise", "observations")
 LEAST_WORDS = 3
-"""Least number of words of such a docstring; fewer would only repeat the name of the constant."""
+"""Least number of words in the docstring of a constant; fewer would only repeat the name of the
+constant."""
 MODULES = sorted(file for name in PACKAGES for file in (ROOT / name).rglob("*.py"))
 
 

@@ -68,7 +68,8 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
 
 
 def test_too_small_to_matter_is_said_not_named() -> None:
-    # In 480 × 6 rows a small reversal error is significant, although it is less than half a count.
+    # In 480 × 6 rows a small reversal error is significant, although it is less than half a count;
+    # the diagnosis mentions the error but does not name it.
     result = diagnosis_of(measurement_set(reversal_arcsec=0.05, cycles=60))
     assert result.verdict == "adequate"
     assert [item.name for item in result.negligible] == ["hysteresis"]

@@ -143,7 +143,7 @@ def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
 def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
     made: MeasurementSet, order: int
 ) -> None:
-    """Without the plain lane the calibration would fit this order itself, and include the direction
+    """The calibration would fit this order itself without the plain lane, and include the direction
     of the fitted turn."""
     held = exported(made, order, 4)
     assert held.extension is not None

@@ -39,7 +39,7 @@ def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
         for wave in (np.cos, np.sin):
             design.append(wave(order * (rows.angle_rad + ALPHA)) - wave(order * rows.angle_rad))
     expected, *_ = np.linalg.lstsq(np.stack(design, axis=1), rows.difference_arcsec, rcond=None)
-    # The prior of the run's offset changes only the constant, by less than 0.001 of its
+    # The prior of the run's offset changes only the constant, by less than 0.001 of the constant's
     # uncertainty.
     np.testing.assert_allclose(solution.coefficients, expected[1:], atol=1e-6)
 

@@ -149,8 +149,8 @@ def test_a_long_log_takes_seconds() -> None:
 
 
 def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
-    """With six averaged rows per period, averaging multiplies the amplitude by sinc(1/6) = 0.955;
-    the columns allow for this."""
+    """Averaging multiplies the amplitude by sinc(1/6) = 0.955 with six averaged rows per period;
+    the columns contain this factor."""
     time_s = np.arange(8000) * 0.5
     record = _record(time_s, np.cos(2.0 * np.pi * time_s / 15.0))
     columns = record.line_columns(1.0 / 15.0)
@@ -170,8 +170,8 @@ def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
     ids=lambda parts: " ".join(part.kind for part in parts) or "white",
 )
 def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
-    """Compare with the complete covariance matrix, its determinant, and differences of the
-    likelihood."""
+    """Compare the kernel's likelihood with the complete covariance matrix and its determinant, and
+    the slopes with differences of the likelihood."""
     random = np.random.default_rng(6)
     clock_s = np.sort(random.uniform(0.0, 300.0, 240))
     readings = random.integers(1, 4, clock_s.size).astype(np.float64)

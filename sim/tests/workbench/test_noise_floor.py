@@ -101,8 +101,8 @@ def test_it_does_not_lie_above_what_an_adequate_model_leaves(after: Analysis) ->
 
 
 def test_a_few_rows_leave_no_less_than_the_noise() -> None:
-    """With many coefficients the residual of a fit may be smaller than the noise of a row; the
-    stated noise must not exceed it."""
+    """The stated noise must not exceed the residual of a fit, although with many coefficients this
+    residual may be smaller than the noise of a row."""
     for seed in range(1, 5):
         made = measurement_set(paper_error, seed=seed, runs=1, cycles=2, turns=1)
         seen = analyse(made, "", default_model(), built_in())

@@ -55,7 +55,7 @@ SETS = {
 """Twelve sets with at most 6,400 rows each, keyed by name."""
 LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
 """Sets that only ``make test-large`` runs. The other sets have one linear effect in the capture,
-one in the reference, one effect whose place is searched, and no effect."""
+one linear effect in the reference, one effect whose place is searched, and no effect."""
 
 
 def _made(name: str) -> MeasurementSet:
@@ -150,6 +150,6 @@ def test_left_is_the_rms_of_measured_less_predicted() -> None:
     )
     measured = rows.difference_arcsec
     left = measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0]
-    # With white noise all rows have the same weight. The readings serve as angles, which changes an
+    # With white noise all rows have equal weights. The readings serve as angles, which changes an
     # order by 90″ in 10⁶.
     assert step.rms_arcsec["capture"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-3)

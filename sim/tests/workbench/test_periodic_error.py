@@ -84,8 +84,8 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
 
 
 def test_without_a_disc_nothing_is_said_of_one() -> None:
-    """In a set with only a reference, an integer order may come from the encoder, a gear or a
-    motor."""
+    """An integer order in a set with only a reference may come from the encoder, a gear or a motor,
+    so that the answer must not name the disc."""
     said = " ".join(sentences(_diagnosed(_reference([(40.0, 0.6)]))))
     assert "Missing: periodic_error." in said
     assert "disc" not in said

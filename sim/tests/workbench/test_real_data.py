@@ -56,8 +56,8 @@ def test_motor_reversal_error(motor: Observations) -> None:
     without a fit."""
     lines = [_line(order) for order in (126, 108, 72, 42)]
     found = diagnose(motor, [_base(), *lines], EFFECTS)
-    # All rows have the same speed, so that a delay of the reference would look the same and cannot
-    # be tested.
+    # All rows have one speed, so that a delay of the reference would look like the reversal error
+    # and cannot be tested.
     assert found.verdict == "ambiguous"
     assert found.effect_class == ["hysteresis", "latency"]
     assert found.candidates[0].name == "hysteresis"

@@ -86,8 +86,7 @@ def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
 
 
 def test_stations_at_unequal_distances_stand_still() -> None:
-    """Stars from east to west take a minute each, while their distances vary with the places of the
-    stars."""
+    """Stars from east to west take a minute each, while the distances between the stars vary."""
     stars = np.sort(np.random.default_rng(5).uniform(0.0, 360.0, 60))
     assert reference_speed(_reference([(stars, np.arange(60) * 60.0)])) is None
 

@@ -155,8 +155,8 @@ def test_calibration_error_of_a_known_curve() -> None:
     assert len(reliability([0.5] * 4, [True] * 4)) == 4
     found = calibration_error(stated, right)
     assert found.value == pytest.approx((0.9 - 1 / 3) / 10)
-    # A resample spreads the right answers unevenly over the bins, which can only increase such a
-    # small value.
+    # A resample distributes the right answers unevenly over the bins, which can only increase such
+    # a small calibration error.
     assert 0.0 < found.low < found.high < 0.5
 
 
@@ -588,7 +588,7 @@ def test_sets_that_are_not_the_frozen_ones_are_reported(tmp_path: Path, monkeypa
 def test_all_public_sets_can_be_frozen_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As nothing has changed, the written list equals the list in the tree."""
+    """The written list equals the list in the tree, because nothing has changed."""
     file = tmp_path / "public_sets.json"
     monkeypatch.setattr("arctrue.studies.benchmark.frozen.FILE", file)
     freeze(json.loads(FROZEN.read_text(encoding="utf-8"))["sets"])

@@ -1,5 +1,5 @@
-"""Tests that a campaign gives the same lines for any number of shards, and that neither a stop nor
-a killed worker loses a result."""
+"""Tests that a campaign gives the same lines for any number of shards, and that no result is lost
+by a stop or by a killed worker."""
 
 from __future__ import annotations
 

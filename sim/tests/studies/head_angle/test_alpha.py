@@ -38,8 +38,8 @@ DISC = Disc.of_paper()
 
 @pytest.mark.parametrize("most", [3, 10, 24, 40])
 def test_no_alpha_beats_the_bound_and_the_candidates_reach_it(most: int) -> None:
-    """The search goes over half a turn in steps of 0.01°; no candidate lies exactly on this
-    grid."""
+    """The exhaustive search goes over half a turn in steps of 0.01°; no candidate lies exactly on
+    this grid."""
     orders = np.arange(1, most + 1)
     worst = gain_map(np.arange(0.01, 180.0, 0.01), orders).max(axis=1)
     assert worst.min() >= least_worst_gain(most) * (1.0 - 1e-9)

@@ -54,7 +54,8 @@ def test_the_pulses_come_where_the_table_passes_the_index() -> None:
     times = times_at(drive, places)
     passed = (drive.state(times).angle_rad / TURN_RAD - probe.first_turns) * probe.per_turn
     assert np.abs(passed - np.rint(passed)).max() < 1e-4
-    # The table goes forward over all ten edges, and back over the edges of the last two turns.
+    # The table goes forward over all ten edges of the index, and back over the edges of the last
+    # two turns.
     top = drive.knot_times_s[3]
     assert np.count_nonzero(times < top) == 10
     assert 6 <= np.count_nonzero(times > top) <= 8

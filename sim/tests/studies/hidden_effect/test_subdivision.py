@@ -63,7 +63,7 @@ def test_the_workbench_names_it_and_sees_nothing_else(result: HiddenResult) -> N
 def test_its_size_is_that_of_the_signals(result: HiddenResult) -> None:
     found = result.diagnosed.model.effects[-1].parameters
     once, twice = found["head1_multiple_1_amplitude"], found["head1_multiple_2_amplitude"]
-    # The tolerance covers the second order of the distortion, its square, which is a twentieth.
+    # The tolerance covers the square of the distortion, its second order, which is a twentieth.
     assert once.value == pytest.approx(ONCE_ARCSEC, abs=4 * once.sigma + 0.05 * ONCE_ARCSEC)
     assert twice.value == pytest.approx(TWICE_ARCSEC, abs=4 * twice.sigma + 0.05 * ONCE_ARCSEC)
 
@@ -85,8 +85,8 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     stations = np.deg2rad(reference.target_deg)
     error = np.interp(stations, turn, head1 - turn) * ARCSEC_A_RADIAN
     off = reference.error_arcsec - error
-    # The readings are whole counts, the edges come in whole clocks (1.14 per count), and there is
-    # noise of 0.1″ twice.
+    # The readings are whole counts, the edges come in whole clocks (1.14 per count), and each of
+    # the two readings has 0.1″ of noise.
     whole = COUNT_ARCSEC / np.sqrt(12)
     assert 0.9 * whole < np.std(off) < np.hypot(whole, whole / 1.14) + 0.2
     count_rad = table.count_rad

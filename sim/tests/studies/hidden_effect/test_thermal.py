@@ -85,10 +85,11 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
     turn_arcsec = rate * float(np.diff(heated).mean())
     assert np.all(every < 2.5 * turn_arcsec)
     assert every[-1] < 0.6 * held[-1]
-    # With coefficients for the present temperature only the change within a turn remains, and it
-    # does not grow.
+    # With coefficients for the present temperature, only the change within a turn remains, and this
+    # change does not grow.
     assert np.all(by_host < 0.15 * turn_arcsec + COUNT_ARCSEC)
-    # If the firmware itself follows its thermometer, even the change within a turn is corrected.
+    # If the firmware itself follows its thermometer, the lanes also correct the change within a
+    # turn.
     assert held.max() > 100.0
     assert np.all(alone < FOLLOWED_ARCSEC)
 
@@ -117,7 +118,8 @@ def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -
 
 
 def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
-    # The firmware's coefficients contain the order 2 of the cold turn, but not its thermal change.
+    # The firmware's coefficients contain order 2 of the cold turn, but not the thermal change of
+    # order 2.
     assert lobes.paper.amplitude_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
     assert lobes.corrected.amplitude_arcsec[1] < 0.5 * COUNT_ARCSEC
     assert lobes.corrected.edges_rms_arcsec < 0.1 * lobes.paper.edges_rms_arcsec

@@ -87,8 +87,8 @@ def test_a_free_spin_sees_all_but_the_torque_that_is_not_fitted() -> None:
 
 
 def test_a_spin_that_ends_is_refused() -> None:
-    """With the friction of stop-and-go, a table that starts at 10 turns a second stops after 3.1
-    turns."""
+    """A table that starts at 10 turns a second stops after 3.1 turns, with the friction of
+    stop-and-go; the method must refuse it."""
     with pytest.raises(ValueError, match=r"comes to rest after 3.1 turns, a spin of 3 was"):
         timed_lines(World(SHORT), FreeSpin(turns_a_spin=3))
 
@@ -129,16 +129,16 @@ def test_the_spin_obeys_its_equation_of_motion() -> None:
 
 
 def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
-    """The mean of heads at 180° keeps the even orders, that of heads at 120° the multiples of
-    three: W(n) is 1 for these and 0 for all others."""
+    """The mean of heads at 180° keeps the even orders, and the mean of heads at 120° keeps the
+    multiples of three: W(n) is 1 for these orders and 0 for all others."""
     world = World(dataclasses.replace(SHORT, radial_motion_m=0.0))
     disc = world.score(None).amplitude_arcsec
     for heads in (2, 3):
         places = tuple(360.0 * k / heads for k in range(heads))
         found = world.score(mean_of("mean", places, "").run(world)).amplitude_arcsec
         kept = np.arange(1, 129) % heads == 0
-        # Heads that stand 50″ off their places let 2.4e-4·n of an order through, and order 2
-        # couples to order 1.
+        # Heads that stand 50″ off their places let 2.4e-4·n of order n through, and order 2 couples
+        # to order 1.
         np.testing.assert_allclose(found[kept][1:], disc[kept][1:], atol=0.05)
         assert found[~kept].max() < 0.1
 
@@ -212,8 +212,8 @@ def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
 
 
 def test_closure_parts_table_and_polygon() -> None:
-    """For random errors without scatter, the closure returns the errors of polygon and table, each
-    minus its mean."""
+    """The closure returns the errors of polygon and table, each minus its mean, for random errors
+    without scatter."""
     random = np.random.default_rng(5)
     table, faces = random.normal(size=24), random.normal(size=24)
     shifts = spread_shifts(10, 24)

@@ -90,7 +90,7 @@ def test_drawings_are_the_committed_ones(tmp_path: Path) -> None:
 
 
 def test_drawn_square_waves_are_those_of_the_paper() -> None:
-    """In Fig. 4 the levels are 00, 10, 11, 01 while the reading rises."""
+    """The drawing of Fig. 4 has the levels 00, 10, 11, 01 while the reading rises."""
     text = (DOCS / "images" / drawing_name("4")).read_text(encoding="utf-8")
     levels = re.findall(r">([01]{2})</text>", text)
     assert levels[0:8:2] == ["00", "10", "11", "01"]

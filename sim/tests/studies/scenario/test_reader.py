@@ -82,7 +82,7 @@ def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
 
 
 def test_a_long_motion_keeps_no_more_edges_than_fit(tmp_path: Path) -> None:
-    """With 2²⁰ counts the scenario records every 17th edge; for 1,000 turns it records 4 million
+    """The scenario records every 17th edge with 2²⁰ counts; for 1,000 turns it records 4 million
     edges in total."""
     short = read_scenario(_file(tmp_path, LEAST))
     assert short.kept_every == 17

@@ -275,8 +275,8 @@ def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> 
 
 
 def test_an_autocollimator_does_not_see_that_the_polygon_is_off_the_axis() -> None:
-    """For an offset of 0.3 µm, equation (14) gives 8sh/H²·ρ = 0.00015″; an encoder would have
-    2.06″."""
+    """Equation (14) gives 8sh/H²·ρ = 0.00015″ for an offset of 0.3 µm; an encoder with this offset
+    would have 2.06″."""
     cause = PolygonMounting(0.3e-6, 0.03e-6, 10e-3, 0.0, np.deg2rad(1.0), 0.0)
     still = np.zeros(ANGLE.size)
     made = cause.instrument_error_rad(Stations(conditions(), np.zeros(ANGLE.size, int)), still)

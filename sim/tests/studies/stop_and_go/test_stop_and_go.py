@@ -56,7 +56,7 @@ def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
 
 
 def test_the_servo_brings_the_signal_to_the_target() -> None:
-    """Without noise the servo's error has two parts: one count from rounding down, and one count
+    """The servo's error without noise has two parts: one count from rounding down, and one count
     within which the loop does not react."""
 
     def shown(angle_rad: np.ndarray) -> np.ndarray:
@@ -73,8 +73,8 @@ def test_the_servo_brings_the_signal_to_the_target() -> None:
 
 
 def test_raw_the_table_stops_where_the_geometry_says() -> None:
-    """With the raw signal the table stops at target − ε, which the test computes from the exact
-    rays of the eccentric disc."""
+    """The table stops at target − ε with the raw signal; the test computes ε from the exact rays of
+    the eccentric disc."""
     table = RevolutionSettings(noise_arcsec=0.0).table()
     target = np.arange(24) * (2.0 * np.pi / 24)
     stands = target.copy()

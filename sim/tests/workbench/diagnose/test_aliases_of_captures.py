@@ -66,7 +66,7 @@ def _diagnosed(order: float, samples_a_turn: float, *, starts_differ: bool) -> D
 
 @pytest.mark.parametrize(("order", "samples"), [(129.0, 233.3), (129.0, 234.0)])
 def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: float) -> None:
-    """In each run order 129 at 233.3 samples per turn looks like order 104.3, but its phase differs
+    """Order 129 looks like order 104.3 in each run at 233.3 samples per turn, but its phase differs
     from run to run by N·start."""
     found = _diagnosed(order, samples, starts_differ=True)
     assert found.named is not None

@@ -144,8 +144,8 @@ def test_the_table_is_read_as_it_was_written(tmp_path) -> None:  # type: ignore[
 
 
 def test_the_coefficients_in_use_are_those_of_the_table() -> None:
-    """A new fit to the table agrees with the file, except for its rounding and the last digits of
-    the optimiser."""
+    """A new fit to the table agrees with the stored coefficients, except for the rounding in the
+    file and the last digits of the optimiser."""
     rows = read_stated(TABLE)
     assert json.loads(FILE.read_text(encoding="utf-8"))["features"] == list(FEATURES)
     here, used = fitted(rows), calibration()

@@ -52,8 +52,8 @@ def _sweeps(further_arcsec: Float, turns: float = 1.0, load: Float | None = None
 
 
 def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, float]:
-    """Return the RMS of what the product predicts and the RMS of the measured rows, both about
-    their means."""
+    """Return the RMS of the product's prediction and the RMS of the measured rows, both about their
+    means."""
     rows = residuals.observations.reference
     assert rows is not None
     columns = effect.reference_columns(rows, {}, residuals.solution.context)
@@ -63,8 +63,8 @@ def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, fl
 
 
 def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
-    """To describe 5,000″ at the seam, order 0.5 would need an amplitude of 36,000″, five times the
-    measured error."""
+    """The half order is refused: to describe 5,000″ at the seam, order 0.5 would need an amplitude
+    of 36,000″, five times the measured error."""
     residuals = _sweeps(AT_ONE_END)
     half = ProductOfParts.of(ALWAYS, (0.5,), "reference")
     moved, measured = _rms_arcsec(residuals, half)
@@ -110,7 +110,8 @@ def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
     start = np.exp(-(TIME_S - RUN * SWEEP_S) / 0.5)
     orders = np.arange(1.0, 61.0)
     shown = resolved_orders(rows, start, orders)
-    # The sum over steps of 2°, each weighted with exp(−t/τ) at its end, is a geometric series.
+    # The sum over steps of 2°, each weighted with exp(−t/τ) at the end of the step, is a geometric
+    # series.
     way_deg = 2.0 / (np.exp(0.1 / 0.5) - 1.0)
     assert list(shown) == list(orders * way_deg / 360.0 >= 0.75)
     assert resolved_orders(rows, np.ones(TIME_S.size), orders).all()

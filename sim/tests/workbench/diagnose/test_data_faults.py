@@ -74,8 +74,8 @@ def test_a_head_that_stands_while_the_other_goes_on_is_reported() -> None:
 
 
 def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:
-    """With ten counts per row and 1.6 counts of noise per step, a tenth of a step does not indicate
-    a fault."""
+    """A tenth of a step does not indicate a fault, with ten counts per row and 1.6 counts of noise
+    per step."""
     random = np.random.default_rng(5)
     size = 40_000
     turn = np.arange(size) * 10.0
@@ -168,8 +168,8 @@ def test_what_is_off_for_longer_than_three_rows_is_no_excursion() -> None:
 
 @pytest.mark.parametrize(("gap_rows", "faults"), [(60, 0), (0, 1)])
 def test_a_run_that_ends_in_a_gap_is_not_cut(gap_rows: int, faults: int) -> None:
-    """A run of three turns lacks its last 50 rows. It counts as cut, unless another run has a gap
-    as well."""
+    """A run of three turns lacks its last 50 rows. The run counts as cut, unless another run has a
+    gap as well."""
     made, capture = _copied()
     kept = np.ones(capture.run.size, dtype=bool)
     kept[ROW : ROW + gap_rows] = False

@@ -273,7 +273,7 @@ def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> N
 def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
     """Head 2 stands 9″ off its place in all rows, which the offsets of the runs have absorbed.
 
-    The rows of one run are 0.03″ higher, as a scatter of the index would make them.
+    The rows of one run are 0.03″ higher, as if the index had scattered.
     """
     made = measurement_set(
         runs=3, turns=1, reference=False, head2_only=lambda time, speed: 9.0 + 0.0 * time
@@ -354,7 +354,7 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
 
 
 def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
-    """The set goes up and back at one speed, at which a delay would look like the reversal
+    """The set goes up and back at one speed; at one speed a delay would look like the reversal
     error."""
     random = np.random.default_rng(7)
     up = np.arange(360.0)

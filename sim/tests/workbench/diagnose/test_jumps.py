@@ -88,7 +88,8 @@ def test_a_knock_in_stations_alone(stations: int, two_ways: bool) -> None:
 
 
 def test_a_slip_that_ends_with_its_run() -> None:
-    """Head 1 slips by 19.8″ in the second of four runs, and passes its index before the third."""
+    """Head 1 slips by 19.8″ in the second of four runs, and passes its index before the third
+    run."""
     random = np.random.default_rng(7)
     run = np.arange(144) // 36
     error = 0.2 * random.normal(size=144) + 19.8 * ((run == 1) & (np.arange(144) >= 48))

@@ -34,7 +34,7 @@ def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
 
 
 def test_one_order_keeps_its_name() -> None:
-    """A single wave of an order above those of the model gets the name."""
+    """The diagnosis names a single wave of an order above the orders of the model."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.cos(37.0 * disc)
@@ -95,7 +95,8 @@ def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("size_arcsec", [pytest.param(0.5, marks=pytest.mark.large), -1.0])
 def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
-    """The cubic part looks like face errors, an axis motion or a gain, but is none of them."""
+    """The cubic part looks like face errors, an axis motion or a gain; the diagnosis must name none
+    of these."""
     found = diagnosis_of(_bent(size_arcsec, 5))
     assert found.effect_class == []
     assert found.verdict == "unknown"

@@ -96,7 +96,7 @@ def _candidate(name: str, gain: float, p: float, rank: int = 1):  # type: ignore
 
 
 def _verdict(verdict, effect_class, offered):  # type: ignore[no-untyped-def]
-    """Return the verdict of the survey after the rules of the probabilities were applied to it."""
+    """Apply the rules of the probabilities to the survey's verdict, and return the new verdict."""
     item = SimpleNamespace(name="latency", delta_bic=50.0)
     case = SimpleNamespace(ranked=[item], excluded=frozenset())
     said = Decision(verdict, effect_class=effect_class)
@@ -149,8 +149,8 @@ def test_two_hypotheses_give_bayes_theorem() -> None:
 
 @pytest.mark.parametrize("gain", [14.0, 40.0, 1e4])
 def test_what_is_named_has_the_largest(gain: float) -> None:
-    # The other effect has a larger gain with more coefficients, but its residual was enough to
-    # exclude it.
+    # The other effect has a larger gain with more coefficients, but the residual of this effect was
+    # enough to exclude it.
     others = [_candidate("vibration", gain + 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     product = _candidate("product_of_parts", gain + 20.0, 1e-3)
     found = _posterior(
@@ -165,8 +165,8 @@ def test_what_is_named_has_the_largest(gain: float) -> None:
 
 @pytest.mark.parametrize("verdict", ["named", "ambiguous", "unknown", "adequate"])
 def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
-    """The answer gets the confidence as its probability, if this is then still the largest one; the
-    sum stays 1."""
+    """The answer gets the confidence as its probability, if the confidence is then still the
+    largest probability; the sum stays 1."""
     others = [_candidate("vibration", 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     found = _posterior(
         verdict, [_candidate("latency", 1e6 if verdict != "adequate" else 0.0, 1e-9), *others],
@@ -286,8 +286,8 @@ def _assert_the_largest_is_said(
 
 
 def test_no_verdict_contradicts_its_probabilities() -> None:
-    """For drawn evidences of any size, the answer agrees with the probabilities after the last
-    rule."""
+    """The answer agrees with the probabilities after the last rule, for random evidences of any
+    size."""
     random = np.random.default_rng(12)
     names = ["latency", "vibration", "count_slip", "hysteresis", "timing_skew"]
     changed = 0

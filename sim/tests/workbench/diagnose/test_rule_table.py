@@ -199,7 +199,8 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
 
 
 def test_the_page_has_the_rules_of_the_table() -> None:
-    """The list in docs/workbench.md has the rules as the program applies them."""
+    """The list in docs/workbench.md equals the list that ``rule_table`` makes from the program's
+    rules."""
     page = (Path(__file__).parents[4] / "docs" / "workbench.md").read_text(encoding="utf-8")
     assert "\n".join(rule_table()) in page, "python -m scripts.make_docs writes the table anew"
 

@@ -36,7 +36,7 @@ def _weak(name: str, size: float, seed: int) -> Diagnosis:
 
 def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
     """A line that is free in every run could absorb an order of the warm run, but the other runs do
-    not have it."""
+    not contain the line."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         warmer = temperature - 20.0
@@ -149,7 +149,7 @@ def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -
 
 
 def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
-    """In the slow runs a line of 101.5 Hz, sampled at 167 Hz, appears at 65.2 Hz; the fast run, at
+    """A line of 101.5 Hz, sampled at 167 Hz in the slow runs, appears at 65.2 Hz; the fast run, at
     500 Hz, shows a difference."""
     made = simulate_set([Wanted("vibration", 0.02)], full().smaller(6000, 10), 40_005)
     _, found = diagnosed(made.measurement, 0.0)

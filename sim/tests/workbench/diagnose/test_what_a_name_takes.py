@@ -236,8 +236,8 @@ def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_lar
 
 
 def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
-    """If two causes are missing, adding the first may raise the residual that the other one
-    leaves."""
+    """The rule compares both channels: if two causes are missing, adding the first may raise the
+    residual that the other one leaves."""
     before, after = _left(1.254, reference=3.63), _left(0.144, reference=4.41)
     assert makes_it_worse(_case(before, after)) is None
 
@@ -251,8 +251,8 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         assert (found is not None) is refused
         # If slow noise can explain the residual, a small effect keeps its name.
         assert takes_little(_case(before, after, 2.0 * LACK_OF_FIT)) is None
-        # One of many lines removes only a small part of the whole error, but other blocks predict
-        # it.
+        # One of many lines removes only a small part of the whole error, but the other blocks
+        # predict this line.
         confirmed = _case(before, after)
         confirmed.best.share = SimpleNamespace(share=0.9)  # type: ignore[union-attr]
         assert takes_little(confirmed) is None

@@ -29,8 +29,8 @@ NOISE_ARCSEC = 0.1
 DISC = ((1, 80.0, 0.4), (2, 1.1, 2.0), (3, 0.6, -1.0), (5, 0.3, 0.2), (11, 0.2, 1.5))
 """Error of the disc: (order, amplitude in arcseconds, phase in radians)."""
 RUNS = ((0.5, 0.0), (-0.5, 0.5), (1.5, 1.0), (0.5, 3.0))
-"""For each run, its speed in rad/s and its temperature at the start, in kelvin above that of the
-first run."""
+"""Speed in rad/s and temperature at the start, in kelvin above that of the first run, for each
+run."""
 
 
 @dataclass

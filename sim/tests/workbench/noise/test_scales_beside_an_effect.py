@@ -16,7 +16,8 @@ from arctrue.workbench.noise.spectrum_fit import WhiteBounds
 
 ROWS = 360
 STEPS_S = (1.0 / 30.0, 1.0 / 15.0, 1.0 / 21.0)
-"""Intervals between rows at three speeds over the same stations; each has its own spectrum."""
+"""Intervals in seconds between rows at three speeds over the same stations; each speed has its own
+spectrum."""
 TRUE = Spectrum(2.6, np.array([0.4]), np.array([2.3]))
 SCALES = np.array([1.3, 1.5, 0.5])
 """Noise scales of the runs if the model of a reference at these speeds lacks a delay of 280″ per

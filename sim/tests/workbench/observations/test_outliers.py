@@ -125,8 +125,8 @@ def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> No
 
 
 def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
-    """With an outlier in one of a hundred rows, some outliers of one head coincide by chance with
-    one of the other head."""
+    """Some outliers of one head coincide by chance with an outlier of the other head, if one of a
+    hundred rows is an outlier."""
     random = np.random.default_rng(4)
     wrong = random.choice(ROWS // 20, ROWS // 100, replace=False) * 20 + 9
     made = measurement_set()
@@ -154,7 +154,7 @@ def test_dirt_in_a_single_turn_is_kept_because_both_heads_see_it() -> None:
     angle = made.capture.head1_counts * (2.0 * np.pi / COUNTS_PER_REV)
     at = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0))))))
     before = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0 + ALPHA))))))
-    # R₂ − R₁ decreases when head 1 is over the dirt, and increases when head 2 is over it.
+    # R₂ − R₁ decreases when head 1 is over the dirt, and increases when head 2 is over the dirt.
     dirty = _with_head2(_with_head2(made, np.array([at]), -SPIKE_ARCSEC), np.array([before]), 5.0)
     assert _masked(dirty) == []
     assert _masked(_with_head2(made, np.array([at]), -SPIKE_ARCSEC)) == [at]
@@ -336,7 +336,7 @@ def test_columns_follow_the_rows_that_are_left() -> None:
 
 
 def _swinging(capture: Capture) -> tuple[Capture, NDArray[np.float64]]:
-    """Return the same rows at the times of a speed that varies by ±40 %, and this speed."""
+    """Return the same rows at the times of a speed that varies by ±40 %, and the varying speed."""
     time, speed = capture.time_s.copy(), np.empty(capture.time_s.size)
     for run in np.unique(capture.run):
         rows = capture.run == run

@@ -46,7 +46,7 @@ def test_a_slip_stays_whole_and_is_never_none() -> None:
 
 
 def test_rms_of_a_creep_is_about_its_mean() -> None:
-    """A ramp from 0 to h has an RMS of h/√12 about its own mean."""
+    """A creep that ramps from 0 to h has an RMS of h/√12 about its mean."""
     random = np.random.default_rng(5)
     scene = INJECTIONS["reference_drift"].scene(random, ROWS)
     cause = INJECTIONS["reference_drift"].cause(random, scene)

@@ -25,7 +25,7 @@ EXACT = 1e-8
 """Relative tolerance of a Kalman filter over 60 rows in double precision."""
 DRAWS = 4_000
 FOUR_SIGMA = 4 * np.sqrt(2 / DRAWS)
-"""Tolerance of an empirical variance, relative to its expectation."""
+"""Tolerance of an empirical variance, relative to the expected variance."""
 
 
 def lags(time_s: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Tests of each cause of the second generator against its first-order equation."""
+"""Tests of each cause of the second generator against the cause's first-order equation."""
 
 from __future__ import annotations
 

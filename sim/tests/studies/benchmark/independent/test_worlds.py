@@ -126,8 +126,8 @@ def fitted(
 
 @pytest.mark.parametrize("world", WITH_CAUSES)
 def test_least_squares_that_knows_the_answer_finds_it(world: str) -> None:
-    """The fit finds each visible cause at its true size, and the residual equals the stated
-    noise."""
+    """The fit finds each visible cause at its true size, and the residual of the fit equals the
+    stated noise."""
     seen = 0
     for seed in SEEDS:
         scene, measurement, truth = scene_of(world, seed)
