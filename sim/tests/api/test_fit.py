@@ -84,8 +84,8 @@ def test_values_and_uncertainties_are_those_of_least_squares() -> None:
 
 
 def test_an_interval_in_white_noise_is_students() -> None:
-    """The profile likelihood of a linear parameter is a parabola; its limits are exactly those of
-    Student's t."""
+    """The limits of an interval are exactly those of Student's t, because the profile likelihood of
+    a linear parameter is a parabola."""
     amplitude = fitted().params["graduation_harmonics.order_1_amplitude"]
     freedom = data().reference.error_arcsec.size - 6  # type: ignore[union-attr]
     for level in (0.68, 0.95):
@@ -203,7 +203,7 @@ def test_fixed_names_keep_what_an_earlier_fit_found() -> None:
 
 
 def test_correlations_are_those_of_the_covariance() -> None:
-    """With readings at only half of the faces, orders 1 and 3 are correlated; scipy computes the
+    """Orders 1 and 3 are correlated with readings at only half of the faces; scipy computes the
     same correlation."""
     rows = np.deg2rad(columns()["target_deg"]) < np.pi
     half = {name: values[rows] for name, values in columns().items() if name != "direction"}
@@ -318,7 +318,8 @@ def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
 
 @pytest.mark.slow
 def test_an_explanation_names_the_cause_with_its_size() -> None:
-    """The simulated table has a reversal error of 0.5″, half of it in each direction."""
+    """The explanation names the reversal error of the simulated table with its size of 0.5″, half
+    of it in each direction."""
     table = at.simulate("hysteresis", sizes=[0.5], experiment="short", seed=3)
     found = at.explain(table)
     assert found.model.effects == ["graduation_harmonics", "hysteresis"]

@@ -35,8 +35,8 @@ def judged(
 
 
 def test_heads_as_planned() -> None:
-    """The places are found within 0.001° from 40 readings with counts of 1.2″; the eccentricity
-    does not affect them."""
+    """Commissioning finds the places within 0.001° from 40 readings with counts of 1.2″; the
+    eccentricity does not affect the places."""
     found = judged()
     assert found.faults == ()
     assert found.at_head == (1, 2, 3, 4)
@@ -90,8 +90,8 @@ def test_places_that_no_cable_explains_are_told() -> None:
 
 
 def test_evenly_spaced_heads_are_taken_as_they_are() -> None:
-    """Three heads at 120° give the same readings after a rotation of the cables, so that the result
-    must name no exchange."""
+    """The result must name no exchange, because three heads at 120° give the same readings after a
+    rotation of the cables."""
     plan = (0.0, 120.0, 240.0)
     readings = np.add.outer(np.linspace(0.0, 1.1, 40), np.array(plan) / 360.0) * TURN
     counted = np.rint(readings).astype(np.int64)

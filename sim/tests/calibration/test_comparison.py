@@ -1,5 +1,5 @@
-"""Tests of the comparison of the error before and after a correction, which the bit-true model of
-the gateware computes."""
+"""Tests that compare the error before and after a correction; the bit-true model of the gateware
+computes the correction."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def calibrated(noise: float, reference_noise: float):
 
 
 def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
-    """The requirement limits the ratio of the peak-to-peak values to 1.2; the simulated noise has
-    the size of a good table's noise."""
+    """The corrected error stays below 1.2 times the peak-to-peak noise of the reference, the limit
+    of the requirement; the simulated noise has the size of a good table's noise."""
     found, reference = calibrated(0.1, 0.15)
     comparison = found.comparison
     assert comparison is not None

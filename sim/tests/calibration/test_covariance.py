@@ -42,8 +42,8 @@ def white(random, shape):
 
 @pytest.mark.parametrize("method", [fourier, least_squares])
 def test_white_noise_within_ten_percent(method) -> None:
-    """500 captures determine the standard deviation of two components to 2.2 %; the bound of 10 %
-    is 4.5 times as large."""
+    """The predicted uncertainties are right to 10 %: 500 captures determine the standard deviation
+    of two components to 2.2 %, and 10 % is 4.5 times as large."""
     thetas = [turn_angles(600, 2), turn_angles(500, 1, direction=-1)]
     observed, predicted = scatter(method, white, thetas)
     assert predicted / observed == pytest.approx(1.0, abs=0.10)
@@ -55,7 +55,8 @@ def test_white_noise_of_one_turn_within_ten_percent() -> None:
 
 
 def test_noise_that_is_not_white() -> None:
-    """The power of the noise falls towards high orders: neighbouring samples are correlated."""
+    """The prediction is right for noise whose power falls towards high orders, so that neighbouring
+    samples are correlated."""
 
     def red(random, shape):
         noise = random.normal(0.0, 0.15, shape)

@@ -41,8 +41,8 @@ def complex_orders(values: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("method", ["least_squares", "fourier"])
 @pytest.mark.parametrize("stated_arcsec", [None, 19.0])
 def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> None:
-    """An index that is detected 38″ away changes every order by |E_n(α + 38″) − E_n(α)|; the
-    uncertainty of the order covers the change.
+    """The uncertainty of an order covers the change |E_n(α + 38″) − E_n(α)| that an index causes if
+    it is detected 38″ away.
 
     The expected change is computed independently, from E_n = D_n/(e^{jnα} − 1) at both α.
     """
@@ -80,8 +80,8 @@ def test_two_heads_repeat_as_two_rectangles() -> None:
 
 
 def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
-    """With 12″ of order 11, the harmonics determine α with u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) =
-    12″; the index determines α with 29″."""
+    """The harmonics determine α with u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″, from 12″ of order
+    11; the index determines α with 29″."""
     shifted = measured(STRONG, moved=MOVED_COUNTS)
     found = calibrate(shifted)
     assert found.estimate.separation_choice == "harmonics"
@@ -110,8 +110,8 @@ def test_the_index_is_used_where_the_harmonics_tell_less() -> None:
 
 
 def test_a_first_order_of_the_reference_alone_does_not_pass_for_alpha() -> None:
-    """The reference alone has a further 0.3″ of order 1, which would shift α by 370″; the
-    uncertainty of α covers this shift."""
+    """The uncertainty of α covers an error of 0.3″ of order 1 that only the reference has, and that
+    would shift α by 370″."""
     made = measured(DISC)
     assert made.reference is not None
     only = 0.3 * np.cos(np.radians(made.reference.target_deg) + 1.0)
@@ -169,7 +169,8 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
 
 
 def test_the_gate_is_that_of_the_firmware() -> None:
-    """Coefficients with the wrong sign double the error: the mean square is 4 A² instead of A²."""
+    """The gate refuses coefficients with the wrong sign, which double the error: the mean square is
+    4 A² instead of A²."""
     found = calibrate(measured(DISC))
     held = found.coefficients
     wrong = replace(held, amplitudes=-held.amplitudes)

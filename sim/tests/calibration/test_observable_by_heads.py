@@ -28,7 +28,7 @@ FOUR = np.radians(PLACES[4])
 
 
 def lines(places_rad: NDArray[np.float64], order: int) -> Complex:
-    """Return the columns of θ, g, x and y; each head has one row."""
+    """Return the matrix with the columns of θ, g, x and y, in which each head has one row."""
     return np.stack(
         (
             np.ones(places_rad.size, dtype=np.complex128),
@@ -42,8 +42,8 @@ def lines(places_rad: NDArray[np.float64], order: int) -> Complex:
 
 @pytest.mark.parametrize("order", [1, 2, 3, 5, 12, 40, 64, 128])
 def test_three_heads_see_no_order_of_the_disc_where_the_axis_moves(order: int) -> None:
-    """At any order, the motions of table and axis can together produce the same readings of three
-    heads as the disc."""
+    """Three heads cannot show an order of the disc, because the motions of table and axis can
+    together produce the readings that the disc produces."""
     columns = lines(THREE, order)
     others = columns[:, [0, 2, 3]]
     assert np.linalg.matrix_rank(columns) == 3
@@ -53,7 +53,8 @@ def test_three_heads_see_no_order_of_the_disc_where_the_axis_moves(order: int) -
 
 @pytest.mark.parametrize("order", [2, 3, 5, 12, 40, 64])
 def test_four_heads_see_every_order_but_the_first(order: int) -> None:
-    """The parity is the part of the disc's column that is orthogonal to all other columns."""
+    """Four heads show an order of the disc by the parity, which is the part of the disc's column
+    that is orthogonal to all other columns."""
     assert np.linalg.matrix_rank(lines(FOUR, order), tol=1e-3) == 4
     assert np.linalg.matrix_rank(lines(FOUR, 1), tol=1e-9) == 3
 

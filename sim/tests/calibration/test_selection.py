@@ -72,8 +72,8 @@ def test_coefficients_hold_the_applied_orders() -> None:
 
 
 def test_significance_factor_by_simulation() -> None:
-    """The factor is the limit of noise amplitudes divided by their uncertainty, which comes from 96
-    exponentially distributed spectral lines."""
+    """The factor is the quantile of noise amplitudes divided by their estimated uncertainty, which
+    comes from 96 exponentially distributed spectral lines."""
     random = np.random.default_rng(3)
     amplitude = np.hypot(*random.normal(size=(2, 400_000)))
     u = np.sqrt(random.gamma(96, 1.0 / 96, 400_000))

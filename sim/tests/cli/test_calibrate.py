@@ -156,8 +156,8 @@ def test_refused_capture(folder: Path, tmp_path: Path, change, words: str) -> No
 
 
 def test_coefficients_that_would_double_the_error(folder: Path, tmp_path: Path) -> None:
-    """The header exchanges the columns of the heads: the correction would raise the error from 67″
-    to 130″ RMS."""
+    """The command refuses coefficients that would raise the error from 67″ to 130″ RMS, because the
+    header exchanges the columns of the heads."""
     out, figures = tmp_path / "out", tmp_path / "figures.json"
     assert run(folder, "--out", out).exit_code == 0
     before = (out / "coefficients.toml").read_bytes()
@@ -203,8 +203,8 @@ def test_bad_usage(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
-    """The set has no second head. Only orders of the disc that 24 faces can separate get an
-    amplitude."""
+    """The command calibrates a set without a second head from the reference run alone. Only orders
+    of the disc that 24 faces can separate get an amplitude."""
     whole = read_measurement_set(folder)
     alone = tmp_path / "alone"
     write_measurement_set(alone, replace(whole, capture=None))

@@ -121,7 +121,7 @@ def commission(device: TableDevice, *options: str) -> Any:
 
 
 def test_exchanged_and_reversed_heads_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cables 3 and 4 are exchanged, and cable 2 has A and B exchanged."""
+    """The command names the exchanged cables 3 and 4, and head 2, whose A and B are exchanged."""
     with connected(monkeypatch, cables=(0, 1, 3, 2), sense=(1, -1, 1, 1)) as device:
         done = commission(device)
     assert done.exit_code == 1, done.output

@@ -80,8 +80,8 @@ def test_help_is_there_in_short_and_fits_80_columns(words: tuple[str, ...]) -> N
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_every_option_says_what_it_is(words: tuple[str, ...]) -> None:
-    """The help of an option must be clear alone: ``Of the draws.`` leaves open what the option
-    sets."""
+    """The help of each option must be clear alone: ``Of the draws.``, for example, does not say
+    what the option sets."""
     for option in COMMANDS[words].params:
         if isinstance(option, click.Option):
             said = option.help or ""

@@ -165,7 +165,8 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
 
 
 def test_an_order_that_grows_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Order 3 grows by 1″ in every turn; blocks of a single turn keep the test short."""
+    """The monitor reports an order that grows: order 3 grows by 1″ in every turn. Blocks of a
+    single turn keep the test short."""
     device.growing_counts = 1.0 / 0.0772
     quick = functools.partial(trend.TrendWatch, block_turns=1)
     monkeypatch.setattr(trend, "TrendWatch", quick)
@@ -249,7 +250,8 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_a_spoiled_line_is_one_turn_less(spoiled: bytes) -> None:
-    """A character changed on the way may leave a line that is valid JSON but no telemetry."""
+    """The monitor skips a line in which a character was changed; such a line may be valid JSON but
+    no telemetry."""
     near, far = pty.openpty()
     tty.setraw(far)
     device = console.Console(os.ttyname(far), timeout_s=0.2)

@@ -1,5 +1,5 @@
-"""Tests that no command destroys a file: a command checks the place of its output before it works,
-and does not overwrite recorded sets."""
+"""Tests that no command destroys a file: each command checks the place of its output before it
+works, and does not overwrite recorded sets."""
 
 from __future__ import annotations
 

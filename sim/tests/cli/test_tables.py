@@ -117,7 +117,7 @@ def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def printed(monkeypatch: pytest.MonkeyPatch, what: Any, *arguments: Any) -> str:
-    """Return the text that a command prints for a result."""
+    """Return the text that a command prints for the given result."""
     monkeypatch.setattr(_loaded_set.console, "width", WIDTH)
     with _loaded_set.console.capture() as got:
         what(*arguments)
@@ -138,8 +138,8 @@ def curve() -> SimpleNamespace:
 
 
 def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Real results need the compiled gateware; the figures of this test are larger than any result
-    so far."""
+    """The tables fit with figures that are larger than any result so far; real results would need
+    the compiled gateware."""
     from arctrue.cli import demo, hidden, paper, revolution, run
 
     scale = SimpleNamespace(

@@ -72,7 +72,7 @@ def table_of(port: str) -> CorrectedTable:
 def test_a_plan_calibrates_loads_and_verifies(
     ports: None, engine: RunEngine, device: Device, tmp_path: Path
 ) -> None:
-    """The written file is compared with the disc's equation, within 0.1″; noise and quantisation of
+    """The plan writes a file that equals the disc's equation within 0.1″; noise and quantisation of
     the file are smaller."""
     documents: list[tuple[str, dict[str, Any]]] = []
     left: list[float] = []
@@ -117,8 +117,8 @@ def test_a_plan_calibrates_loads_and_verifies(
 def test_the_plan_runs_on_the_compiled_instrument(
     ports: None, engine: RunEngine, tmp_path: Path
 ) -> None:
-    """The plan runs on gateware, firmware and geometry. A count is 79″, so that its rounding is 23″
-    RMS."""
+    """The plan also runs on the compiled gateware and firmware, with the simulated geometry of a
+    table. A count is 79″, so that its rounding is 23″ RMS."""
     scene = Scene(steady(300.0))
     turning = Turning(scene.instrument, POLL_CLOCKS)
     turning.last = 250

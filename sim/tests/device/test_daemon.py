@@ -178,8 +178,8 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
 
 
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The probe has a new edge after each reading of the latch, and twice three edges at the same
-    time."""
+    """The daemon records each edge of the probe; a new edge comes after each reading of the latch,
+    and twice three edges come at the same time."""
     device = ProbedDevice()
     os.close(device.far)
     with (
@@ -222,8 +222,8 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
 def test_every_event_of_the_queue_is_recorded(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Two hundred events come in bursts. The gateware lost four of these events, and the event
-    numbers show the loss."""
+    """The daemon records two hundred events of the queue, which come in bursts. The gateware lost
+    four of these events, and the event numbers show the loss."""
     device = QueueDevice()
     os.close(device.far)
     with (

@@ -60,8 +60,8 @@ def test_half_lines_and_garbage_cost_their_own_turn_alone(replay: Replay, tmp_pa
 
 
 def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
-    """The name of the port is a link, as udev makes it; after the fault the link leads to another
-    device."""
+    """The daemon opens the port again: its name is a link, as udev makes it, which leads to another
+    device after the fault."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running:
@@ -131,7 +131,8 @@ daemon.RETRY_RECORD_S = 0.2
 
 
 def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path: Path) -> None:
-    """At first no file of the daemon can grow beyond 300 kB; then the test removes this limit."""
+    """The daemon reports a full disc and continues: at first none of its files can grow beyond 300
+    kB; then the test removes this limit."""
     import resource
 
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]

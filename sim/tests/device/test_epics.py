@@ -158,7 +158,8 @@ class ProbedReplay(Replay):
 def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """A motor record that was homed at the index writes the angle of the index into the PV Zero."""
+    """The position of an edge counts from the zero of a motor record, which was homed at the index
+    and wrote the index's angle into the PV Zero."""
     device = ProbedReplay()
     with (
         daemon(device.port, tmp_path, "--probe-every", "0.01"),
@@ -241,8 +242,8 @@ def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
 def test_after_a_reconnection_values_are_valid_before_connected(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """A table at rest sends no turn: after a reconnection, the latest turn becomes valid again,
-    with the time of this turn."""
+    """The PVs become valid again after a reconnection, although a table at rest sends no turn; the
+    latest turn keeps its own time."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running, pvs(str(link)):
@@ -267,8 +268,9 @@ def test_after_a_reconnection_values_are_valid_before_connected(
 def test_alarms_of_the_machine_s_history_are_in_the_pv(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """The analysis of the machine's history (``life``) sends its alarms to the daemon. The PV lists
-    them after the device's own alarms; a restarted daemon still lists them."""
+    """The PV Alarms contains the alarms that the analysis of the machine's history (``life``) sends
+    to the daemon. The PV lists them after the device's own alarms; a restarted daemon still lists
+    them."""
 
     def text_of(found: Any) -> bytes:
         return bytes(found.data).rstrip(b"\0")

@@ -1,4 +1,4 @@
-"""Tests that Prometheus' own parser reads the metrics."""
+"""Tests that Prometheus' own parser reads the metrics of the daemon."""
 
 from __future__ import annotations
 

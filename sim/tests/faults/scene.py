@@ -70,7 +70,7 @@ class Comparison:
 
     @property
     def worse(self) -> float:
-        """Return |corrected| − |uncorrected| in the worst bin."""
+        """Return the difference |corrected| − |uncorrected| of the errors in the worst bin."""
         return float(np.nanmax(self.corrected - self.uncorrected))
 
     @property
@@ -85,7 +85,7 @@ class Comparison:
 
     @property
     def last_slip(self) -> int:
-        """Return the slip at the last edge."""
+        """Return the slip at the last edge of the recording."""
         return round(float(np.mean(self.slip[-20:])))
 
 
@@ -127,7 +127,8 @@ class Scene:
         return self.instrument.firmware
 
     def calibrate(self, flag_reason: str | None = None) -> None:
-        """Capture and apply the first turn; the second turn gives the zeros of both tracks.
+        """Capture and apply the first turn; record the second turn to find the zeros of both
+        tracks.
 
         With ``flag_reason`` a flag of a head is set, so that the first turn is refused for this
         reason. The next turn is refused too, if it began before the firmware cleared the flag.
@@ -305,7 +306,7 @@ class Scene:
 
     @property
     def largest_correction(self) -> float:
-        """Return Σ A_n."""
+        """Return the sum of all applied amplitudes, Σ A_n."""
         return float(np.sum(np.abs(self.coefficients.amplitudes)) / 2.0**11)
 
     @property
@@ -325,7 +326,7 @@ class Scene:
 
 
 def errors(track: EdgeTrack) -> NDArray[np.float64]:
-    """Return position − true angle of every edge."""
+    """Return the error, position − true angle, of every edge."""
     error: NDArray[np.float64] = track.position - track.true_angle_rad * (COUNTS / TURN_RAD)
     return error
 

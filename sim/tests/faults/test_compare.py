@@ -16,8 +16,8 @@ def corrected_angle(scene: Scene) -> int:
 
 
 def test_the_compare_is_done_where_the_console_said() -> None:
-    """When the core reports that the compare is done, the corrected angle is at most two checks
-    beyond the place."""
+    """The corrected angle is at most two reads of the status beyond the compare place when the core
+    reports that the compare is done."""
     scene = Scene()
     scene.calibrate()
     place = (corrected_angle(scene) + COUNTS // 4) % COUNTS

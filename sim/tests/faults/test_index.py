@@ -35,7 +35,7 @@ def test_lost_index(scene: Scene, head: str) -> None:
 
 @pytest.mark.parametrize("head", Z_OF)
 def test_false_index(scene: Scene, head: str) -> None:
-    """A pulse of two counts on Z comes in the middle of a turn; it must not change the angle."""
+    """A pulse of two counts on Z, in the middle of a turn, must not change the angle."""
     before = scene.bank()
     scene.disturb(2 / 16384, high=Z_OF[head])
     scene.turn(0.1)

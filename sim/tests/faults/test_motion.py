@@ -50,8 +50,8 @@ def test_reversal(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
-    """The edges of head 1 come closer than allowed, too fast for the output, or more than once per
-    clock.
+    """The core reports edges of head 1 that come closer than allowed, too fast for the output, or
+    more than once per clock.
 
     Only the fault of the output releases the line drivers.
     """
@@ -101,8 +101,8 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
 
 
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:
-    """A speed ripple of ±15 %, five times per turn, is refused with samples at equal times and used
-    with samples at equal angles.
+    """The firmware refuses samples at equal times at a speed ripple of ±15 %, five times per turn,
+    and uses samples at equal angles.
 
     The bound is that of a table with constant speed.
     """

@@ -41,7 +41,7 @@ def test_burst_on_head_1(scene: Scene) -> None:
 
 
 def test_burst_on_head_2(scene: Scene) -> None:
-    """The output does not depend on head 2."""
+    """The output does not depend on head 2, so that a burst on head 2 does not change it."""
     before = scene.bank()
     scene.disturb(BURST_TURNS, invert=HEAD2_A | HEAD2_B, probability=INVERTED)
     scene.turn(0.2)

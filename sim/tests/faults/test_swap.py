@@ -70,7 +70,8 @@ def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) 
 
 
 def test_swaps_in_the_ramp(scene: Scene) -> None:
-    """150 swaps alternate between all lanes and no lane; no ramp reaches its end."""
+    """The correction stays right if 150 swaps alternate between all lanes and no lane; no ramp
+    reaches its end."""
     good = scene.coefficients
     instrument = scene.instrument
     for number in range(150):
@@ -88,8 +89,8 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
 
 
 def test_half_a_bank_does_nothing(scene: Scene) -> None:
-    """The processor hangs while it writes a bank. The written words take no effect without the
-    swap."""
+    """A bank that is written in part takes no effect: the processor hangs while it writes the bank.
+    The written words take no effect without the swap."""
     good = scene.coefficients
     wrong = replace(good, amplitudes=-good.amplitudes)
     half = wrong.amplitudes.size // 2
@@ -102,8 +103,7 @@ def test_half_a_bank_does_nothing(scene: Scene) -> None:
 
 
 def test_a_wrong_bank_is_seen(scene: Scene) -> None:
-    """This test shows that the comparison works: a correction with the opposite sign doubles the
-    error."""
+    """The comparison of errors works: a correction with the opposite sign doubles the error."""
     good = scene.coefficients
     swap(scene, replace(good, amplitudes=-good.amplitudes))
     scene.instrument.run(TURN_CLOCKS)

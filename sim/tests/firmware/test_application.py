@@ -166,8 +166,8 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
 
 
 def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> None:
-    """A servo that follows the output would move the table if the output returned without the
-    operator; the output has also lost counts."""
+    """Only the operator ends the fault of the output: a servo that follows the output would move
+    the table if the output returned by itself, and the output has also lost counts."""
     assert running.turn(turn())["output_fault"] == "none"
     assert "output_fault none\r\n" in running.send("status")
     running.core.set("status", bit("status", "cannot_keep_up"))
@@ -191,7 +191,8 @@ def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> No
 
 
 def test_a_fault_of_the_output_that_is_still_there_is_told(running: Firmware) -> None:
-    """While the output still lags too far, the core sets the fault again at once."""
+    """The firmware reports a fault of the output that is still present: the core sets the fault
+    again at once while the output lags too far."""
     running.core.set("status", bit("status", "cannot_keep_up"))
     running.core.command = lambda word: None  # type: ignore[method-assign]
     answer = running.send("clear_output")
@@ -215,8 +216,8 @@ def slipped(counts: Any, slip: int) -> Any:
 @pytest.mark.parametrize("method", [0, 1])
 @pytest.mark.parametrize("slip", [-4, 40, -11_651, 1 << 20, (1 << 23) - 1])
 def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> None:
-    """Head 2 loses between 4 counts and half a turn; an undetected loss would shift the
-    separation."""
+    """The firmware follows the zero of head 2, which has lost between 4 counts and half a turn; an
+    undetected loss would shift the separation."""
     running.send(f"set method {method}")
     running.turn(turn())
     clean = running.turn(turn(seed=2))
@@ -238,8 +239,9 @@ def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> N
 
 
 def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
-    """The zero of head 2 has moved by a slip. The firmware raises no alarm for a slip within
-    index_tolerance; it raises one for a larger slip and for the return to zero."""
+    """The firmware follows the zero of head 2, which has moved by a slip. The firmware raises no
+    alarm for a slip within index_tolerance; it raises one for a larger slip and for the return to
+    zero."""
     for slip, zero, alarms in (
         (1, 0, []),
         (-40, -40, ["zero_lost"]),
@@ -335,8 +337,8 @@ def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) 
 
 
 def test_a_doubt_that_ends(running: Firmware) -> None:
-    """A false mark comes near the index and causes the doubt; the next mark is at the right place
-    and ends it."""
+    """The firmware ends its doubt about the zero, which a false mark near the index caused, when
+    the next mark is at the right place."""
     running.turn(turn())
     running.core.writes.clear()
     running.core.head1_slips(-8)
@@ -453,8 +455,8 @@ def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> No
 
 
 def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
-    """The disc has not changed, so that a turn gives no improvement and the acceptance gate keeps
-    unchanged the orders that are still judged."""
+    """The firmware removes an order that is no longer judged. The disc has not changed, so that a
+    turn gives no improvement and the acceptance gate keeps the orders that are still judged."""
     for seed in range(1, 6):
         running.turn(turn(seed=seed))
     reading = np.arange(0, COUNTS, COUNTS // 1024)
@@ -478,8 +480,8 @@ def capture_mode(core: ModelCore) -> int:
 
 
 def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
-    """The speed varies by ±19 % once per turn. The firmware refuses samples at equal times and uses
-    samples at equal angles."""
+    """The firmware samples at equal angles if the speed varies, here by ±19 % once per turn. The
+    firmware refuses samples at equal times and uses samples at equal angles."""
     random = np.random.default_rng(5)
     part = np.linspace(0.0, 1.01, SAMPLES)
     theta = 2.0 * np.pi * (part + 0.03 * np.sin(2.0 * np.pi * part))
@@ -653,8 +655,8 @@ def test_a_dump_tells_the_temperature(running: Firmware) -> None:
 
 @pytest.mark.parametrize("phase", ["wait_for_index", "capture"])
 def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase: str) -> None:
-    """The core's registers have their reset values; the firmware must read them regularly to detect
-    the reset."""
+    """The firmware detects a core that was reset, and sets it up again; for this it must read the
+    core's registers regularly."""
     running.turn(turn())
     setup = {name: running.core.get(name) for name in ("ramp_rate", "output_spacing", "alarm")}
     if phase == "wait_for_index":
@@ -711,8 +713,8 @@ def test_it_waits_for_the_index_of_further_heads() -> None:
 
 
 def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
-    """Head 4 shows no index. After a whole turn of head 1 the firmware corrects head 1 alone, as
-    with two heads."""
+    """The firmware does not wait long for head 4, which shows no index. After a whole turn of head
+    1 the firmware corrects head 1 alone, as with two heads."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0011 << 8)
     firmware.step(3)
@@ -741,7 +743,8 @@ def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
 
 
 def test_coefficients_of_its_own_switch_the_failover_off(running: Firmware) -> None:
-    """Prepared sets belong to earlier coefficients; the gateware must not swap them in any more."""
+    """The firmware switches the failover off when it writes coefficients of its own, because
+    prepared sets belong to earlier coefficients."""
     running.core.set("version", 0x000800)
     running.core.set("capability", 2 | bit("capability", "failover"))
     running.core.set("failover", bit("failover", "enable") | bit("failover", "illegal"))
@@ -774,7 +777,8 @@ def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None
 
 
 def test_a_set_that_is_being_loaded_is_awaited(running: Firmware) -> None:
-    """The gateware is loading a set into the bank that the firmware is about to write."""
+    """The firmware waits while the gateware loads a set into the bank that the firmware is about to
+    write."""
     core = running.core
     core.set("version", 0x000800)
     core.set("capability", 2 | bit("capability", "failover"))

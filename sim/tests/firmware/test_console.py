@@ -27,7 +27,8 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
 
 
 def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
-    """The answer contains the words of the version and capability registers, and no other words."""
+    """The answer to version contains the words of the version and capability registers, and no
+    other words."""
     core, (ffi, _) = running.core, firmware()
     core.set("version", 3 << 16 | 21 << 8 | 7)
     core.set("pipeline", 30 << 8 | 8)
@@ -199,7 +200,8 @@ def test_a_dump_is_the_capture(running: Firmware) -> None:
 
 
 def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
-    """The core gets the bank back at once; the console prints a copy, eight rows per step."""
+    """The firmware gives the bank back to the core at once; the console prints a copy, eight rows
+    per step."""
     running.send("dump")
     running.send("telemetry on")
     counts = turn()
@@ -371,7 +373,8 @@ class Room:
 
 
 def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) -> None:
-    """No line waits and none is cut; the next line reports the alarms of an omitted one."""
+    """The console omits a whole line for which there is no room: no line waits and none is cut. The
+    next line reports the alarms of the omitted line."""
     running.send("telemetry on")
     running.send("set alarm_noise_arcsec 0.000001")
     running.core.hand_over(turn(seed=1))

@@ -92,7 +92,8 @@ def test_what_does_not_end() -> None:
 
 
 def test_linear_reading_afterwards_finds_what_it_needs() -> None:
-    """fabric.c sets some bits of the controller's register and leaves all other bits unchanged."""
+    """Linear reading still works after a write: fabric.c sets some bits of the controller's
+    register and leaves all other bits unchanged."""
     controller = Controller(Chip())
     opened(controller)
     assert controller.words[AT["QSPI_LQSPI_CFG"]] >> 31 == 0

@@ -142,7 +142,7 @@ def settings_in_c(world: World, orders: int) -> Any:
 
 @dataclass(frozen=True)
 class InC:
-    """The results that the firmware computes."""
+    """The results that the firmware computes from a capture."""
 
     reason: str
     estimate: Any
@@ -193,7 +193,8 @@ WORLDS = [
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_c_equals_numpy(world: World) -> None:
-    """Orders, places, radii and circles agree to 1e-9 of the largest value, covariances to 1e-2.
+    """The C code and numpy agree in orders, places, radii and circles to 1e-9 of the largest value,
+    and in covariances to 1e-2.
 
     The covariance comes from the normal matrix of every k-th sample, with 16 samples per order.
     """
@@ -253,8 +254,8 @@ def mean_in_c(world: World, c: InC, missing: int = 0) -> Any:
     ],
 )
 def test_mean_equals_numpy(world: World, missing: int) -> None:
-    """Weights agree to the last bit of their words, and the error of the mean to 1e-9 of the disc's
-    largest value."""
+    """The C code and numpy agree in the weights to the last bit of the words, and in the error of
+    the mean to 1e-9 of the disc's largest value."""
     c, numpy = in_c(world), in_numpy(world)
     mean = mean_in_c(world, c, missing)
     places = numpy.offsets_rad + numpy.late_rad
@@ -314,7 +315,7 @@ def test_mean_of_the_device_is_true(heads: int) -> None:
 
 
 def test_agrees_with_the_complete_least_squares() -> None:
-    """Compare with a least-squares fit of all unknowns together; the bound is 4 standard
+    """The C code agrees with a least-squares fit of all unknowns together; the bound is 4 standard
     uncertainties of the fit to the parity."""
     world = World(heads=4, noise_arcsec=0.2, samples=6000, seed=7)
     c = in_c(world, orders=24)
@@ -361,8 +362,8 @@ def test_a_head_far_from_its_place_is_refused(change: dict[str, Any], reason: st
 
 
 def test_heads_3_and_4_are_verified() -> None:
-    """Each of these heads is refused: it has no index, stands still, jumps, or counts in the other
-    direction."""
+    """The firmware refuses each of these heads: it has no index, stands still, jumps, or counts in
+    the other direction."""
     ffi, library = firmware()
     world = World(heads=4)
 
@@ -410,7 +411,8 @@ def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficie
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_goal_at_the_papers_conditions(seed: int) -> None:
-    """Calibrate on one turn of 12,000 samples with 0.2″, judge on another.
+    """The mean is within the goal on another turn after a calibration on one turn of 12,000 samples
+    with 0.2″.
 
     The means over half a degree must be within ± 0.07″ and 0.022″ RMS, with the words that the
     firmware would write and with the gateware's mean, bit for bit. A bin has 83 independent

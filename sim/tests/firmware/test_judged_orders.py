@@ -106,8 +106,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
 )
 @pytest.mark.parametrize("turns_before", [0, 2])
 def test_a_file_with_one_wrong_order_is_refused(wrong: dict[str, float], turns_before: int) -> None:
-    """The file is also refused before any calibration, when order 1 is not yet corrected and twenty
-    times as large."""
+    """The firmware refuses a file with one wrong order. It does so also before any calibration,
+    when order 1 is not yet corrected and twenty times as large."""
     made = started()
     for seed in range(turns_before):
         made.turn(turn(100 + seed))
@@ -131,8 +131,8 @@ def test_a_true_file_is_active_with_the_first_turn(turns_before: int) -> None:
 
 
 def test_a_loaded_order_that_drifts_is_told() -> None:
-    """Order 5 drifts from 10 to 60 counts. An error of 43.7″ RMS remains, and the device reports
-    it."""
+    """The firmware reports that loaded order 5 drifts from 10 to 60 counts. An error of 43.7″ RMS
+    remains, and the device reports it."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     made.turn(turn(1))
@@ -151,8 +151,8 @@ def test_a_loaded_order_that_drifts_is_told() -> None:
 
 
 def test_a_small_drift_is_told_from_the_scatter_after_three_turns() -> None:
-    """A drift of 0.6 count is below ``alarm_error_arcsec``, but many times the scatter of the
-    order."""
+    """The firmware reports a drift of 0.6 count after three turns: it is below
+    ``alarm_error_arcsec``, but many times the scatter of the order."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     for seed in range(8):
@@ -188,7 +188,8 @@ def test_a_saved_set_whose_order_5_has_reversed_is_not_confirmed(loaded: bool) -
 
 
 def test_an_order_that_a_turn_cannot_judge_waits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The noise of a turn hides 0.02 count of order 6; the file also has a good order 5."""
+    """A file waits if the noise of a turn hides one order, here 0.02 count of order 6; the file
+    also has a good order 5."""
     made = started()
     load(made, file_of(o5=10.0, o6=0.02))
     made.turn(turn(1))
@@ -260,8 +261,9 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 @pytest.mark.parametrize("head2", [0.0, 3.0, 3.0j, -2.0])
 @pytest.mark.parametrize("order", [4096, 3600])
 def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: int) -> None:
-    """Order 3,600 is a multiple of 120, which the heads read alike. The eccentricity changes their
-    distance, so that the order becomes visible."""
+    """The firmware judges each head's own subdivision error of order 3,600, a multiple of 120,
+    which the heads read alike. The eccentricity changes their distance, so that the order becomes
+    visible."""
     made = started()
     made.send("set alarm_noise_arcsec 10")
     both = (4.0 + 0.0j, head2)

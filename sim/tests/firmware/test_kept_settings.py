@@ -25,8 +25,8 @@ FORGOTTEN_AFTER_TURNS = 20
 
 
 class Device:
-    """A core and the memory that survives a restart; ``firmware`` is the restarted firmware on
-    both."""
+    """A core, and the memory that survives a restart; ``firmware`` is the firmware that was started
+    last on both."""
 
     def __init__(self) -> None:
         ffi, _ = firmware()
@@ -97,8 +97,8 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
 
 
 def test_lost_settings_leave_the_output_uncorrected() -> None:
-    """The settings are lost after a fault: an active correction continues, and the firmware
-    processes no turn."""
+    """If the settings are lost after a fault while the correction is active, the correction
+    continues and the firmware processes no turn."""
     device = Device()
     device.firmware.send("set separation_deg 47.5")
     ffi, _ = firmware()
@@ -136,8 +136,8 @@ def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
 
 
 def test_another_turn_than_that_of_the_core_re_arms() -> None:
-    """The core has another number of counts per turn, because the fabric was loaded again or the
-    fault interrupted a command."""
+    """The firmware re-arms the core if the core has another number of counts per turn, because the
+    fabric was loaded again or the fault interrupted a command."""
     device = Device()
     device.work(1)
     device.core.set("counts_per_rev_active", 1000)
@@ -210,8 +210,8 @@ def test_every_order_is_kept_before_it_is_confirmed() -> None:
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_a_write_that_a_fault_cuts_off_leaves_the_settings_before_or_after_it(data: Any) -> None:
-    """Only some of the memory's 32-byte lines contain the new settings, because the fault came
-    while the other lines were still in a cache."""
+    """The firmware reads either the old or the new settings if only some of the memory's 32-byte
+    lines are new, because the fault came while the other lines were still in a cache."""
     device = Device()
     ffi, library = firmware()
     size = ffi.sizeof(device.kept[0])
@@ -248,7 +248,8 @@ def test_no_changed_bit_is_taken_for_an_order(data: Any) -> None:
 
 
 def test_values_out_of_range_are_no_settings() -> None:
-    """The checksum is right: an older firmware with other ranges could have written such values."""
+    """The firmware refuses settings out of range, although their checksum is right: an older
+    firmware with other ranges could have written such values."""
     device = Device()
     ffi, library = firmware()
     made = ffi.new("struct settings *")

@@ -69,8 +69,8 @@ class Table:
 
 @pytest.mark.parametrize("order", [0.42, 0.5, 7.3, 71.4])
 def test_the_firmware_computes_what_the_reference_computes(order: float) -> None:
-    """The turns go in both directions, start at different places, and reach negative turn
-    numbers."""
+    """The C code computes the phases of the Python reference. The turns go in both directions,
+    start at different places, and reach negative turn numbers."""
     ffi, library = firmware()
     table = Table(order, 4.0, 12, 3)
     step = round((order % 1.0) * 2**48)
@@ -176,8 +176,8 @@ def test_a_line_that_slips_is_found_and_followed(running: Firmware, order: float
 
 @pytest.mark.large
 def test_a_line_that_slips_is_followed_over_a_thousand_turns(running: Firmware) -> None:
-    """The order changes at random by 0.1 % in every turn; a constant phase would leave half of the
-    line."""
+    """The lane follows a line whose order changes at random by 0.1 % in every turn; a constant
+    phase would leave half of the line."""
     share, _ = followed(running, 7.3, 1_000)
     assert share <= 0.25
 

@@ -154,8 +154,8 @@ def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
 
 
 def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Firmware) -> None:
-    """A forward turn confirms nothing without force. After a backward turn the set is active and
-    stays right."""
+    """A set with order 1 × direction waits for a backward turn: without force a forward turn
+    confirms nothing. After a backward turn the set is active and stays right."""
     modulators(running)
     assert set(send(running, load_frames(loose_file(), force=False))) == {"ok"}
     for seed in (5, 6):
@@ -172,8 +172,8 @@ def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Fi
 
 
 def test_a_wave_of_another_size_is_refused_by_the_turn_down(running: Firmware) -> None:
-    """In a forward turn the sum of the wrong lane and the disc's own order is right; in a backward
-    turn the sum is wrong."""
+    """The backward turn refuses a wrong amplitude of order 1 × direction. In a forward turn the sum
+    of this lane and the disc's own order is right; in a backward turn the sum is wrong."""
     modulators(running)
     own = cmath.rect(*DISC.orders[1])
     loose = cmath.rect(*LOOSE[1])
@@ -242,8 +242,9 @@ def test_an_unknown_scope_is_refused(running: Firmware) -> None:
 
 
 def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> None:
-    """The disc has 20″ of order 1 × direction. Telemetry must report 20″ in a turn of either
-    direction, whatever amplitude the file states.
+    """Telemetry reports the amplitude of order 1 × direction that a turn of either direction
+    measures. Telemetry must report 20″ in a turn of either direction, whatever amplitude the file
+    states.
 
     The bound has two parts: order 1 of the reading and of the angle differ by 0.1″, and the noise
     adds 4 · 0.02″. Before the set is active, order 1 changes by 2·20″ from turn to turn, and the
@@ -274,8 +275,8 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
 
 
 def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmware) -> None:
-    """The disc has order 3 only with the direction. The file sets its plain lane to 0, and the
-    calibration must keep this 0."""
+    """The calibration keeps a plain lane with amplitude 0, because the disc has order 3 only with
+    the direction. The file sets its plain lane to 0, and the calibration must keep this 0."""
     modulators(running)
     bank = file_of({3: (0.0, 0.0)})
     last = Coefficients.from_harmonics([3], [20.0 * COUNTS / 1_296_000], [0.7], COUNTS, 1)

@@ -146,8 +146,8 @@ def test_a_phase_that_is_none_is_refused(running: Firmware, words: str) -> None:
 
 
 def test_in_every_turn_of_the_core_the_phase_is_the_equations(running: Firmware) -> None:
-    """The firmware computes the phase modulo 2⁴⁸; compare it with the model, for turns forwards and
-    backwards."""
+    """The lane has the phase of the equation in every turn of the core: the test compares the
+    firmware, which computes modulo 2⁴⁸, with the model, for turns forwards and backwards."""
     from sim.tests.firmware.library import firmware
 
     ffi, library = firmware()

@@ -40,7 +40,7 @@ def bump(theta: Float) -> Float:
 
 @dataclass(frozen=True)
 class Scratched(Disc):
-    """A disc with a scratch, over which every head passes."""
+    """A disc with a scratch that passes every head in each turn."""
 
     def error_rad(self, theta: Float) -> Float:
         return Disc.error_rad(self, theta) + bump(theta) * ARCSEC
@@ -192,8 +192,8 @@ def after_power_off(board: Board) -> Firmware:
 
 
 def test_a_saved_table_outlives_the_power() -> None:
-    """The first turn that shows the scratch confirms the table; its words are those that were
-    loaded."""
+    """The first turn that shows the scratch confirms the saved table; the words of the table equal
+    the loaded words."""
     board = saved_board()
     words = points_of(board.firmware)
     assert board.order("save").startswith("ok, record 1")
@@ -255,8 +255,9 @@ def test_no_points_arrive_while_a_record_is_written() -> None:
 
 @pytest.mark.parametrize("steps", [52, 70, 100])
 def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(steps: int) -> None:
-    """The erase takes 0.5 s, which is 50 steps. Then the firmware programs 64 pages of points, and
-    after these the pages of the record."""
+    """The record before stays valid if power is lost while points are written: the erase takes 0.5
+    s, which is 50 steps. Then the firmware programs 64 pages of points, and after these the pages
+    of the record."""
     board = Board()
     board.firmware.send("set orders 8")
     board.work(range(1, 5), disc=SCRATCHED)
@@ -274,8 +275,8 @@ def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(st
 
 
 def test_the_table_of_a_mean_of_four_heads_is_loaded_with_it() -> None:
-    """Turns of two heads judge neither the table nor the lanes. The local table has a window for
-    each head."""
+    """The firmware loads the local table of a mean of four heads with the mean, because turns of
+    two heads judge neither the table nor the lanes. The local table has a window for each head."""
     running = Firmware(prepared.FailoverCore())
     running.library.application_start(running.application)
     running.core.see_index()

@@ -65,8 +65,8 @@ def test_c_and_numpy_agree(seed: int) -> None:
 
 @pytest.mark.parametrize("head", range(1, HEADS + 1))
 def test_the_zero_of_the_mean_stays(head: int) -> None:
-    """A head moves by 100″ and the axis by 2 µm between two turns; the head does not pass the index
-    again.
+    """The zero of the mean stays if a head moves by 100″ and the axis by 2 µm between two turns;
+    the head does not pass the index again.
 
     The zero must stay at the true angle within 0.05″, the goal of the project's four-head table.
     """

@@ -132,8 +132,8 @@ def lane_orders(words: Coefficients) -> dict[int, complex]:
 
 @pytest.mark.parametrize("missing", range(HEADS + 1))
 def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
-    """The carrier, the weights and the offsets agree in every bit, and the lanes agree within their
-    quantisation.
+    """The sets of the firmware and of numpy agree: carrier, weights and offsets in every bit, and
+    lanes within their quantisation.
 
     The amplitude of a lane is rounded to 2⁻¹¹ counts and its phase to 2⁻²⁴ turns.
     """
@@ -168,8 +168,8 @@ def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
 
 @pytest.mark.parametrize("missing", range(HEADS + 1))
 def test_each_set_corrects_another_turn(calibrated: Firmware, missing: int) -> None:
-    """The words correct another turn; the result of the bit-true mean is compared with the true
-    angle of the table.
+    """Each set corrects another turn: the test compares the result of the bit-true mean with the
+    true angle of the table.
 
     Rounding three heads to counts leaves up to 0.018″. One turn with 0.1″ of noise leaves about
     0.01″ in each of the six orders that have a lane: 0.03″ together. All sets have the same zero.
@@ -242,8 +242,8 @@ def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
 def test_a_turn_while_a_head_is_left_out_takes_its_new_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Head 2 counts again but is left out until it passes its index. The firmware therefore
-    activates the new set without head 2."""
+    """The firmware activates the new set without head 2, which counts again but is left out until
+    it passes its index. The firmware therefore activates the new set without head 2."""
     running = started(WORLD)
     running.turn(WORLD.counts())
     running.step(3)
@@ -316,8 +316,8 @@ def test_saved_sets_outlive_the_power() -> None:
 
 
 def test_a_record_without_sets_and_a_core_without_failover() -> None:
-    """A record from an older firmware has no sets and is still read; a core without windows loads
-    only the mean."""
+    """The firmware reads a record without sets, from an older firmware; to a core without windows
+    it loads only the mean."""
     board = BoardWithFourHeads()
     board.failover = False
     board.power_on()
@@ -367,8 +367,8 @@ def kept_from(core: FourHeadsCore) -> Any:
 
 
 def test_kept_sets_that_do_not_fit_are_refused(calibrated: Firmware) -> None:
-    """Each of these changes to the kept record gives a mean, a lane or a length that the gateware
-    cannot hold."""
+    """The firmware refuses a kept record with one of these changes, which gives a mean, a lane or a
+    length that the gateware cannot hold."""
     ffi, library = firmware()
     good = kept_from(calibrated.core)
     assert library.kept_sets_are_valid(good, HEADS, COUNTS)

@@ -184,8 +184,8 @@ def test_compare_follows_a_zero_that_moved(running: Firmware) -> None:
 
 
 def test_compare_begins_anew_with_a_zero_that_is_found_anew(running: Firmware) -> None:
-    """Head 1 loses counts and no index proves it for four turns; then the firmware seeks the zero
-    again, and the old places become invalid."""
+    """The firmware arms the compare anew after it has found the zero again: head 1 loses counts, no
+    index proves the loss for four turns, and the old places become invalid."""
     running.turn(turn())
     running.send("compare on 1")
     begin = running.core.get("snapshot.head1_position")

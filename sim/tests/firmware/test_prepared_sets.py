@@ -174,8 +174,8 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
 
 
 def test_the_parity_has_the_weights_of_the_workbench() -> None:
-    """The test moves each head alone: the offsets then show its weight, to one unit of the
-    words."""
+    """The parity has the weights of the workbench: the test moves each head alone, so that the
+    offsets show its weight to one unit of the words."""
     places = np.radians([0.0, 64.3, 177.0, 257.9])
     offsets = tuple(int(word) for word in np.rint(places / (2.0 * np.pi) * COUNTS * 16))
     running = Firmware(FailoverCore())
@@ -232,8 +232,8 @@ def test_telemetry_has_the_parity(running: Firmware) -> None:
 def test_while_a_head_is_left_out_its_set_becomes_active_in_place_of_a_swap(
     running: Firmware,
 ) -> None:
-    """A new mean of all heads would include the dead head, and the gateware would refuse to swap it
-    in."""
+    """The firmware activates the set without the dead head instead of a new mean of all heads,
+    which the gateware would refuse to swap in."""
     loaded(running, file_of(1, 2, 3, 4))
     running.core.status(left_out=0b0010, active=2)
     running.core.writes.clear()
@@ -266,8 +266,8 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
 
 
 def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: Firmware) -> None:
-    """The failover ends before any word of the sets changes; the gateware refuses an incomplete
-    set."""
+    """The first frame of a set ends the failover before any word of the sets changes; the gateware
+    refuses an incomplete set."""
     loaded(running, file_of(1, 2, 3, 4))
     frames = load_frames(file_of(1, 2))
     first = next(place for place, frame in enumerate(frames) if "load without " in frame)
@@ -340,8 +340,9 @@ def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
 
 
 def test_the_firmware_refuses_sets_beside_a_lane_of_a_real_order(running: Firmware) -> None:
-    """No tool sends these frames. A lane of a non-integer order needs a turn step, and a prepared
-    set in the gateware has none."""
+    """The firmware refuses sets for a missing head together with a lane of a non-integer order,
+    although no tool sends these frames. A lane of a non-integer order needs a turn step, and a
+    prepared set in the gateware has none."""
     core = running.core
     core.set("capability", core.get("capability") | 1 << 6)
     frames = load_frames(file_of(1), unseen=True)

@@ -94,8 +94,8 @@ def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) ->
 
 
 def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
-    """The test leaves the bank ready, so that the firmware processes a turn at each tick of the
-    timer."""
+    """The firmware processes a turn at each tick of the timer, because the test leaves the bank
+    ready."""
     with running(tmp_path, core_window(counts[:, :1])) as machine:
         machine.wait_for(GREETING)
         machine.send("telemetry on")

@@ -59,7 +59,8 @@ KEPT_MEMORY, KEPT_MEMORY_BYTES = 0x2F000, 4096
 """Last page of on_chip_memory.ld. A reset of the system clears it, but a start of the firmware does
 not."""
 STAY_HERE = bytes.fromhex("feffffea")
-"""Instruction that branches to its own address, in ARM state, in which the code of `start` runs."""
+"""Instruction that branches to its own address, in ARM state; the code of `start` runs in this
+state."""
 IMAGE_OFFSET = 0x10_0000
 
 
@@ -83,7 +84,8 @@ def assemble(folder: Path, text: str) -> bytes:
 
 
 def one_sample() -> bytes:
-    """Return a window with a bank that the firmware refuses at once; the bank is not ready yet."""
+    """Return a window with a bank that the firmware will refuse at once; the bank is not ready
+    yet."""
     window = bytearray(core_window(counts_of(samples=600)[:, :1]))
     window[register_named("status").address] = 0
     return bytes(window)
@@ -141,8 +143,8 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
 
 
 def test_a_command_that_comes_before_the_sleep_is_heard(tmp_path: Path) -> None:
-    """The interrupt of the received command comes just before the processor sleeps; no other event
-    would wake the processor."""
+    """The firmware processes a command whose interrupt comes just before the processor sleeps; no
+    other event would wake the processor."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -182,8 +184,8 @@ def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
 
 
 def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
-    """The interrupt line stays high. The main program gets one interrupt in each round and
-    continues."""
+    """The firmware continues although the interrupt line stays high. The main program gets one
+    interrupt in each round and continues."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         (controller,) = [
@@ -204,8 +206,8 @@ def temperature_of(machine: Emulator) -> Any:
 
 
 def test_the_temperature_of_the_die(tmp_path: Path) -> None:
-    """QEMU's converter reads 0 K until its register is written; the firmware reports no temperature
-    for 0 K."""
+    """The firmware reports no temperature for 0 K, which QEMU's converter reads until its register
+    is written."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -260,7 +262,8 @@ def test_the_flash_is_read_and_a_refusal_told(tmp_path: Path, content: bytes, st
 
 
 def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
-    """On a chip that is not configured, an access to the window would never end."""
+    """The firmware makes no access to the core's window on a chip that is not configured, because
+    the access would never end."""
     control = CORE_BASE + register_named("control").address
     # The word includes output_enable; without this bit the firmware would think that the core was
     # reset and set it up.
@@ -281,7 +284,8 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
 
 
 def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
-    """The main program loops for ever. The timer's interrupt restarts it and reports the place."""
+    """The firmware reports the place of a hang, in which the main program loops for ever. The
+    timer's interrupt restarts it and reports the place."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -310,8 +314,8 @@ def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
 
 @pytest.mark.parametrize("name", ["data_abort", "hang"])
 def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str) -> None:
-    """A fault restarts the firmware, the restart does not finish, and the watchdog resets the
-    system."""
+    """The name of a fault survives a reset: a fault restarts the firmware, the restart does not
+    finish, and the watchdog resets the system."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.write_memory(symbol("start"), STAY_HERE)
@@ -328,8 +332,8 @@ def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str)
 
 
 def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
-    """QEMU's bus refuses no write. The test calls the handler with the state that the chip would
-    give."""
+    """The firmware reports a write that the bus refuses; QEMU's bus refuses no write. The test
+    calls the handler with the state that the chip would give."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         reported = machine.machine_command(
@@ -360,8 +364,8 @@ def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
 
 
 def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
-    """The bus answers the first word with an error. The firmware reports that there is no core, and
-    does not fault again."""
+    """The firmware reports that there is no core if the bus answers the first word with an error.
+    The firmware reports that there is no core, and does not fault again."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase wait_for_index")
@@ -383,7 +387,7 @@ def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
 
 
 def test_the_clocks(tmp_path: Path) -> None:
-    """The clock registers must fit the 50 MHz crystal of both boards. The bits are those of UG585,
+    """The clock registers fit the 50 MHz crystal of both boards. The bits are those of UG585,
     SLCR."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
@@ -419,8 +423,8 @@ def test_the_clocks(tmp_path: Path) -> None:
 
 
 def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
-    """A debugger or another program left the interrupt of the second UART enabled, and made the
-    fabric's interrupt edge-sensitive."""
+    """The firmware starts although a debugger or another program left the interrupt of the second
+    UART enabled, and made the fabric's interrupt edge-sensitive."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -442,8 +446,8 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
 
 
 def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
-    """QEMU's reset does not change the memory, so that this test uses QEMU's reset as a new start
-    without a reset of the chip."""
+    """The record survives a new start, which this test imitates by QEMU's reset: it does not change
+    the memory."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         control = CORE_BASE + register_named("control").address
@@ -465,8 +469,8 @@ def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
 
 
 def test_orders_outlive_faults_and_faults_in_a_row_end(tmp_path: Path) -> None:
-    """The processor faults three times at the same place; after the third fault the firmware
-    processes no turn."""
+    """The operator's settings survive three faults at the same place; after the third fault the
+    firmware processes no turn."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         for order in ("set separation_deg 47.5", "set method 0", "freeze on", "bypass on"):
@@ -503,9 +507,9 @@ def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> Non
 
 
 def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
-    """QEMU's watchdog counts but does not reset. The test checks that its counter falls, because
-    the firmware no longer restarts it. Then the test makes the reset that the chip would make, with
-    the watchdog's flag."""
+    """The watchdog runs out if the firmware no longer restarts it; QEMU's watchdog counts but does
+    not reset. The test checks that its counter falls, because the firmware no longer restarts it.
+    Then the test makes the reset that the chip would make, with the watchdog's flag."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         code = assemble(
@@ -538,8 +542,8 @@ def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
 
 
 def test_what_is_saved_is_there_after_power_off(tmp_path: Path) -> None:
-    """The firmware writes the record through the emulated controller to a flash file on this
-    machine, N25Q128, and reads it back."""
+    """The saved record is there after power off: the firmware writes it through the emulated
+    controller to a flash file on this machine, N25Q128, and reads it back."""
     options = flash_options(tmp_path, b"")
     with running(tmp_path, core_window(None), *options) as machine:
         machine.wait_for(READY)

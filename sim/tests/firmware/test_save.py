@@ -181,15 +181,16 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """This test is the opposite of the one above: after a power cycle without a record, one turn
-    does not correct the loaded subdivision error."""
+    """After a power cycle without a record, one turn does not correct the loaded subdivision error;
+    this test is the opposite of test_power_off_and_on_needs_one_turn_and_no_word."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4
 
 
 def test_another_table_does_not_get_them(working: Board) -> None:
-    """The operator has turned the disc on its hub, so that order 1 has another phase."""
+    """The firmware does not give the saved coefficients to another table: the operator has turned
+    the disc on its hub, so that order 1 has another phase."""
     working.order("save")
     working.power_on()
     other = Disc({n: (a, p + 2.0) for n, (a, p) in DISC.orders.items()})
@@ -242,8 +243,8 @@ def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
 
 
 def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: Board) -> None:
-    """After power-on the operator sets and saves a parameter before any turn was judged; the save
-    must keep all earlier content."""
+    """A save before the first turn keeps all earlier content: after power-on the operator sets and
+    saves a parameter before any turn was judged."""
     said = working.order("save")
     working.power_on()
     working.firmware.send("set keep 0.5")
@@ -267,8 +268,9 @@ def re_armed(board: Board, line: str) -> None:
 def test_a_save_after_a_re_arm_keeps_the_coefficients(
     working: Board, line: str, saved_before: bool
 ) -> None:
-    """No turn has come since the re-arm, and no coefficients are active. The save keeps the former
-    coefficients and the loaded file."""
+    """A save after a re-arm keeps the former coefficients and the loaded file, although no
+    coefficients are active and no turn has come. The save keeps the former coefficients and the
+    loaded file."""
     if saved_before:
         working.order("save")
     bank = active_coefficients(working.core)
@@ -285,8 +287,9 @@ def test_a_save_after_a_re_arm_keeps_the_coefficients(
 
 
 def test_a_save_of_nothing_keeps_what_no_turn_has_confirmed(working: Board) -> None:
-    """The firmware is frozen before the save. After power-on the disc differs and no coefficients
-    are active; the next save keeps the whole record."""
+    """A save keeps the whole record if no turn has confirmed it. The firmware is frozen before the
+    first save. After power-on the disc differs and no coefficients are active; the next save keeps
+    the whole record."""
     working.firmware.send("freeze on")
     said = working.order("save")
     working.power_on()
@@ -307,7 +310,7 @@ def test_a_counts_per_rev_that_is_set_back_has_lost_nothing(working: Board) -> N
 
 
 def test_fewer_orders_than_the_record_has_are_not_written(working: Board) -> None:
-    """`save_begin` is called with fewer orders than the record has; it must refuse."""
+    """`save_begin` refuses a call with fewer orders than the record has."""
     ffi, library = c_library()
     working.order("save")
     kept = working.save.kept_lanes
@@ -382,8 +385,8 @@ def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
 
 @pytest.mark.parametrize("silence", ["all", "after_its_id"])
 def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> None:
-    """An earlier firmware would have started again with record number 1 in the sector of the latest
-    record."""
+    """The firmware keeps its records if the flash is silent at the start. An earlier firmware would
+    have started again with record number 1 in the sector of the latest record."""
     board = saved_times(5)
     board.chip.fault = "silent" if silence == "all" else "silent_after_id"
     board.power_on()
@@ -426,8 +429,8 @@ def test_an_empty_flash_that_was_silent_at_the_start_is_written_at_once() -> Non
 @pytest.mark.parametrize("wear", ["erase", "program"])
 @pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
 def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
-    """Two neighbouring sectors are worn; until the next power-off the firmware tries each of them
-    once."""
+    """The firmware skips two neighbouring worn sectors; until the next power-off it tries each of
+    them once."""
     board = saved_times(1, kind)
     places = places_of(board.chip)
     board.chip.worn = {places[1]: wear, places[2]: wear}
@@ -446,8 +449,8 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
 
 
 def test_the_last_good_sector_keeps_its_record() -> None:
-    """All other sectors are worn: the save is refused, and the last good sector keeps its
-    record."""
+    """The last good sector keeps its record: the save is refused, because all other sectors are
+    worn."""
     board = saved_times(2)
     good = places_of(board.chip)[1]
     board.chip.worn = {place: "program" for place in places_of(board.chip) if place != good}
@@ -460,8 +463,8 @@ def test_the_last_good_sector_keeps_its_record() -> None:
 
 
 def test_a_record_that_was_not_confirmed_is_not_preferred() -> None:
-    """The record is complete, but the firmware failed to read it back; the next save has a higher
-    number."""
+    """The firmware does not prefer a complete record that it failed to read back; the next save has
+    a higher number."""
     board = saved_times(1)
     board.firmware.send("set keep 0.5")
     board.firmware.send("save")
@@ -539,7 +542,7 @@ class Memory:
 
 
 def record_of(chip: Chip, place: int) -> bytes:
-    """Return the record of a sector; its length is that of the last programming."""
+    """Return the record in a sector, with the length of the last programming."""
     length = 0
     for address, data in chip.programmed:
         if place <= address < place + chip.sector:
@@ -563,8 +566,8 @@ def flash_of(first: bytes, second: bytes) -> Memory:
 
 
 def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
-    """Record 3 replaces record 1: the sector is erased in part or in full, or written up to any
-    byte."""
+    """The firmware finds a complete record after a loss of power, while record 3 replaces record 1:
+    the sector is erased in part or in full, or written up to any byte."""
     first, second = records(working)
     working.order("save")
     third = record_of(working.chip, places_of(working.chip)[2])
@@ -655,8 +658,8 @@ def test_the_sequence_number_wraps() -> None:
 
 
 def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
-    """The record of an older firmware lacks one parameter, and has another one that no longer
-    exists."""
+    """The firmware presets a parameter that the record of an older firmware lacks, and ignores a
+    parameter that no longer exists."""
     record = record_of_presets(keep=0.25, noise_limit=7.0)
     words = np.frombuffer(record, dtype="<u4").copy()
     ffi, library = c_library()
@@ -672,8 +675,8 @@ def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
 
 
 def test_lanes_of_real_orders_outlive_the_power_and_have_no_phase() -> None:
-    """Orders and amplitudes return with the first turn; the lanes stay off until the operator gives
-    a phase.
+    """Orders and amplitudes of real-order lanes return with the first turn; the lanes stay off
+    until the operator gives a phase.
 
     A phase refers to the core's count of turns, which starts at 0 after power-on.
     """

@@ -205,8 +205,8 @@ def test_the_rate_and_the_paths(uart: Uart) -> None:
 
 @pytest.mark.parametrize("baud", [9600, 57_600, 115_200, 230_400, 921_600, 2_000_000, 3_000_000])
 def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
-    """At 3 Mbaud a bit has 33⅓ clocks, which rounding changes by 1.01 %; both ends together may
-    deviate by 5 %."""
+    """The divisors of another rate are right: at 3 Mbaud a bit has 33⅓ clocks, which rounding
+    changes by 1.01 %; both ends together may deviate by 5 %."""
     uart = Uart(compiled_for(tmp_path, f"-DBOARD_BAUD={baud}U"))
     uart.set_up()
     divisor, samples = uart.words["UART_BAUDGEN"], uart.words["UART_BAUDDIV"] + 1
@@ -220,7 +220,8 @@ def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
 
 @pytest.mark.parametrize("length", [1, 70, 300])
 def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
-    """After the message of a fault the firmware restarts, which resets both paths of the UART."""
+    """All characters of a message are sent before the firmware restarts, which resets both paths of
+    the UART."""
     text = bytes(32 + place % 90 for place in range(length))
     uart.say(text)
     uart.library.uart_drain()
@@ -254,7 +255,8 @@ def test_more_than_the_ring_holds_is_lost_and_no_more(uart: Uart) -> None:
 
 @pytest.mark.parametrize("more", [1, 30])
 def test_a_fifo_that_overflows_is_told_where_it_did(uart: Uart, more: int) -> None:
-    """Interrupts were off while more than 64 characters arrived."""
+    """The ring marks the place where the FIFO overflowed: interrupts were off while more than 64
+    characters arrived."""
     for place in range(FIFO + more):
         uart.arrive(32 + place)
     uart.arrivals = {uart.reads + 9: ord("x")}
@@ -281,8 +283,8 @@ def stall_us(uart: Uart, say: Callable[[], None]) -> float:
 
 
 def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
-    """A line of telemetry delays the program without the output ring, by the time of all characters
-    that the FIFO cannot hold; with the ring it does not."""
+    """A line of telemetry does not delay the program with the output ring; without the ring it
+    delays the program by the time of all characters that the FIFO cannot hold."""
     text = bytes(32 + place % 90 for place in range(LINE))
     waited = stall_us(uart, lambda: uart.say(text))
     assert waited == pytest.approx((LINE - FIFO) * CHARACTER_US, rel=0.02)
@@ -304,8 +306,8 @@ def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
 
 @pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
 def test_the_order_is_kept_whenever_the_interrupt_comes(uart: Uart, every: int) -> None:
-    """The text is longer than the ring: the sender waits for room, and no character is lost or sent
-    twice."""
+    """The order of the characters is kept: the text is longer than the ring, the sender waits for
+    room, and no character is lost or sent twice."""
     text = bytes(32 + place * 7 % 90 for place in range(3 * 4096))
     uart.ticks_every = every
     for first in range(0, len(text), 37):

@@ -55,8 +55,8 @@ def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int
 def _smooth(
     name: str, counts: float, ticks: int, rate: int, acceleration: int, *at: int
 ) -> RampScenario:
-    """Return a scenario with one step of this number of counts. At each of the ticks ``at``, which
-    are 256 clocks long, a marker accompanies a step to another level."""
+    """Return a scenario with a smooth ramp after one step of this number of counts. At each of the
+    ticks ``at``, which are 256 clocks long, a marker accompanies a step to another level."""
     clocks = 256 * ticks
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -75,8 +75,8 @@ def _smooth(
 
 
 def _marked_every_tick(counts: float, first: int, phase: int) -> RampScenario:
-    """Return a scenario with one step. From tick ``first`` on, one clock in each 256 has a marker
-    that leaves ε unchanged."""
+    """Return a scenario with one step and a marker in every later tick. From tick ``first`` on, one
+    clock in each 256 has a marker that leaves ε unchanged."""
     clocks = 256 * 120
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)

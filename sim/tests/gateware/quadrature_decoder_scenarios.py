@@ -477,8 +477,8 @@ together."""
 
 
 def scenarios_to_run(default_generics: bool) -> list[str]:
-    """Return the scenarios of a bench: all for the default generics; for other generics those whose
-    result depends on the generics."""
+    """Return the scenarios of a bench. For the default generics these are all scenarios; for other
+    generics only those whose result depends on the generics."""
     if default_generics:
         return [*LOSSLESS, *SCATTERED, *FAULTY, *SKEWED, *RANDOM_SEEDS]
     return [
@@ -490,7 +490,7 @@ def scenarios_to_run(default_generics: bool) -> list[str]:
 
 
 def _moves(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
-    """Return by how many units the disc moves in each clock, without jitter."""
+    """Return the number of units by which the disc moves in each clock, without jitter."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.wander:
         lengths = random.integers(1, 40, segment.clocks)

@@ -24,7 +24,7 @@ class Segment:
     referenced: bool = True
     """Whether the angle counts from an index."""
     phase_of_zero: int = 0
-    """Place of A and B in their cycle at position 0."""
+    """State of A and B in their cycle of four at position 0."""
     z_gated: bool = False
     z_state: int = 0
     z_width: int = 0
@@ -306,7 +306,7 @@ SCENARIOS |= {f"random_{seed}": random_scenario(seed) for seed in range(5)}
 
 
 def _moves(segment: Segment) -> NDArray[np.int64]:
-    """Return by how many counts the position moves in each clock of a segment."""
+    """Return the number of counts by which the position moves in each clock of a segment."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.clocks_a_count:
         edges = moves[:: segment.clocks_a_count]
@@ -326,7 +326,7 @@ def _at_start(values: list[int], lengths: list[int]) -> NDArray[np.int64]:
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """Return the entity's inputs in each clock of a scenario, by name; shape (clocks,)."""
+    """Return the entity's inputs in each clock of a scenario, keyed by name; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     turned = scenario.start + np.cumsum(np.concatenate([_moves(s) for s in scenario.segments]))
     offset = np.cumsum(_at_start([s.angle_jump for s in scenario.segments], lengths))

@@ -30,7 +30,8 @@ class Segment:
     flags: int = INDEX_SEEN
     reset: bool = False
     tremble: bool = False
-    """Whether head 1 moves one count up and one down in turn, at each clocks_a_count clocks."""
+    """Whether head 1 moves one count up and one count down alternately, every clocks_a_count
+    clocks."""
     zero_slip: int = 0
     """Counts by which the zero of head 1 moves in the first clock of the segment."""
 
@@ -282,7 +283,7 @@ SCENARIOS |= {f"random_{seed}": random_scenario(seed) for seed in range(4)}
 
 
 def _moves(segment: Segment) -> NDArray[np.int64]:
-    """Return by how many counts head 1 moves in each clock of a segment."""
+    """Return the number of counts by which head 1 moves in each clock of a segment."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.clocks_a_count:
         edges = moves[:: segment.clocks_a_count]
@@ -297,7 +298,7 @@ def _signed32(counts: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """Return the sampler's inputs in each clock of a scenario, by name; shape (clocks,)."""
+    """Return the sampler's inputs in each clock of a scenario, keyed by name; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     first = np.cumsum([0, *lengths[:-1]])
     slips = np.array([segment.zero_slip for segment in scenario.segments])

@@ -25,8 +25,8 @@ TURN = 1 << PHASE_WIDTH
 
 
 def test_every_phase_of_20_bits_stays_within_the_bound() -> None:
-    """The error is below (A.1) + (A.5) as printed, and near the value that the page of the entity
-    states."""
+    """The error of the cosine is below (A.1) + (A.5) as printed, and near the value that the page
+    of the entity states."""
     phase = swept_phases(20)
     assert phase.size == 2**20
     bound = cosine_bound()

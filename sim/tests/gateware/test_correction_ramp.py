@@ -80,8 +80,8 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
 
 @pytest.mark.parametrize("scenario", LINEAR, ids=str)
 def test_equals_a_plain_walk(scenario: RampScenario) -> None:
-    """Compare with a calculation of every clock that keeps the time since the marker as a
-    fraction."""
+    """The total equals that of a calculation of every clock that keeps the time since the marker as
+    a fraction."""
     held = 0
     caught, age = 0, 3
     top = scenario.limit * COUNT
@@ -212,7 +212,7 @@ def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
 
 @pytest.mark.parametrize("phase", [0, 100, 238, *range(239, 256, 2)])
 def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
-    """The step has 2 counts.
+    """The total never passes the end of a step of 2 counts, although markers come in every tick.
 
     From half the way on, each 256 clocks have a marker at the same place; later there are no
     markers. The total reaches 2 and never exceeds it, wherever in the tick the markers fall. The
@@ -243,7 +243,8 @@ def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
 
 
 def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> None:
-    """The total stays at its limit and does not wrap to the opposite sign."""
+    """The total stays at its limit, and reports this, if more counts are put back than it can hold;
+    it does not wrap to the opposite sign."""
     for sense in (1, -1):
         (scenario,) = [s for s in SCENARIOS if s.name == f"healed again and again, {sense}"]
         result = correction_ramp(
@@ -264,8 +265,8 @@ def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> N
 
 
 def test_a_marker_on_the_way_leaves_the_velocity() -> None:
-    """Swaps change ε back and forth while the remainder r moves: r slows down, reverses and
-    returns."""
+    """The velocity of the remainder r does not jump while swaps change ε back and forth: r slows
+    down, reverses and returns."""
     (scenario,) = [s for s in SCENARIOS if s.name == "smooth, markers on the way"]
     total = run(scenario)
     rest = total - scenario.correction

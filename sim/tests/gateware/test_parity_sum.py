@@ -33,9 +33,9 @@ def test_three_heads_have_no_parity() -> None:
 
 
 def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
-    """The axis moves by 13.4 counts and the eccentricity adds 3.8 counts peak to peak, each in a
-    random direction: this is no step. A step of at least twice STEP_COUNTS is attributed to the
-    right head."""
+    """A motion of half a micrometre is no step: the axis moves by 13.4 counts and the eccentricity
+    adds 3.8 counts peak to peak, each in a random direction. A step of at least twice STEP_COUNTS
+    is attributed to the right head."""
     rng = np.random.default_rng(2)
     for _ in range(2000):
         way = rng.uniform(0.0, 2.0 * np.pi)

@@ -227,8 +227,8 @@ def test_a_lost_period_shows_only_at_the_index() -> None:
 
 
 def marks_of_scattered_index(name: str) -> tuple[Scenario, Stimuli, DecoderTrace, np.ndarray]:
-    """Run a scenario; return it with its inputs, its outputs and the true places of the passed
-    marks in counts."""
+    """Run a scenario; return the scenario, its inputs, its outputs, and the true places of the
+    passed marks in counts."""
     scenario, given, trace = played(name)
     shifted = given.place - int(scenario.index_at * UNITS) - given.mark_scatter * UNITS
     turns = shifted // (scenario.counts_per_rev * UNITS)
@@ -302,8 +302,8 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
 
 @pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
 def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
-    """The false marks are at most 5 counts from a whole turn apart, and each false mark occurs only
-    once."""
+    """The zero does not move for false marks, which are at most 5 counts from a whole turn apart
+    and each occur only once."""
     count = np.repeat(np.arange(700), 8)
     mark = (count % 100 == 0) | np.isin(count, false_at)
     clock = np.arange(count.size)
@@ -492,8 +492,8 @@ def test_z_without_a_step_is_no_index() -> None:
 
 @pytest.mark.parametrize("width", [1, 2, 17])
 def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
-    """A, B and Z change in any order within three clocks; the disc moves back and forth over both
-    edges of a mark."""
+    """The zero does not move if A, B and Z change in any order within three clocks, while the disc
+    moves back and forth over both edges of a mark."""
     for skew in itertools.product(range(4), repeat=3):
         given = stimuli_of(skewed(skew, width))
         trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
@@ -539,8 +539,9 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """The pins change up to ``most`` clocks apart. At the spacing that the header states, every
-    mark is at its place; below it some marks are displaced.
+    """The decoder finds every mark at the fastest allowed speed if the pins change up to ``most``
+    clocks apart. At the spacing that the header states, every mark is at its place; below it some
+    marks are displaced.
 
     The header derives the spacing: the decoder reads Z INDEX_SKEW clocks after a step, and the Z of
     the next step may come ``most`` clocks before that step.
@@ -562,8 +563,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """Z changes half a count after the step that it marks. At 14 clocks per count every mark is at
-    its place; at 12 some marks are displaced."""
+    """A mark whose Z changes half a count after its step needs this spacing on both sides of the
+    change. At 14 clocks per count every mark is at its place; at 12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),
@@ -580,8 +581,8 @@ def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> N
 
 @pytest.mark.parametrize("z_early", [0, 1])
 def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
-    """The disc moves up through a mark of 6 counts, moves back and forth by one count, and moves
-    on; the far edge of the mark must not become the zero."""
+    """The far edge of a mark must not become the zero: the disc moves up through a mark of 6
+    counts, moves back and forth by one count, and moves on."""
     ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5
     count = np.repeat(np.concatenate([[0], np.cumsum(ways)]), 20)
     mark = np.roll((count >= 10) & (count < 16), -z_early)
@@ -593,8 +594,8 @@ def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> Non
 
 
 def test_a_reversal_within_a_count_leaves_no_trace() -> None:
-    """At both edges of the mark, Z changes in the middle of a count and the table reverses
-    there."""
+    """A reversal within a count leaves no trace: at both edges of the mark, Z changes in the middle
+    of a count and the table reverses there."""
     half_counts = [*range(40), *range(39, 37, -1), *range(39, 60), *range(59, 10, -1)]
     half_counts = np.repeat(half_counts, 12)
     count = half_counts // 2

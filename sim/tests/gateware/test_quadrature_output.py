@@ -135,8 +135,8 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
 @pytest.mark.parametrize("way", [-1, 1])
 @pytest.mark.parametrize("of_zero", range(4))
 def test_the_zero_lies_in_one_state_whatever_the_start(start: int, way: int, of_zero: int) -> None:
-    """After a power-up at any count, Z is high in the state of A and B that the head itself has at
-    its index."""
+    """Z is high in the state of A and B that the head itself has at its index, after a power-up at
+    any count."""
     position = start + way * (np.arange(2000) // 3)
     enable = np.arange(2000) > 40  # enabled after a move, not at the start
     trace = quadrature_output(
@@ -282,8 +282,8 @@ def test_flag_stays_through_disable() -> None:
 @pytest.mark.parametrize("fold", [1, 2, 4, 8])
 @pytest.mark.parametrize("clocks_a_count", [11.0, 17.3, 71.5])
 def test_jitter_of_a_folded_pipeline(fold: int, clocks_a_count: float) -> None:
-    """The pipeline holds a reading for FOLD clocks. Hence each edge comes 0 to FOLD - 1 clocks
-    late."""
+    """The output of a folded pipeline has jitter, because the pipeline holds a reading for FOLD
+    clocks. Hence each edge comes 0 to FOLD - 1 clocks late."""
     clock = np.arange(20_000)
     position = np.floor(clock / clocks_a_count).astype(np.int64)
     at = edges(quadrature_output(OutputInputs(position[clock // fold * fold], 0, 2**24)))[4:]
@@ -345,8 +345,8 @@ def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
 
 
 def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
-    """The output starts in any clock after the counts were put back, while the pipeline still holds
-    the change."""
+    """The output finally has the levels of the head, if it starts in any clock after the counts
+    were put back while the pipeline still holds the change."""
     starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)
     assert {place_after_a_heal(start) for start in starts} == {0}
     # If the phase came as late as the position, the output would keep the old phase in all later

@@ -30,8 +30,8 @@ SWEPT = 2.1e-5
 
 
 def test_every_phase_stays_within_the_bound() -> None:
-    """Compare all 2**24 phases with numpy's cosine. The comment at the head of the entity derives
-    the bound."""
+    """The cosine of all 2**24 phases stays within the bound, compared with numpy's cosine. The
+    comment at the head of the entity derives the bound."""
     largest = 0.0
     for start in range(0, TURN, BLOCK):
         phase = np.arange(start, start + BLOCK, dtype=np.int32)
@@ -63,8 +63,8 @@ def test_rows_are_a_product() -> None:
 
 
 def test_lines_meet_their_neighbours() -> None:
-    """At the end of an interval, the line of this interval differs from the next line by at most
-    the sum of both errors."""
+    """The lines of neighbouring intervals meet: at the end of an interval, both lines differ by at
+    most the sum of their errors."""
     last = np.arange(1, 1 << ADDRESS_WIDTH, dtype=np.int32) << OFFSET_WIDTH
     step = table_rotation(last - 1) - table_rotation(last)
     assert np.abs(step).max() * 2.0**-COSINE_WIDTH <= 2 * error_bound()

@@ -50,8 +50,8 @@ def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
 
 
 def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
-    """The heads' readings wrap at different angles; the mean makes no step, whichever head is the
-    carrier."""
+    """The mean makes no step where the heads' readings wrap, at different angles, whichever head is
+    the carrier."""
     weights, offsets = (16384,) * 4, (8, 777 * 16, 5, 16 * (COUNTS - 900) + 9)
     true = np.arange(-3000, 3000, 7)
     whole = np.array(offsets) // 16
@@ -64,8 +64,8 @@ def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
 
 
 def test_a_translation_of_the_axis_is_not_in_the_mean() -> None:
-    """The axis moves by 2 µm under heads at 0/33/162.5/300.5° with a radius of 52 mm, which is more
-    than 5.4″ at head 1.
+    """The mean does not contain the motion of the axis by 2 µm, which is more than 5.4″ at head 1;
+    the heads stand at 0/33/162.5/300.5° with a radius of 52 mm.
 
     The mean contains only the weighted rounding of each head to one count, and the rounding of the
     weights (2⁻¹⁷ of the motion each).

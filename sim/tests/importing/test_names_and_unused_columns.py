@@ -23,8 +23,8 @@ def arctrue(*words: str | Path) -> Result:
 
 
 def _late_reading(path: Path, header: str) -> np.ndarray:
-    """Write a set in both directions and at two speeds, whose reading is late by DELAY_S; return
-    the times of the rows."""
+    """Write a set in both directions and at two speeds, with a reading that is late by DELAY_S;
+    return the times of the rows."""
     time_s = np.arange(0.0, 300.0, 0.25)
     speed = np.where(time_s < 100, 3.6, np.where(time_s < 200, -3.6, 1.8))  # °/s
     angle = np.concatenate(([0.0], np.cumsum(speed[:-1] * 0.25)))

@@ -56,11 +56,11 @@ NOTED = 1
 """Clocks from the recorded inputs to the recorded outputs: a recording contains the inputs of a
 clock, and the outputs after the edge of this clock."""
 TRIGGER_AFTER_EDGE = 4 + 1 + 1 - NOTED
-"""Clocks from an edge of sync_in to the trigger, through pulse_input, sample_trigger and
+"""Number of clocks from an edge of sync_in to the trigger, through pulse_input, sample_trigger and
 pulse_output."""
 COMPARE_AFTER_PINS = 5 + 29 + 2 + 1 - NOTED
-"""Clocks from the pins of head 1 to the compare pulse, through decoder, pipeline, position_compare
-and pulse_output."""
+"""Number of clocks from the pins of head 1 to the compare pulse, through decoder, pipeline,
+position_compare and pulse_output."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ class Pins:
         return self.turn_position[:, clock - self.first_clock]
 
     def rises(self, pin: int, since: int) -> NDArray[np.int64]:
-        """Return the clocks, not before ``since``, in which ``pin`` rises."""
+        """Return the clocks from ``since`` on in which ``pin`` rises."""
         level = self.levels & pin != 0
         clocks = np.flatnonzero(level[1:] & ~level[:-1]) + 1 + self.first_clock
         return clocks[clocks >= since]
@@ -180,8 +180,8 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
 
 
 def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
-    """The edges of sync_in come during a turn: each sample contains both heads' counts at its edge,
-    and each edge gives a trigger pulse."""
+    """Each sample contains both heads' counts at its edge of sync_in during a turn, and each edge
+    gives a trigger pulse."""
     instrument, firmware = scene.instrument, scene.firmware
     for line in ("trigger width 2", "sync capture 1"):
         assert firmware.send(line) == "ok"
@@ -213,7 +213,8 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
 
 
 def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
-    """Every place gives one pulse, in the clock in which the corrected count reaches the place."""
+    """The compare gives one pulse at every place, in the clock in which the corrected count reaches
+    the place."""
     instrument, bank = scene.instrument, scene.coefficients
     interval, first = COUNTS // 32, 77
     begin = instrument.clock

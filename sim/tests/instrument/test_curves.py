@@ -59,8 +59,8 @@ def test_cubic_between_knots_is_the_table(first: int) -> None:
 
 
 def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
-    """The table has a subdivision error with a period of 16 counts; knots 16 counts apart would not
-    show this error."""
+    """The knots are nearer than 16 counts for a table that has a subdivision error with a period of
+    16 counts; knots 16 counts apart would not show this error."""
     lines = COUNTS // 16
     distortion = SignalDistortion(head=0, lines=lines, cosine_offset=0.3)
     table = replace(TABLE, causes=(*TABLE.causes, distortion))
@@ -75,8 +75,8 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
 
 
 def test_conditions_reach_the_table() -> None:
-    """The centre of this disc moves with temperature: 20 K are 20 µm of eccentricity at the radius
-    of the head."""
+    """The reading contains the effect of temperature: 20 K move the centre of this disc by 20 µm,
+    seen at the radius of the head."""
     warm_disc = replace(TABLE, causes=(ThermalCentre(1e-6),))
     cold = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16)
     warm = replace(MOTION, temperature=TemperatureCourse((0.0,), (40.0,)))

@@ -66,8 +66,8 @@ def back_in(device: HeadsDevice) -> None:
 @pytest.mark.large
 @pytest.mark.slow
 def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
-    """The pins of head 3 stay low for a turn: the other three heads continue, and the output
-    contains no ball motion."""
+    """The firmware leaves out head 3, whose pins stay low for a turn: the other three heads
+    continue, and the output contains no ball motion."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     turn_clocks = round(SETTINGS.counts_per_rev * 1.15)
@@ -92,8 +92,8 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> None:
-    """Added pulses make head 3 count 4,000 counts too many; the mean continues with the other three
-    heads, and head 3 returns."""
+    """The firmware leaves out head 3, which counts 4,000 counts too many because of added pulses;
+    the other three heads continue, and head 3 returns."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     begin = instrument.clock + 100
@@ -114,7 +114,7 @@ def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> No
 
 @pytest.mark.slow
 def test_the_device_makes_its_own_sets() -> None:
-    """Without a loaded file, the device calibrates four heads; then head 3 fails while the table
+    """The device calibrates four heads without a loaded file; then head 3 fails while the table
     turns.
 
     Afterwards the mean of three heads removes the ball motion and the disc's orders from the

@@ -185,7 +185,7 @@ def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
-    """With 2²⁴ counts the lane leaves at most two counts plus τ·a·lag; a constant lane leaves the
+    """The lane leaves at most two counts plus τ·a·lag, with 2²⁴ counts; a constant lane leaves the
     whole change."""
     slowing = 0.5 * FULL_PACE / CHANGE_CLOCKS
     error = changing_errors(modulated, "speed")
@@ -279,8 +279,8 @@ def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
 
 
 def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) -> None:
-    """The table moves back and forth within the dead zone, which does not change the correction;
-    the output makes no edge at standstill."""
+    """The correction does not change while the table moves back and forth within the dead zone; the
+    output makes no edge at standstill."""
     legs = [(90_000, 0.1), *[(40, 0.05), (40, -0.05)] * 100, (3000, 0.0)]
     run(
         modulated,
@@ -294,8 +294,9 @@ def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) ->
 
 
 def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
-    """The console changes the word from 0.5 to -0.25 of 20 counts. The output then moves by 15
-    counts at the slew rate, without a step.
+    """The output moves by 15 counts at the slew rate, without a step, when the console changes the
+    word from 0.5 to -0.25 of 20 counts. The output then moves by 15 counts at the slew rate,
+    without a step.
 
     The bound is half a count each for the roundings of reading and output, since the output makes
     one edge at a time.
@@ -335,8 +336,8 @@ def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
 
 
 def test_every_word_of_the_window(modulated: Instrument) -> None:
-    """Words 0 to 5 can be written, words 6 to 8 only read; the core refuses all other words. The
-    test reads the words of the lane back."""
+    """The console can write words 0 to 5 and can only read words 6 to 8; the core refuses all other
+    words. The test reads the words of the lane back."""
     assert modulated.read("capability.modulators") == 1
     for word in range(16):
         for is_write in (False, True):

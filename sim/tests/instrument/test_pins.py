@@ -97,8 +97,8 @@ def test_true_angle_and_end(instrument: Instrument) -> None:
 
 
 def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
-    """Without a correction the core repeats head 1; the recorder's count of the output equals that
-    of decode_quadrature."""
+    """The core repeats head 1 without a correction, and the recorder's count of the output equals
+    that of decode_quadrature."""
     motion = there_and_back()
     instrument.attach(table(), motion)
     instrument.reset()

@@ -113,8 +113,8 @@ def run(
 
 
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
-    """The table goes back past its index, into negative turns. The test also runs with the lanes
-    off."""
+    """The lines are gone after some turns, also when the table goes back past its index into
+    negative turns. The test also runs with the lanes off."""
     for found in run(built, bank(on=True), 6, 9):
         assert found.max() < 0.5, found
     for found in run(built, bank(on=False), 4, 4):
@@ -124,7 +124,7 @@ def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> Non
 
 @pytest.mark.large
 def test_lines_are_gone_after_a_thousand_turns(built: Instrument) -> None:
-    """The phase does not drift: after a thousand turns forwards, and after the way back, the
-    remaining lines are as small as after a few turns."""
+    """The lines are as small after a thousand turns forwards, and after the way back, as after a
+    few turns: their phase does not drift."""
     for found in run(built, bank(on=True), 1000, 1000):
         assert found.max() < 0.5, found

@@ -65,7 +65,7 @@ def test_the_sensitivity_to_the_head_separation() -> None:
 
 
 def test_two_heads_against_the_disc(tmp_path: Path) -> None:
-    """After the correction, the remaining error of the disc is within U; the budget has the
+    """The remaining error of the disc after the correction is within U; the budget has the
     contributions that the set states."""
     made = measurement_set(runs=2, turns=2)
     made = replace(made, table=replace(made.table, index_detection_arcsec=2.0))

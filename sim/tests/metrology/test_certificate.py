@@ -122,8 +122,8 @@ def test_u_is_the_root_of_the_sum_of_squares() -> None:
 
 
 def test_the_sensitivity_to_the_head_separation_is_that_of_the_equation() -> None:
-    """The derivative ∂ε/∂α = −Re Σ Eₙ·jn·e^{jnα}/(e^{jnα} − 1)·e^{jnθ} follows from E = D/(e^{jnα}
-    − 1)."""
+    """The certificate's sensitivity to the head separation is ∂ε/∂α = −Re Σ Eₙ·jn·e^{jnα}/(e^{jnα}
+    − 1)·e^{jnθ}, which follows from E = D/(e^{jnα} − 1)."""
     amplitude = 90.0
     made = measurement_set(
         lambda disc, *_: amplitude * np.cos(disc + 0.4), seed=1, runs=1, turns=2, reference=False
@@ -295,8 +295,8 @@ SI_SCHEMA = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"
 
 
 def test_a_schema_of_the_user_decides(place: Path, tmp_path: Path) -> None:
-    """The user's schema imports a schema from another server; the same folder has a copy of the
-    imported schema."""
+    """The user's schema decides: it imports a schema from another server, of which the same folder
+    has a copy."""
     pytest.importorskip("xmlschema")
     (tmp_path / "SI_Format.xsd").write_text(SI_SCHEMA, encoding="utf-8")
     words = ["set", "--details", "details.toml", "--out", "certificate.xml", "--model", "m.toml"]

@@ -209,8 +209,8 @@ def test_a_table_in_whole_units_of_twincat_divides_the_turn() -> None:
 
 
 def test_simplefoc_in_single_precision_loses_what_its_class_says() -> None:
-    """In single precision, which the library uses, raw − offset is wrong by less than two units in
-    the last place."""
+    """SimpleFOC loses less than two units in the last place of raw − offset, because the library
+    uses single precision."""
     text = FORMATS["simplefoc"].text(_correction(), 200, "")
     table = np.array(re.findall(r"(\S+)f,", text), dtype=np.float32)
     raw = np.radians(np.linspace(0.0, 359.9, 977)).astype(np.float32)
@@ -233,8 +233,8 @@ def test_limits_of_the_controllers() -> None:
 
 
 def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
-    """The set has no second head, but its 24 stations of a reference instrument suffice for the
-    table of each controller."""
+    """The 24 stations of a reference instrument suffice for the table of each controller; the set
+    has no second head."""
     made = measurement_set(cycles=5, runs=1, turns=1)
     table = replace(made.table, counts_per_rev=None, head_separation_deg=None)
     write_measurement_set(tmp_path / "set", replace(made, table=table, capture=None))
@@ -264,8 +264,8 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
 
 
 def test_stations_that_leave_a_gap_are_refused(tmp_path: Path) -> None:
-    """With 24 stations only the orders up to 11 can be separated: with 20 orders, the fit would
-    divide the error of order 5 between orders 5 and 19."""
+    """The export refuses 20 orders with 24 stations, which can separate only the orders up to 11:
+    the fit would divide the error of order 5 between orders 5 and 19."""
     made = measurement_set(cycles=2, runs=1, turns=1)
     assert made.reference is not None
     half = made.reference.where(made.reference.target_deg < 180.0)
@@ -340,8 +340,8 @@ def _worm_correction() -> Correction:
 
 
 def test_onstep_plays_the_worm_s_error_back() -> None:
-    """The mount points at the motor position minus ε(motor position); the sky turns 15″ per
-    second."""
+    """OnStep plays the worm's error back: the mount points at the motor position minus ε(motor
+    position), and the sky turns 15″ per second."""
     form = FORMATS["onstep"].for_axis(TEETH, STEPS_PER_SECOND)
     text = form.text(_worm_correction(), form.points, "my mount")
     steps, seconds = _onstep_steps(text, turns=3)

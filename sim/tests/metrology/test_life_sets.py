@@ -124,8 +124,8 @@ def test_a_clamp_that_creeps_is_an_alarm(tmp_path: Path) -> None:
 def test_alarms_reach_the_daemon(
     bracket: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The sets are captures in the daemon's store; the daemon keeps only the alarms of the latest
-    ``arctrue life``."""
+    """The daemon receives the alarms of the latest ``arctrue life`` and keeps no others; the sets
+    are captures in the daemon's store."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
     replay, store = Replay(), tmp_path / "store"
     words = ("--effect", "hysteresis", "--limit")

@@ -19,8 +19,9 @@ def telemetry_of(values: np.ndarray) -> list[list[float]]:
 
 
 def test_noise_alone_alarms_as_often_as_stated() -> None:
-    """In noise alone, 5 % of the fitted lines may raise an alarm; the number of alarms in 250 lines
-    must lie in the 99.9 % range of the binomial distribution."""
+    """The watch alarms as often as stated in noise alone: 5 % of the fitted lines may raise an
+    alarm, and the number of alarms in 250 lines must lie in the 99.9 % range of the binomial
+    distribution."""
     rng = np.random.default_rng(RNG_SEED)
     lines, alarms = 250, 0
     for _ in range(lines):
@@ -32,8 +33,8 @@ def test_noise_alone_alarms_as_often_as_stated() -> None:
 
 
 def test_a_drift_is_told_with_its_size() -> None:
-    """The cosine and sine of order 2 change by 0.01″ and −0.02″ per turn; the noise of a turn is
-    0.1″."""
+    """The watch reports a drift with its size: the cosine and sine of order 2 change by 0.01″ and
+    −0.02″ per turn, and the noise of a turn is 0.1″."""
     rng = np.random.default_rng(RNG_SEED)
     watch, found = TrendWatch(), []
     for turn in range(128):

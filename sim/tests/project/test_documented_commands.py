@@ -224,8 +224,8 @@ PICTURES = {
     "tutorial_stranger.png": "scripts/make_workbench_pictures.py",
     "warming_recalibrated.svg": "docs/scenarios.md",
 }
-"""Pictures of the documents, each with the script that makes it or the page that shows its
-command."""
+"""Pictures in the documents. Each entry names the script that makes the picture, or the page that
+shows the command for it."""
 
 
 DRAWINGS = "sim/arctrue/report/paper_drawings.py"

@@ -49,7 +49,8 @@ def sections(text: str) -> dict[str, str]:
 
 
 def entries(words: str) -> dict[str, str]:
-    """Return each name in a section with its text; ``a, b : int`` are two names."""
+    """Return each name in a section with its text; the section's line ``a, b : int`` contains two
+    names."""
     found: dict[str, str] = {}
     for part in re.split(r"\n(?=\S)", words.strip("\n")):
         head, _, _ = part.partition("\n")
@@ -163,7 +164,7 @@ def test_an_example_gives_what_it_says(what: Any) -> None:
 
 
 def test_every_package_with_public_names_is_read() -> None:
-    """arctrue.api has the same public names as arctrue."""
+    """Every package with public names is read; arctrue.api has the same public names as arctrue."""
     root = Path(arctrue.__file__).parent
     named = {
         ".".join(("arctrue", *path.parent.relative_to(root).parts))

@@ -121,8 +121,8 @@ def test_the_source_distribution_makes_the_same_wheel(
 def test_wheel_and_source_distribution_can_be_published(
     wheel: Path, source_distribution: Path, tmp_path: Path
 ) -> None:
-    """``twine check --strict`` checks that the metadata are valid and that the index can show the
-    description."""
+    """The wheel and the source distribution can be published: ``twine check --strict`` checks that
+    the metadata are valid and that the index can show the description."""
     words = [sys.executable, "-m", "twine", "--no-color", "check", "--strict"]
     words += [str(wheel), str(source_distribution)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)

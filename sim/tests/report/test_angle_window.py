@@ -1,4 +1,4 @@
-"""Tests that a figure of an arc has the arc's own ends, also across 0, and that a figure of the
+"""Tests that a figure of an arc ends where the arc ends, also across 0, and that a figure of the
 whole turn goes from 0 to 360."""
 
 from __future__ import annotations

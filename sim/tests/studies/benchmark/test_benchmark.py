@@ -139,8 +139,9 @@ def test_intervals_are_the_published_ones() -> None:
 
 
 def test_calibration_error_of_a_known_curve() -> None:
-    """Ten bins of three answers each have one right answer; in the first nine bins the stated
-    probability is 1/3. The expected calibration error is calculated by hand."""
+    """The calibration error of a known curve is right: ten bins of three answers each have one
+    right answer, and in the first nine bins the stated probability is 1/3. The expected calibration
+    error is calculated by hand."""
     stated = [1 / 3] * 27 + [0.9] * 3
     right = [True, False, False] * 10
     bins = reliability(stated, right)
@@ -175,8 +176,8 @@ def test_log_score_is_compared_with_the_best_constant() -> None:
 
 
 def test_interval_of_a_bootstrap_falls_with_the_root_of_the_number() -> None:
-    """Apart from the constant, the gain is a mean over the sets; its scatter therefore falls as
-    1/√n."""
+    """The interval of a bootstrap falls as 1/√n, because apart from the constant the gain is a mean
+    over the sets."""
     random = np.random.default_rng(1)
     widths = []
     for number in (100, 1600):
@@ -205,7 +206,7 @@ def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not()
 
 
 def test_sure_answers_are_counted_by_what_they_say() -> None:
-    """Only answers above 0.8 count as sure; the third set is not counted, since its answer has
+    """Only answers above 0.8 count as sure; the third set does not count, because its answer has
     0.7."""
     latency = effect("latency")
     sure, unsure = {"latency": 0.9, "unknown": 0.1}, {"latency": 0.7, "unknown": 0.3}

@@ -81,8 +81,8 @@ def test_noncentrality_is_that_of_generalised_least_squares(index_variance: floa
 
 
 def test_a_constant_of_a_single_run_is_not_seen() -> None:
-    """An unknown offset of the index may have any size, so that the oracle cannot see a constant in
-    a single run; several runs show how large the offset usually is."""
+    """The oracle cannot see a constant in a single run, because an unknown offset of the index may
+    have any size; several runs show how large the offset usually is."""
     rows = 240
     turn = np.linspace(0.0, 2.0, rows)
     counts = np.round(turn * COUNTS).astype(np.int64)
@@ -119,8 +119,8 @@ def test_every_cause_that_can_be_hidden_has_a_form() -> None:
 
 
 def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:
-    """Over sets that differ only in their noise, the projection of the rows on the cause's form is
-    normal with mean √λ."""
+    """The projection of the rows on the cause's form is normal with mean √λ, over sets that differ
+    only in their noise."""
     experiment = full().smaller(100, 4)
     wanted, faint = Wanted("hysteresis", 0.25), Wanted("hysteresis", 0.25e-9)
     scores, expected = [], 0.0

@@ -54,7 +54,7 @@ def test_without_a_source_nothing_is_left() -> None:
 
 
 def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
-    """With the eccentricity a = 144″ the neglected term (a²/2) sin 2θ is 0.036″ RMS; the other
+    """The neglected term (a²/2) sin 2θ is 0.036″ RMS with the eccentricity a = 144″; the other
     orders add a tenth of this."""
     amplitude = 144.1
     expected = amplitude**2 / 2.0 / ARCSEC_PER_RAD / math.sqrt(2.0)
@@ -63,8 +63,8 @@ def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
 
 
 def test_uneven_steps_hurt_the_dft_alone() -> None:
-    """The ripple of order 7 in the steps moves a part of order 1 (144″) into orders 6 and 8, which
-    TF(n) magnifies."""
+    """Uneven steps disturb only the DFT: their ripple of order 7 moves a part of order 1 (144″)
+    into orders 6 and 8, which TF(n) magnifies."""
     assert 0.05 < rms("uneven", "paper") < 0.15
     assert rms("uneven") < 1e-4
 
@@ -113,8 +113,8 @@ def test_heat_is_the_centre_that_moved() -> None:
 
 
 def test_subdivision_is_that_of_its_harmonics() -> None:
-    """Per signal period, an offset p causes an error of p once, and gain and phase errors p cause
-    p/2 twice, in radians of the period."""
+    """The subdivision error equals that of its harmonics: per signal period, an offset p causes an
+    error of p once, and gain and phase errors p cause p/2 twice, in radians of the period."""
     radian = 1_296_000 / (2.0 * math.pi * 16384)
     once, twice = 0.01 * math.sqrt(2.0), 0.005 * math.sqrt(2.0)
     expected = radian * math.hypot(once, twice) / math.sqrt(2.0)
@@ -132,8 +132,8 @@ def test_noise_is_that_of_the_transfer_function() -> None:
 
 
 def test_the_page_s_noise_is_the_expected_one_within_its_stated_spread() -> None:
-    """The expected noise is computed without TF(n), from the covariance of a fit with the columns
-    of both heads."""
+    """The page's noise equals the expected noise, which the test computes without TF(n), from the
+    covariance of a fit with the columns of both heads."""
     angle = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
     there = angle + HEAD_SEPARATION_RAD
     columns = np.hstack(
@@ -161,8 +161,8 @@ def test_the_page_calls_the_covariance_s_uncertainty_partial() -> None:
 
 
 def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
-    """For 150 draws of noise and index, the ratio of the scatter to the stated u is 1 within 5 of
-    its standard deviations."""
+    """The ratio of the scatter to the stated u is 1 within 5 of its standard deviations, for 150
+    draws of noise and index."""
     table = RotaryTable(
         two_heads(), (DiscEccentricity(30e-6, 1.0),), noise_rad=0.5 * RAD_PER_ARCSEC
     )

@@ -95,8 +95,8 @@ def test_flicker_noise_is_whitened_by_the_inverse_of_its_impulse_response() -> N
 
 
 def test_flicker_noise_falls_as_one_over_f() -> None:
-    """The density falls as 1/f: the slope of log power against log frequency is fitted to averaged
-    periodograms over two decades."""
+    """Flicker noise falls as 1/f: the slope of log power against log frequency is fitted to
+    averaged periodograms over two decades."""
     noise, random = FlickerNoise(1.0, 1.0), np.random.default_rng(5)
     time_s = np.arange(4096.0)
     power = np.zeros(2049)

@@ -79,8 +79,8 @@ def arcsec_of_um(um: Float) -> Float:
 
 
 def test_a_disc_off_centre_reads_the_angle_of_a_triangle() -> None:
-    """The equation is exact: seen from the disc's centre at e·exp(jθ), the direction to the head at
-    r turns by the atan2."""
+    """The reading of a disc off centre is exact: seen from the disc's centre at e·exp(jθ), the
+    direction to the head at r turns by the atan2."""
     e = 40e-6
     found = swept_reading_rad(Disc(eccentricity_m=e + 0j), SWEEP, 1, [])
     triangle = np.arctan2(e * np.sin(THETA), 0.053975 - e * np.cos(THETA))
@@ -143,8 +143,8 @@ def test_a_head_that_stands_off_moves_the_mean_and_the_slope_of_the_error() -> N
 
 
 def test_offset_gain_and_phase_of_the_signals_are_their_first_harmonics() -> None:
-    """To first order atan2 gives an angle error of (Im o·cos φ − Re o·sin φ + g/2·sin 2φ + p/2·(1 +
-    cos 2φ))/L."""
+    """The errors of the signals equal the first-order angle error of atan2, (Im o·cos φ − Re o·sin
+    φ + g/2·sin 2φ + p/2·(1 + cos 2φ))/L."""
     cause = SubdivisionError(0.0, 2, 3e-3 + 2e-3j, 4e-3, 1e-3)
     phase = 16_384 * (THETA + ALPHA)
     first = 2e-3 * np.cos(phase) - 3e-3 * np.sin(phase)

@@ -87,8 +87,8 @@ def judged_tasks(world: str) -> list[Task]:
     ],
 )
 def test_every_set_except_the_known_ones_is_right(world: str, sets: slice) -> None:
-    """``make test`` diagnoses one set of each world that is not in LONGEST; ``make test-large``
-    diagnoses all sets."""
+    """The diagnosis is right for every set except the known ones. ``make test`` diagnoses one set
+    of each world that is not in LONGEST; ``make test-large`` diagnoses all sets."""
     chosen = judged_tasks(world)[sets]
     if not chosen:
         pytest.skip("NOT_YET lists every set of this world, or all but one")

@@ -84,8 +84,9 @@ def named(name: str, hz: float | None = None, **more: Any) -> dict[str, Any]:
 def test_a_line_is_right_by_the_accepted_names_where_a_line_is(
     answer: dict[str, Any], expected: str
 ) -> None:
-    """The set has lines at 0.1 and 0.3 Hz. Two frequencies within 1.5 widths of resolution count as
-    the same line."""
+    """A line is right if its frequency is within 1.5 widths of resolution of a true line; the set
+    has lines at 0.1 and 0.3 Hz. Two frequencies within 1.5 widths of resolution count as the same
+    line."""
     lines = (line(0.1, 2.0), line(0.3, 0.5))
     found = judged(answer, *lines, names=["vibration"], alike=["bearing_ball_pass"])
     assert found.outcome == expected
@@ -137,8 +138,8 @@ def oscillation(hz: float, half_width_hz: float) -> dict[str, Any]:
 def test_a_driven_oscillation_is_unknown_with_its_frequency(
     answer: dict[str, Any], expected: str, falsely_named: bool
 ) -> None:
-    """The oscillation has 0.1 Hz, with half power at ± 0.01 Hz. Every name of the catalogue is
-    wrong for it, so that "unknown" is right."""
+    """The right answer to a driven oscillation of 0.1 Hz, with half power at ± 0.01 Hz, is unknown.
+    Every name of the catalogue is wrong for it, so that "unknown" is right."""
     found = judged(answer, oscillation(0.1, 0.01))
     assert (found.outcome, found.falsely_named) == (expected, falsely_named)
 

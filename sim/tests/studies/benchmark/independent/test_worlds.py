@@ -187,7 +187,7 @@ def test_a_content_that_a_world_does_not_have_is_refused() -> None:
 
 
 def test_needed_noncentrality_is_that_of_the_tables() -> None:
-    """For one degree of freedom, tables of χ² give (2.5758 + 1.6449)² as the noncentrality for 1 %
-    two-sided and a power of 95 %."""
+    """The needed noncentrality equals that of tables of χ²: (2.5758 + 1.6449)² for one degree of
+    freedom, 1 % two-sided and a power of 95 %."""
     assert needed_noncentrality(1, 1) == pytest.approx((2.5758 + 1.6449) ** 2, rel=1e-3)
     assert needed_noncentrality(2, 1000) > needed_noncentrality(2, 1) > needed_noncentrality(1, 1)
