@@ -539,9 +539,9 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """The decoder finds every mark at the fastest allowed speed if the pins change up to ``most``
-    clocks apart. At the spacing that the header states, every mark is at its place; below it some
-    marks are displaced.
+    """The decoder needs the spacing that the header states if the pins change up to ``most`` clocks
+    apart. At the spacing that the header states, every mark is at its place; below it some marks
+    are displaced.
 
     The header derives the spacing: the decoder reads Z INDEX_SKEW clocks after a step, and the Z of
     the next step may come ``most`` clocks before that step.

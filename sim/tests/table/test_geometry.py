@@ -52,8 +52,8 @@ def test_small_angle_formula_holds_to_its_own_order(offset_m: float) -> None:
 
 
 def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> None:
-    """By docs/architecture.md, "Head geometry", head 2 reads a place of the disc that is α ahead;
-    the mean separation also shows this order."""
+    """Head 2 reads a place of the disc that is α ahead, as docs/architecture.md, "Head geometry",
+    states; the mean separation also shows this order."""
     theta = np.linspace(-1.0, 1.0, 20_001)
     table = RotaryTable(two_heads(), (GraduationBump(50 * ARCSEC, 0.2, 0.01),))
     plain = RotaryTable(two_heads())

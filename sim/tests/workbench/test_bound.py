@@ -42,8 +42,8 @@ INDEX_ARCSEC = 0.08
 
 @pytest.mark.parametrize(("rank", "freedom"), [(1, 10.0), (1, 4.0), (3, 20.0), (23, 60.0)])
 def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> None:
-    """The set that states the size and the set that contains the effect each draw a χ² of their
-    own."""
+    """The needed gain has its power in simulated noise: the set that states the size and the set
+    that contains the effect each draw a χ² of their own."""
     random = np.random.default_rng(5)
     gain = needed_gain(rank, TESTS, freedom)
     size, draws = np.sqrt(gain), 40_000
@@ -58,8 +58,8 @@ def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> 
 
 
 def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
-    """The log of a servo needed an F above 10⁷, at which the series of the noncentral F
-    distribution gives NaN."""
+    """Noise with two degrees of freedom has a bound too: the log of a servo needed an F above 10⁷,
+    at which the series of the noncentral F distribution gives NaN."""
     rank, freedom, threshold, draws = 4, 2.0, 3.8e7, 200_000
     random = np.random.default_rng(7)
     stating, showing = (random.chisquare(freedom, draws) / freedom for _ in range(2))
@@ -73,8 +73,9 @@ def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
 
 @pytest.mark.parametrize("rank", [1, 2, 8])
 def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
-    """Compare with least squares in numpy over four folds: the effect counts if the log predictive
-    density rises by twice the standard error of the rise."""
+    """Left-out rows show the effect with the stated power: least squares in numpy over four
+    folds counts the effect if the log predictive density rises by twice the standard error of
+    the rise."""
     random = np.random.default_rng(6)
     rows, draws = 400, 1500
     columns = np.linalg.qr(random.normal(size=(rows, rank)))[0]
@@ -162,8 +163,8 @@ def _residuals(made: MeasurementSet) -> Residuals:
     ],
 )
 def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:
-    """Few runs or slow noise determine the detectable size: one set states this size, and the
-    diagnosis must find an effect of this size in the next set."""
+    """The diagnosis finds an effect at the bound, where few runs or slow noise determine the
+    detectable size: one set states this size, and the next set contains an effect of this size."""
     found = 0
     for seed in range(SETS):
         of = EFFECTS[effect]()

@@ -75,7 +75,8 @@ def test_noise_alone_gets_nothing(tmp_path: Path) -> None:
 
 
 def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: Path) -> None:
-    """The set has the paper's error, and order 1 changes by 0.4″/K while the temperature varies."""
+    """The explanation of a warming table leaves an adequate model: the set has the paper's error,
+    and order 1 changes by 0.4″/K while the temperature varies."""
 
     def warm(disc: Any, temperature: Any, speed: Any) -> Any:
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(
@@ -93,8 +94,8 @@ def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: 
 
 
 def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_path: Path) -> None:
-    """At one speed a line of 3.3 Hz may be a line in time or in angle; the explanation names the
-    measurement that decides."""
+    """The explanation names the measurement that separates two causes: at one speed a line of 3.3
+    Hz may be a line in time or in angle."""
     folder, model = tmp_path / "line", tmp_path / "model.toml"
     made = measurement_set(
         runs=1,

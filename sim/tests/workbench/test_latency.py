@@ -70,8 +70,8 @@ def _base() -> Term:
 
 @pytest.mark.parametrize("delay_us", [300.0, 5000.0])
 def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: float) -> None:
-    """At 90 °/s a delay of 5 ms changes the phase of order 20 by 9°; a constant per speed cannot
-    describe these 3.9″."""
+    """The delay explains the constant and its coupling to every order: at 90 °/s a delay of 5 ms
+    changes the phase of order 20 by 9°, and a constant per speed cannot describe these 3.9″."""
     observations = _observations([(20.0, 20.0), (90.0, 90.0), (-45.0, -45.0)], delay_us * 1e-6)
     latency = EFFECTS["latency"]()
     solution = fit([_base(), Term(latency, {})], observations)
@@ -85,8 +85,8 @@ def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: 
 
 
 def test_ramps_tell_a_delay_from_a_reversal_error() -> None:
-    """The table accelerates in both directions. At one constant speed the two effects would look
-    the same."""
+    """Ramps separate a delay from a reversal error, because the table accelerates in both
+    directions. At one constant speed the two effects would look the same."""
     found = diagnose(_observations([(10.0, 60.0), (-10.0, -60.0)], 300e-6), [_base()], EFFECTS)
     assert found.verdict == "named"
     assert found.named is not None
@@ -114,7 +114,8 @@ def _fast_log(delay_s: float) -> Observations:
 
 
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
-    """At 2,700 °/s a delay of 100 µs is 970″, so that a fit without the delay gives wrong orders.
+    """The residual of a delay is judged with corrected orders: at 2,700 °/s a delay of 100 µs is
+    970″, so that a fit without the delay gives wrong orders.
 
     If the fit used these wrong orders to compute the columns of the delay, a residual that no
     effect causes would exceed the noise of 20″.

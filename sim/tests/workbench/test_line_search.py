@@ -89,8 +89,8 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
 
 
 def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
-    """The oscillation lasts for only a part of the log, so that the other blocks do not predict
-    it."""
+    """The search finds no line in an oscillation that lasts for only a part of the log, because the
+    other blocks do not predict it."""
     random = np.random.default_rng(4)
     time_s = clock(random, 1600, 1.0, "even")
     ringing = np.where(time_s < 500.0, 2.0 * np.sin(2.0 * np.pi * time_s / 50.0), 0.0)
@@ -122,8 +122,8 @@ def test_noise_shows_no_line(kind: str) -> None:
 def test_noise_shows_no_line_next_to_the_orders_of_the_model(
     kind: str, rows: int, orders: int, number: int
 ) -> None:
-    """In noise without a line, the log covers 0.95 turns, and the orders of the model have absorbed
-    the noise of lower frequencies."""
+    """The search finds no line in noise, in a log of 0.95 turns in which the orders of the model
+    have absorbed the noise of lower frequencies."""
     random = np.random.default_rng((777, list(NULLS).index(kind), number, rows))
     time_s = clock(random, rows, HOUR_S / rows, ("even", "jitter", "pause")[number % 3])
     error = NULLS[kind](random, time_s)
@@ -170,8 +170,8 @@ def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
     ids=lambda parts: " ".join(part.kind for part in parts) or "white",
 )
 def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
-    """Compare the kernel's likelihood with the complete covariance matrix and its determinant, and
-    the slopes with differences of the likelihood."""
+    """The kernel's likelihood equals that of the complete covariance matrix with its determinant,
+    and its slopes equal differences of the likelihood."""
     random = np.random.default_rng(6)
     clock_s = np.sort(random.uniform(0.0, 300.0, 240))
     readings = random.integers(1, 4, clock_s.size).astype(np.float64)
@@ -238,7 +238,8 @@ def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise:
 
 
 def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
-    """On 0.3 of a turn, 20 orders leave only a fourth of the amplitude of order 25.
+    """The described line is no larger than the residual on an arc: on 0.3 of a turn, 20 orders
+    leave only a fourth of the amplitude of order 25.
 
     An order 25 that described the whole residual would have four times this amplitude, and would
     cancel against the other orders.
@@ -259,8 +260,8 @@ def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
 
 
 def test_a_line_between_two_orders_is_found() -> None:
-    """On 1.3 turns the orders of the model describe half of order 6.5; the residual is still far
-    above the noise."""
+    """The search finds order 6.5 between two orders of the model: on 1.3 turns the orders describe
+    half of it, and the residual is still far above the noise."""
     record = _on_an_arc(1.3, 300, [(30.0, 6.5)], 1.0)
     lines = search_lines(record).lines
     assert lines[0].rate == pytest.approx(6.5, abs=0.1)

@@ -83,7 +83,7 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: int) -> None:
-    """Compare the fit in blocks with one fit of all rows, with the noise of the part.
+    """The fit in blocks equals one fit of all rows, with the noise of the part.
 
     In one block, both compute the same sum. With two blocks the correlation is cut once in 57,600
     rows. This may lose one time constant (at most 108 s) of 576 s of slow noise, here 0.4 % of a σ.
@@ -177,7 +177,8 @@ def test_a_fault_that_the_part_does_not_show_is_reported(in_part: None) -> None:
 def test_a_vibration_is_found_window_by_window(
     monkeypatch: pytest.MonkeyPatch, in_part: None
 ) -> None:
-    """The search has windows of 9 s in runs of 144 s, of which only a part is kept."""
+    """The search finds a vibration in windows of 9 s, in runs of 144 s of which only a part is
+    kept."""
     monkeypatch.setattr(scan, "LONGEST_WINDOW", 900)
     made = measurement_set(
         turns=TURNS,

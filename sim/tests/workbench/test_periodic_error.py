@@ -121,7 +121,8 @@ def test_it_is_added_again_for_the_next_line() -> None:
 
 
 def test_a_drive_of_a_broken_tooth_count_has_its_own_name() -> None:
-    """Worm, belt and motor together make 53.71 periods per turn, as the set states."""
+    """The drive has its own name if worm, belt and motor together make 53.71 periods per turn, as
+    the set states."""
     found = _diagnosed(_reference([(53.71, 0.6)], teeth=53.71))
     assert found.named is not None
     assert found.named.name == "drive_gear_error"
@@ -134,8 +135,8 @@ def test_nothing_is_named_in_noise_alone() -> None:
 
 
 def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
-    """A sine that is so slow that it only fits the offsets of runs half an hour apart must be
-    excluded."""
+    """The search excludes a sine that is so slow that it only fits the offsets of runs half an hour
+    apart."""
     observations = observations_of(measurement_set(turns=2, reference=False))
     rows = observations.capture
     assert rows is not None

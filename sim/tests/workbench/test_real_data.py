@@ -115,7 +115,8 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
 
 @pytest.mark.large
 def test_motor_lack_of_fit_is_reported_without_repeats(motor: Observations) -> None:
-    """No station repeats, but order 126 is still recognised as a lack of fit and is named."""
+    """The diagnosis recognises order 126 as a lack of fit and names it, although no station
+    repeats."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
     lack_of_fit_p = found.channels["reference"].lack_of_fit_p
@@ -153,8 +154,8 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
 
 
 def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
-    """Over 9°, order 30 has only three quarters of a period: such a finding is a slow curve and no
-    property of the axis.
+    """The diagnosis names only lines of the worm's gears. Over 9°, order 30 has only three quarters
+    of a period: such a finding is a slow curve and no property of the axis.
 
     Another record of such a mount, from another night, also shows 16 periods per tooth.
     """

@@ -83,7 +83,7 @@ def _fitted_default(made: SimulatedSet) -> tuple[Model, Observations]:
 
 
 def test_the_lag_is_taken_off_against_the_exact_course() -> None:
-    """Without the lag the temperature equals the true course. The lagging temperature T_s of a
+    """The temperature without the lag equals the true course. The lagging temperature T_s of a
     course with corners is computed exactly. The parabola has no error on a straight part."""
     course = TemperatureCourse((0.0, 100.0, 400.0), (20.0, 20.0, 26.0))
     time_s = np.arange(110.0, 390.0, 0.25)
@@ -97,8 +97,8 @@ def test_the_lag_is_taken_off_against_the_exact_course() -> None:
 
 
 def test_export_fits_the_lag_and_the_rate_with_it(lagging: SimulatedSet, tmp_path: Path) -> None:
-    """The file contains the lag for the firmware; the rate in it refers to the temperature of the
-    table, not to that of the thermometer."""
+    """The export fits the lag and the rate together: the file contains the lag for the firmware,
+    and the rate in it refers to the temperature of the table, not to that of the thermometer."""
     write_measurement_set(tmp_path / "set", lagging.measurement)
     observations = observations_of(lagging.measurement)
     model, _ = fitted(_model(), observations, built_in())

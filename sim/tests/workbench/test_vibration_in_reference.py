@@ -42,8 +42,8 @@ def _fitted(*, head1: bool, in_time: bool = True) -> Solution:
 
 
 def test_nothing_of_it_is_left_in_the_reference() -> None:
-    """In an earlier version the whole vibration stayed in the reference, where a second finding
-    then named the vibration a line without a cause."""
+    """No part of the vibration remains in the reference; in an earlier version the whole vibration
+    stayed there, and a second finding named it a line without a cause."""
     solution = _fitted(head1=True)
     left = solution.reference_residual_arcsec()
     assert left is not None

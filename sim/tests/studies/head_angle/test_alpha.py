@@ -38,8 +38,8 @@ DISC = Disc.of_paper()
 
 @pytest.mark.parametrize("most", [3, 10, 24, 40])
 def test_no_alpha_beats_the_bound_and_the_candidates_reach_it(most: int) -> None:
-    """No α has a smaller bound than the candidates, in an exhaustive search over half a turn in
-    steps of 0.01°; no candidate lies exactly on this grid."""
+    """No α in an exhaustive search over half a turn, in steps of 0.01°, has a smaller worst gain
+    than the candidates; no candidate lies exactly on this grid."""
     orders = np.arange(1, most + 1)
     worst = gain_map(np.arange(0.01, 180.0, 0.01), orders).max(axis=1)
     assert worst.min() >= least_worst_gain(most) * (1.0 - 1e-9)
@@ -78,7 +78,7 @@ def test_mounting_is_that_of_a_transfer_function_at_another_alpha() -> None:
 
 
 def test_sensitivity_is_1_76_at_order_1_and_210_at_order_11() -> None:
-    """The sensitivity at 33° is 1.76 for order 1 and 210 for order 11, as is known."""
+    """The sensitivity at 33° equals the known values, 1.76 for order 1 and 210 for order 11."""
     found = sensitivity_map(np.array([33.0]), np.array([1, 11]))[0]
     assert found == pytest.approx([1.76, 210.0], rel=2e-3)
 

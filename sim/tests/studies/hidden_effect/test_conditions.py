@@ -78,7 +78,7 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
 def test_a_wave_in_proportion_to_a_condition(
     name: str, modulator: str, size_arcsec: float, tmp_path: Path
 ) -> None:
-    """At most a count of the effect remains; without its lanes the error is that of the
+    """The lanes remove the effect to at most a count; without these lanes the error is that of the
     geometry."""
     result = run_small(name, tmp_path)
     assert modulators(result) == [modulator]
@@ -89,8 +89,8 @@ def test_a_wave_in_proportion_to_a_condition(
 
 @pytest.mark.large
 def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
-    """The turn is backward and warm, with a changing speed; each effect leaves as much error as it
-    does alone.
+    """Each of the three effects leaves as much error as it does alone, in a turn that is backward
+    and warm and has a changing speed.
 
     The lobes follow the speed squared with the same lag as the latency; they are a sixth of the
     latency and change twice as fast with the speed.
@@ -108,7 +108,7 @@ def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
 
 
 def test_each_fresh_turn_has_conditions_of_its_own() -> None:
-    """Every case has a fresh turn with another speed, direction or temperature than the measured
+    """Every case has a fresh turn, with another speed, direction or temperature than the measured
     set."""
     for name in ("latency", "centrifugal_lobes", "loose_centre", "all_at_once", "warm_ovality"):
         case = CASES[name]

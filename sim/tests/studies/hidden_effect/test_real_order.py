@@ -21,8 +21,8 @@ the size of a count."""
 
 
 def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
-    """The diagnosis finds the order in one turn of the reference. Some turns later the output no
-    longer contains the line."""
+    """The lane removes the line of non-integer order, which the diagnosis finds in one turn of the
+    reference. Some turns later the output no longer contains the line."""
     result = run_small("periodic_error", tmp_path)
     assert result.diagnosed.effect == "periodic_error"
     found = result.diagnosed.model.effects[-1].parameters

@@ -96,8 +96,8 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
 
 @pytest.mark.large
 def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: HiddenResult) -> None:
-    """A thermometer lags by 60 s, which is five turns. If the file does not state the lag, the
-    captured turn contradicts the model."""
+    """The lanes follow a thermometer that lags by 60 s, which is five turns, if the file states the
+    lag. If the file does not state the lag, the captured turn contradicts the model."""
     ways = ["by the firmware"]
     with pytest.raises(InstrumentError, match="worse_prediction"):
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)

@@ -21,7 +21,7 @@ def test_page_and_json_agree() -> None:
 
 
 def test_the_page_says_what_the_figures_say() -> None:
-    """The figures support the statements in the last section of the page."""
+    """The statements in the last section of the page agree with the figures."""
     by_name = {one["name"]: one for one in FOUND["methods"]}
     rms = {name: one["rms_arcsec"] for name, one in by_name.items()}
     later = {name: one["rms_later_arcsec"] for name, one in by_name.items()}

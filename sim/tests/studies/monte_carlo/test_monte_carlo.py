@@ -182,8 +182,8 @@ def test_every_trial_has_a_seed_of_its_own() -> None:
 
 
 def test_the_study_is_not_called_a_propagation_of_distributions() -> None:
-    """JCGM 101 propagates the estimates of one measurement; in this study every trial has another
-    table."""
+    """The page does not call the study a propagation of distributions: JCGM 101 propagates the
+    estimates of one measurement, and in this study every trial has another table."""
     root = Path(__file__).resolve().parents[4]
     texts = {name: (root / name).read_text(encoding="utf-8") for name in (
         "docs/monte-carlo.md", "docs/architecture.md", "docs/commands.md", "README.md",

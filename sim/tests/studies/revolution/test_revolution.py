@@ -29,7 +29,7 @@ def result() -> RevolutionResult:
 
 
 def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> None:
-    """The errors of the output equal R1 − θ from the table's geometry."""
+    """The errors of the uncorrected output equal R1 − θ from the table's geometry."""
     table = result.settings.table()
     state = TableState.at_rest(result.before.angle_rad)
     # The noise depends on time; in this state at rest it has a single value.
@@ -94,7 +94,7 @@ def test_command(tmp_path: Path) -> None:
 
 @pytest.mark.large
 def test_four_heads(tmp_path: Path) -> None:
-    """With ``arctrue revolution --heads 4`` the firmware calibrates the mean from the first turn.
+    """The firmware calibrates the mean from the first turn with ``arctrue revolution --heads 4``.
 
     With counts of 4.94″ a line of the mean has an uncertainty of 0.13″
     (sim/tests/instrument/test_four_heads.py); the bound is twice this. Those tests use the same

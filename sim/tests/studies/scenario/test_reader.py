@@ -67,8 +67,8 @@ for_turns = 0.25
 
 
 def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
-    """A relative path starts at the folder of the scenario; the message about a bad file names its
-    key."""
+    """The reader finds coefficients next to the scenario: a relative path starts at the folder of
+    the scenario. The message about a bad file names its key."""
     bank = Coefficients.from_harmonics([3], [2.5], [0.4], 1 << 20, 4)
     write_coefficient_file(tmp_path / "lanes.toml", bank)
     text = LEAST + '[firmware]\ncoefficients = "lanes.toml"\nthermometer = "table"\nheal = 1\n'

@@ -173,7 +173,7 @@ def test_command_and_its_exit_code(tmp_path: Path, limits: str) -> None:
 
 
 def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The scenario has a hung processor and a slow bus, at different times."""
+    """A shipped scenario runs, with a hung processor and a slow bus at different times."""
     stalls: list[tuple[int, int]] = []
     stall_bus = Instrument.stall_bus
 
@@ -226,8 +226,8 @@ def test_bad_file_ends_with_two(tmp_path: Path) -> None:
 
 
 def test_a_table_that_is_too_fast_is_told(tmp_path: Path) -> None:
-    """The table is too fast: a vibration of 3600″ at 500 Hz moves it by up to 1,900″, or a hundred
-    counts, in one clock of 6 kHz."""
+    """The command reports a table that is too fast: a vibration of 3600″ at 500 Hz moves it by up
+    to 1,900″, or a hundred counts, in one clock of 6 kHz."""
     file = tmp_path / "fast.toml"
     start, _, _ = WARMING.partition("[motion]")
     effect = '[[cause]]\nname = "bracket_vibration"\nhead = 1\narcsec = 3600\nhz = 500\n'

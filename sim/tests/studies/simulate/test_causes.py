@@ -248,8 +248,8 @@ def test_errors_of_the_instrument() -> None:
 
 
 def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> None:
-    """The test computes with vectors for beam, face and sensor; the cause neglects terms of second
-    order."""
+    """The cause equals the law of reflection, which the test computes with vectors for beam, face
+    and sensor; the cause neglects terms of second order."""
     deviation = np.sin(ANGLE) * 50 * ARCSEC
     tilt, roll, phase = 60 * ARCSEC, np.deg2rad(2.0), 0.4
     offset, flatness, width = 0.5e-3, 0.03e-6, 10e-3
@@ -275,8 +275,8 @@ def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> 
 
 
 def test_an_autocollimator_does_not_see_that_the_polygon_is_off_the_axis() -> None:
-    """Equation (14) gives 8sh/H²·ρ = 0.00015″ for an offset of 0.3 µm; an encoder with this offset
-    would have 2.06″."""
+    """An autocollimator does not see a polygon off the axis: equation (14) gives 8sh/H²·ρ =
+    0.00015″ for an offset of 0.3 µm; an encoder with this offset would have 2.06″."""
     cause = PolygonMounting(0.3e-6, 0.03e-6, 10e-3, 0.0, np.deg2rad(1.0), 0.0)
     still = np.zeros(ANGLE.size)
     made = cause.instrument_error_rad(Stations(conditions(), np.zeros(ANGLE.size, int)), still)

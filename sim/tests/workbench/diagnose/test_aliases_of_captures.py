@@ -66,8 +66,8 @@ def _diagnosed(order: float, samples_a_turn: float, *, starts_differ: bool) -> D
 
 @pytest.mark.parametrize(("order", "samples"), [(129.0, 233.3), (129.0, 234.0)])
 def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: float) -> None:
-    """Order 129 looks like order 104.3 in each run at 233.3 samples per turn, but its phase differs
-    from run to run by N·start."""
+    """Runs that start at different angles show the order: order 129 looks like order 104.3 in each
+    run at 233.3 samples per turn, but its phase differs from run to run by N·start."""
     found = _diagnosed(order, samples, starts_differ=True)
     assert found.named is not None
     assert found.named.name == "high_order_graduation"
@@ -91,8 +91,8 @@ def test_runs_from_one_angle_leave_a_class(samples: float) -> None:
 
 
 def test_listed_aliases_are_the_same_columns_at_the_samples() -> None:
-    """The set contains a line of order 104.3; at every sample the cos and sin columns of the listed
-    orders span those of the line."""
+    """The cos and sin columns of each listed order span those of the set's line of order 104.3 at
+    every sample."""
     found = _diagnosed(104.3, 233.3, starts_differ=False)
     assert "periodic_error" in found.effect_class
     listed = diagnosis_data(found, [])["aliases"]

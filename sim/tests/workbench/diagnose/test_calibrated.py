@@ -114,8 +114,8 @@ def _drawn(number: int, share: float, verdict: str, random: np.random.Generator)
 
 
 def test_the_fit_states_the_share_that_is_right() -> None:
-    """Fit 4,000 names and 4,000 classes with known shares of right answers; the confidences agree
-    within 4 binomial standard errors."""
+    """The confidences of a fit to 4,000 names and 4,000 classes agree with the known shares of
+    right answers within 4 binomial standard errors."""
     random = np.random.default_rng(7)
     rows = _drawn(4000, 0.97, "named", random) + _drawn(4000, 0.7, "ambiguous", random)
     learned = fitted(rows)
@@ -129,7 +129,7 @@ def test_the_fit_states_the_share_that_is_right() -> None:
 
 
 def test_few_answers_are_not_trusted() -> None:
-    """After three right answers of three, the confidence stays at or below the posterior of a share
+    """The confidence after three right answers of three stays at or below the posterior of a share
     with a wide prior."""
     rows = _drawn(3, 1.0, "named", np.random.default_rng(1))
     (few,) = confidences(rows[:1], fitted(rows))

@@ -87,7 +87,8 @@ def test_a_half_order_that_repeats_is_described(order: float) -> None:
 
 
 def test_the_zero_of_a_condition_is_a_convention() -> None:
-    """A load of 30 ± 1 N m times 400″ of order 1 is 12,000″ if the load is counted from 0 N m.
+    """The zero of a condition does not matter: a load of 30 ± 1 N m times 400″ of order 1 is
+    12,000″ if the load is counted from 0 N m.
 
     The model's own order 1 absorbs the mean, so that only the variation of ± 400″ counts.
     """
@@ -103,8 +104,8 @@ def test_the_zero_of_a_condition_is_a_convention() -> None:
 
 
 def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
-    """exp(−t/0.5 s) lasts for about 10° of a sweep at 20°/s, which is 0.75 periods only for orders
-    of 30 and more."""
+    """A condition that ends after a bump resolves only orders of 30 and more: exp(−t/0.5 s) lasts
+    for about 10° of a sweep at 20°/s, which is 0.75 periods only for these orders."""
     rows = _sweeps(AT_ONE_END).observations.reference
     assert rows is not None
     start = np.exp(-(TIME_S - RUN * SWEEP_S) / 0.5)
@@ -118,7 +119,8 @@ def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
 
 
 def test_a_refined_settling_still_passes_its_wave() -> None:
-    """A bump at each start settles in 2 s, which is 40° at 20°/s: a third of a period of order 3.
+    """The refined time constant still lasts for 0.75 periods: a bump at each start settles in 2 s,
+    which is 40° at 20°/s, a third of a period of order 3.
 
     Of the time constants on the grid, the smallest one that lasts for 0.75 periods describes the
     bump best. The refinement must not go below this time constant, although a smaller one would fit

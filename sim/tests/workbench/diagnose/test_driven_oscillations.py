@@ -49,7 +49,8 @@ def test_in_a_log(period_s: float) -> None:
 
 
 def test_in_a_capture() -> None:
-    """The bracket of head 2 oscillates at 6 Hz with quality 8, in a run of 36 s."""
+    """The diagnosis describes the oscillation of head 2's bracket at 6 Hz with quality 8, in a run
+    of 36 s."""
     random = np.random.default_rng(4)
 
     def ringing(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
@@ -64,7 +65,7 @@ def test_in_a_capture() -> None:
 
 
 def test_a_line_in_time_is_no_oscillation() -> None:
-    """The record contains a steady sine of 6 Hz, and noise without a resonance."""
+    """A steady sine of 6 Hz in noise without a resonance is no driven oscillation."""
     found = diagnosis_of(
         measurement_set(
             head2_only=lambda time_s, speed: 0.4 * np.sin(2.0 * np.pi * 6.0 * time_s),
@@ -79,15 +80,16 @@ def test_a_line_in_time_is_no_oscillation() -> None:
 
 @pytest.mark.parametrize("kind", ["white", "OU 30 s", "random walk", "flicker 1/f"])
 def test_noise_without_a_resonance_has_none(kind: str) -> None:
-    """Noise that is white or wanders, in a log like those of the tests above, has no resonance."""
+    """The diagnosis finds no resonance in noise that is white or wanders, in a log like those of
+    the tests above."""
     random = np.random.default_rng((5, list(NULLS).index(kind)))
     time_s = clock(random, 1500, 2.4, "jitter")
     assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).findings.oscillation is None
 
 
 def test_the_frequency_is_known_within_its_uncertainty() -> None:
-    """The deviations of ten records, divided by u, are compared with χ², and u is compared with its
-    theory.
+    """The frequency is known within its uncertainty: the deviations of ten records, divided by u,
+    are compared with χ², and u is compared with its theory.
 
     A record has 1,200 s with quality 8 at 0.1 Hz. Without white noise, maximum likelihood has u =
     √(γ/T)/(2π), γ = πf/Q (Gersch, IEEE Trans. Autom. Control 19 (1974) 558). White noise of half

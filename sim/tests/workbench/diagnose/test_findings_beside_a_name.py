@@ -109,8 +109,8 @@ def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
 
 
 def test_an_error_that_follows_the_speed_does_not_jump_from_run_to_run() -> None:
-    """The set has four runs of a turn each; its error grows with the speed squared, to 8″ in the
-    fastest run."""
+    """An error that follows the speed is not reported as a jump from run to run; it grows with the
+    speed squared, to 8″ in the fastest of four runs of a turn each."""
     random = np.random.default_rng(3)
     speeds = (5.0, 10.0, 20.0, 40.0)
     rows = 200

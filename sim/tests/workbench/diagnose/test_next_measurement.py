@@ -91,8 +91,9 @@ def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
 
 
 def test_a_half_order_of_one_run_is_no_line_of_any_frequency() -> None:
-    """The line is within a thousandth of a half-integer order, and only one vibration in thousands
-    would be so near. The diagnosis still requests another speed."""
+    """The diagnosis names no half-integer order of one run, but requests another speed: only one
+    vibration in thousands would be within a thousandth of such an order. The diagnosis still
+    requests another speed."""
     first, after = asked("half_order", "lean", 0.5, 20_093, 6000, "unknown")
     assert first.effect_class == []
     assert first.probability["vibration"] < 0.05
@@ -116,8 +117,8 @@ def _reference_chi_square(model: Model, measurement: MeasurementSet) -> float:
 def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
     hidden: str, size: float, moves: bool
 ) -> None:
-    """An eccentric polygon looks like a gain if its eccentricity has the direction of the disc's
-    own."""
+    """A polygon that is put on again separates its own error from a gain: an eccentric polygon
+    looks like a gain if its eccentricity has the direction of the disc's own."""
     wanted, planned = [Wanted(hidden, size)], full().smaller(SAMPLES, CYCLES)
     first = simulate_set(wanted, planned, 418).measurement
     again = simulate_set(wanted, planned, 418, again=1, further=["polygon_reindexed"]).measurement

@@ -23,6 +23,7 @@ def _lobes(disc: Float, temperature: Float, speed: float) -> Float:
 
 
 def test_a_disc_that_stretches_with_the_speed_is_no_axis_motion() -> None:
-    """The last of three runs is three times as fast as the other two."""
+    """The diagnosis names no axis motion for the stretched disc, because the last of three runs is
+    three times as fast as the other two."""
     found = diagnosis_of(measurement_set(_lobes, runs=3))
     assert found.verdict == "unknown"

@@ -20,8 +20,8 @@ from tests.workbench.small_sets import measurement_set, paper_error
 
 @pytest.mark.parametrize("pairs", [6, pytest.param(7, marks=pytest.mark.large)])
 def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
-    """Every second sector has an error of 0.8″: a square wave, which contains 3, 5 and 7 times its
-    order."""
+    """The diagnosis names no single order for a disc written in sectors: every second sector has an
+    error of 0.8″, a square wave, which contains 3, 5 and 7 times its order."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.sign(np.sin(pairs * disc + 0.3))
@@ -68,8 +68,9 @@ def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> Non
 
 @pytest.mark.parametrize("size_arcsec", [1.0, pytest.param(5.0, marks=pytest.mark.large)])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
-    """Runs at 30, −30, 90 and 30°/s have three equal offsets, and an offset 1.73 times as large in
-    the fast run."""
+    """The diagnosis gives no name to a bracket that moves with the root of the speed: runs at
+    30, −30, 90 and 30°/s have three equal offsets, and an offset 1.73 times as large in the
+    fast run."""
 
     def bracket(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
         share = np.sqrt(abs(speed_rad_s) / np.radians(30.0))
@@ -125,8 +126,8 @@ UP_AND_DOWN = np.concatenate([np.arange(1800), np.arange(1799, -1, -1)]) / 900.0
 
 
 def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
-    """The samples fall on the same angles in each turn, but the diagnosis must treat the set as a
-    log and not as stations."""
+    """The diagnosis searches a log for lines although its samples fall on the same angles in each
+    turn, as those of stations do."""
     line = 3.0 * np.cos(31.4 * 2.0 * np.pi * UP_AND_DOWN)
     _, found = diagnosed(_log_that_divides_the_turn(line, UP_AND_DOWN, 1.0))
     assert [round(cause.lines[0].rate, 1) for cause in found.findings.causes] == [31.4]
@@ -135,8 +136,8 @@ def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
 
 
 def test_a_square_wave_over_the_turn_is_no_line() -> None:
-    """The wave jumps at six places of the turn. The model contains its orders 3, 9 and 15; the
-    orders 21, 27, … remain."""
+    """The diagnosis names no line for a square wave that jumps at six places of the turn. The model
+    contains its orders 3, 9 and 15; the orders 21, 27, … remain."""
     wave = 12.0 * np.sign(np.sin(3.0 * 2.0 * np.pi * UP_AND_DOWN + 0.5))
     _, found = diagnosed(_log_that_divides_the_turn(wave, UP_AND_DOWN, 1.0))
     assert found.verdict == "unknown"

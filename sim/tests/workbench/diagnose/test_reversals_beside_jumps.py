@@ -55,8 +55,8 @@ def test_the_reversal_is_measured_with_a_jump(seed: int) -> None:
 
 
 def test_noise_alone_has_no_reversal() -> None:
-    """With a false-alarm probability of 0.1 % per set, three or more findings in 100 sets have a
-    probability of 0.02 %."""
+    """Noise alone has no reversal: with a false-alarm probability of 0.1 % per set, three or more
+    findings in 100 sets have a probability of 0.02 %."""
     assert sum(_found(seed, 0.0, 3.0) is not None for seed in range(100)) < 3
 
 
@@ -69,8 +69,8 @@ def test_a_single_reversal_tells_nothing() -> None:
 
 
 def test_the_reversal_and_the_jump_are_said_by_size() -> None:
-    """The upward and downward readings differ by 2° and the set jumps by 3°; the diagnosis states
-    the reversal error in degrees."""
+    """The diagnosis states the reversal error in degrees and the jump: the upward and downward
+    readings differ by 2° and the set jumps by 3°."""
     time_s, direction, place, noise = _sweeps(4)
     degree = 3600.0
     error = degree * (direction + 3.0 * (time_s >= 61.0) + 0.3 * noise)

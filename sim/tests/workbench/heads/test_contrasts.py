@@ -23,8 +23,8 @@ EXACT = 1e-14
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_weights_are_the_inverse_cholesky_factor(heads: int) -> None:
-    """The differences to head 1 have the covariance σ²(I + 1·1ᵀ); the contrasts are scaled to the
-    variance 2σ² of R₂ − R₁."""
+    """The weights equal the inverse Cholesky factor: the differences to head 1 have the covariance
+    σ²(I + 1·1ᵀ), and the contrasts are scaled to the variance 2σ² of R₂ − R₁."""
     further = heads - 1
     covariance = np.eye(further) + np.ones((further, further))
     expected = np.sqrt(2.0) * np.linalg.inv(np.linalg.cholesky(covariance))

@@ -1,5 +1,5 @@
-"""Tests that the runs' noise scales, if they represent a missing effect, become 1 with the effect
-in the model, and that the spectra stay right."""
+"""Tests the noise scales of the runs: scales that represent a missing effect become 1 with the
+effect in the model, and the spectra stay right."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def _rows(seed: int) -> ChannelRows:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_search_begins_at_the_scatter_that_the_runs_have(seed: int) -> None:
-    """From the noise of the model without the effect, a few steps lead to the same result as many
-    steps from the start.
+    """The search needs only a few steps from the noise of the model without the effect, and ends
+    where many steps from the start end.
 
     If the search took the spectra without the scales, it would begin at 0.4 to 4 times the
     variance. It would end with a tenth too much variance in slow parts, which absorb the offsets

@@ -40,8 +40,8 @@ def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], FixedTerms]:
 
 @pytest.mark.parametrize("columns", [0, 40])
 def test_density_is_found_from_the_slowest_to_the_fastest(columns: int) -> None:
-    """The model of 40 columns absorbs a third of the slow noise; the fitted spectrum must still
-    contain all of it."""
+    """The fitted spectrum contains all of the slow noise, although the model of 40 columns absorbs
+    a third of it."""
     stretches, fixed_terms = _stretches(columns)
     found = fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6)).spectrum
     frequency = np.array([0.08, 0.3, 1.0, 10.0, 40.0])
@@ -118,7 +118,7 @@ def test_direction_that_no_row_shows_only_adds_a_constant() -> None:
 
 @pytest.mark.parametrize("constants", [np.array([0.05, 0.4]), np.geomspace(0.02, 20.0, 6)])
 def test_gradient_is_that_of_the_likelihood(constants: np.ndarray) -> None:
-    """Compare the gradient with central differences of the likelihood, for rows and for means over
+    """The gradient equals central differences of the likelihood, for rows and for means over
     blocks.
 
     The test uses more exponentials than the library's own backward pass handles correctly.

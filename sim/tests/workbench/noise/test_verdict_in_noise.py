@@ -52,8 +52,9 @@ def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
-    """In an earlier version, the noise was modelled as white noise of the same size, and every such
-    set led to a slip, a drift or a vibration."""
+    """The diagnosis gives no name to the slow noise of a head. In an earlier version, the noise was
+    modelled as white noise of the same size, and every such set led to a slip, a drift or a
+    vibration."""
     assert diagnosis_of(_with_slow_capture(measurement_set(seed=seed), seed)).verdict == "adequate"
 
 
@@ -73,7 +74,7 @@ def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
 
 
 def test_a_slip_is_not_taken_for_slow_noise() -> None:
-    """Half of a run lies 12 counts higher; the diagnosis must name a slip, although slow noise that
+    """The diagnosis names a slip if half of a run lies 12 counts higher, although slow noise that
     is estimated without the slip would explain the rows."""
     made = _with_slow_capture(measurement_set(), 5)
     assert made.capture is not None
@@ -85,8 +86,8 @@ def test_a_slip_is_not_taken_for_slow_noise() -> None:
 
 
 def test_one_polygon_cycle_alone_cannot_tell() -> None:
-    """24 rows with 41 coefficients have no residual. In an earlier version, the estimated noise of
-    0 led to the name of a bearing motion."""
+    """One polygon cycle alone cannot tell: 24 rows with 41 coefficients have no residual. In an
+    earlier version, the estimated noise of 0 led to the name of a bearing motion."""
     made = measurement_set(cycles=1)
     assert made.reference is not None
     first = {

@@ -22,8 +22,8 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
 
 @pytest.mark.parametrize(("rows", "turns"), [(60, 1), (120, 1), (400, 1), (1600, 1), (300, 2)])
 def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
-    """In an evenly spaced log, orders 1 to 20 absorb the noise at their frequencies, at most all
-    noise below 20/60."""
+    """The noise that a model absorbs is no colour: in an evenly spaced log, orders 1 to 20 absorb
+    the noise at their frequencies, at most all noise below 20/60."""
     random = np.random.default_rng(8)
     angle = 2.0 * np.pi * turns * np.arange(rows) / rows
     phase = np.outer(angle, np.arange(1, 21))
@@ -42,8 +42,8 @@ def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
 
 @pytest.mark.parametrize("rows", [120, 300])
 def test_wild_rows_are_no_colour(rows: int) -> None:
-    """A fit spreads the error of a wild row over its neighbours; the moments of normal noise do not
-    hold for such rows."""
+    """Wild rows are no colour: a fit spreads the error of a wild row over its neighbours, and the
+    moments of normal noise do not hold for such rows."""
     random = np.random.default_rng(10)
     phase = np.outer(2.0 * np.pi * np.arange(rows) / rows, np.arange(1, 21))
     model = np.hstack([np.cos(phase), np.sin(phase)])
@@ -95,8 +95,8 @@ def test_normality_is_the_test_of_jarque_and_bera() -> None:
 
 
 def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
-    """If a ratio differs from its mean by the standard deviation of the simulated ratios, its p
-    must be 0.317."""
+    """Von Neumann's ratio has its mean and variance: if a ratio differs from its mean by the
+    standard deviation of the simulated ratios, its p must be 0.317."""
     random = np.random.default_rng(6)
     draws = random.normal(size=(4000, 24))
     draws -= draws.mean(axis=1, keepdims=True)

@@ -16,8 +16,9 @@ STATED_COUNTS = 3.0
 
 
 def test_the_stated_repeatability_is_that_of_both_heads() -> None:
-    """Two heads with a standard deviation of σ each differ by σ√2. Without a stated value, the
-    counts −1, 0 and 1 have a variance of 2/3 per head."""
+    """The difference of two heads has the stated repeatability of both: heads with a standard
+    deviation of σ each differ by σ√2. Without a stated value, the counts −1, 0 and 1 have a
+    variance of 2/3 per head."""
     made = measurement_set(runs=1, turns=1, reference=False)
     stated = replace(made, table=replace(made.table, index_repeatability_counts=STATED_COUNTS))
     assert made.table.counts_per_rev is not None

@@ -84,9 +84,9 @@ def named(name: str, hz: float | None = None, **more: Any) -> dict[str, Any]:
 def test_a_line_is_right_by_the_accepted_names_where_a_line_is(
     answer: dict[str, Any], expected: str
 ) -> None:
-    """A line is right if its frequency is within 1.5 widths of resolution of a true line; the set
-    has lines at 0.1 and 0.3 Hz. Two frequencies within 1.5 widths of resolution count as the same
-    line."""
+    """An answer is right if it has an accepted name and, if it states a frequency, the frequency of
+    a line; the set has lines at 0.1 and 0.3 Hz. Two frequencies within 1.5 widths of resolution
+    count as the same line."""
     lines = (line(0.1, 2.0), line(0.3, 0.5))
     found = judged(answer, *lines, names=["vibration"], alike=["bearing_ball_pass"])
     assert found.outcome == expected
