@@ -56,8 +56,8 @@ def test_scikit_learn_clones_it_and_walks_a_grid(
     estimator.fit(data)
     copy = base.clone(estimator)
     assert not hasattr(copy, "result_")
-    # clone() copies the model, like every parameter that is not an estimator; the other parameters
-    # are equal.
+    # clone() copies the model, like every parameter that is not an estimator; all other parameters
+    # of the clone are equal to the original ones.
     assert copy.get_params()["bounds"] == estimator.bounds
     values = [
         copy.set_params(**point).fit(data).result_.params[NAME].value

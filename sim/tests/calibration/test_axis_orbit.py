@@ -63,7 +63,7 @@ def test_figures_of_a_known_motion() -> None:
     motion = 5.0 * np.cos(angle + 0.4) + np.cos(3.0 * angle) + 0.3 * np.cos(4.37 * angle)
     found = error_motion(angle, motion)
     # Averaging over bins of two degrees reduces the repeating motion by 1 - cos(3 * 1°); the mean
-    # of ten turns contains 0.3/10 of the other motion.
+    # of ten turns contains 0.3/10 of the motion that does not repeat.
     assert found.synchronous == pytest.approx(2.0, abs=0.09)
     # In ten turns, ten phases of the motion of amplitude 0.3 fall on the same angle. Within a bin
     # the phase of the repeating motion changes by 3 * 2°.

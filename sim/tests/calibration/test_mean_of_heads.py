@@ -116,7 +116,8 @@ def test_words_have_the_sum_one_and_let_little_through(places_deg: tuple[float, 
     words = weight_words(weights, places)
     assert words.sum() == 1 << 16
     assert np.max(np.abs(words / 65536 - weights)) < 2.5 / 65536
-    # The rounded weights let a part of the axis' motion through, which is 2 µm or 7.6″ here.
+    # The rounded weights let through a part of the axis' motion, which is 2 µm or 7.6″ in this
+    # test.
     leak = abs(np.sum(words / 65536 * np.exp(1j * places)))
     assert leak * 7.64 < 2e-4
 

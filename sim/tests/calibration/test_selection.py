@@ -36,8 +36,8 @@ def test_noise_alone_applies_nothing() -> None:
         for seed in range(40)
         for v in select_orders(estimate_of(Disc({}), 32, seed=seed, samples=1000), 32)
     )
-    # A set contains a false order with a probability of 5 %. In 40 sets 2 are expected; more than 6
-    # occur in one of 200 such tests.
+    # A set contains a false order with a probability of 5 %. In 40 sets 2 false orders are
+    # expected; more than 6 occur in one of 200 such tests.
     assert applied <= 6
 
 

@@ -35,8 +35,7 @@ import caproto  # noqa: E402
 
 @pytest.fixture
 def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Set EPICS ports that nothing else on this machine uses; the client gets sockets of its
-    own."""
+    """Set EPICS ports that nothing else on this machine uses; give the client separate sockets."""
     found = free_ports()
     for name, value in found.items():
         monkeypatch.setenv(name, value)

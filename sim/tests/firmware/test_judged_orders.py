@@ -181,7 +181,7 @@ def test_a_saved_set_whose_order_5_has_reversed_is_not_confirmed(loaded: bool) -
     assert board.status("saved") == ["not_confirmed"]
     assert telemetry["alarms"] == ["not_confirmed"]
     assert left_rms_arcsec(board.firmware, now) < QUIET_RMS_ARCSEC
-    # After a power cycle the first turn confirms the record, as before.
+    # After a power cycle the first turn confirms the record, as at the beginning of this test.
     board.power_on()
     assert board.firmware.turn(turn(10))["result"] == "applied"
     assert board.status("saved") == ["confirmed"]
@@ -261,7 +261,7 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 @pytest.mark.parametrize("head2", [0.0, 3.0, 3.0j, -2.0])
 @pytest.mark.parametrize("order", [4096, 3600])
 def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: int) -> None:
-    """The firmware judges each head's own subdivision error of order 3,600, a multiple of 120,
+    """The firmware judges each head's separate subdivision error of order 3,600, a multiple of 120,
     which the heads read alike. The eccentricity changes their distance, so that the order becomes
     visible."""
     made = started()

@@ -216,7 +216,7 @@ def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> 
     assert "phase_unknown" in running.send("load status"), "nobody knows how old that edge is"
     probe_edge(running, 8, 1.36, 1.34)
     assert "phase_unknown" in running.send("load status"), "the table goes down"
-    # The edges are in positive and in negative turns; one of them came before the wrap.
+    # The edges are in positive and in negative turns; one edge came before the wrap.
     for number, (edge, now) in enumerate([(1.3, 1.32), (-2.7, -2.6), (4.99, 5.02)]):
         probe_edge(running, 9 + number, edge, now)
         assert f"real_order {order:.9f} phase_known" in running.send("load status")

@@ -21,8 +21,8 @@ def reason(running: Firmware, seed: int, noise: float) -> Any:
 
 
 def test_noise_that_rises_slowly_becomes_the_usual_one(running: Firmware) -> None:
-    """The usual noise follows noise that rises slowly: each turn has a weight of one fifth in it.
-    If the noise grows in steps of 1.6, no turn reaches 3 times the usual noise."""
+    """The usual noise, in which each turn has a weight of one fifth, follows noise that rises
+    slowly. If the noise grows in steps of 1.6, no turn reaches 3 times the usual noise."""
     noise = NOISE_ARCSEC
     for seed in range(4):
         reason(running, seed, noise)

@@ -142,7 +142,7 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
     assert read_coefficient_file(path) == thermal()
     assert "schema = 2\n" in path.read_text("utf-8")
     assert "schema = 1\n" in GOOD, "what needs no new reader stays readable for old ones"
-    # The expected correction is c0 + c1 (T - T0) + c2 (T - T0)^2, here at different angles.
+    # The expected correction is c0 + c1 (T - T0) + c2 (T - T0)^2, evaluated at different angles.
     angle = np.arange(0, 2**24, 99_991)
     turn = angle * 2.0 * np.pi / 2**24
     expected = (

@@ -48,8 +48,8 @@ def without_reset(names: dict[str, Scenario]) -> list[str]:
 def test_edges_are_legal_and_spaced(name: str) -> None:
     columns, trace = played(SCENARIOS[name])
     at = edges(trace)
-    # The minimum spacing is the one of the clock in which the output decides on the edge, three
-    # clocks before the edge appears.
+    # The output uses the minimum spacing of the clock in which it decides on the edge, three clocks
+    # before the edge appears.
     spacing = np.maximum(columns["minimum_spacing"], 1)[at[:-1] - 3]
     assert (np.diff(at) >= spacing).all()
 
@@ -257,8 +257,8 @@ def test_cannot_keep_up_is_set_beyond_the_limit_and_stays() -> None:
     flag = trace.cannot_keep_up
     assert not flag[:70].any()
     assert flag[75:110].all()
-    # The flag is cleared in clock 110, when the output has caught up. A lag of 9 is allowed; one of
-    # -10 sets the flag.
+    # The flag is cleared in clock 110, when the output has caught up. A lag of 9 counts is allowed;
+    # a lag of -10 counts sets the flag.
     assert not flag[111:190].any()
     assert flag[-1]
 

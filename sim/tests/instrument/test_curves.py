@@ -85,8 +85,8 @@ def test_conditions_reach_the_table() -> None:
         _, at_20, _, angle = cold.piece(clock, 64)
         _, at_40, _, _ = heated.piece(clock, 64)
         moved_rad = (at_40 - at_20) * TABLE.count_rad
-        # For a small offset the reading changes by offset / radius · sin θ, up to the square of
-        # this ratio.
+        # For a small offset the reading changes by offset / radius · sin θ, except for the square
+        # of offset / radius.
         ratio = 20e-6 / DISC_RADIUS_M
         assert np.abs(moved_rad - ratio * np.sin(angle)).max() < 2 * ratio**2
 

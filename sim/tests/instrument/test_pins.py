@@ -121,8 +121,8 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
     # A downward step crosses the upper end of the new count.
     level = np.where(step < 0, np.cumsum(step) + 1, np.cumsum(step))[step != 0]
     assert np.array_equal(np.diff(recording.output.position), np.diff(level))
-    # The error of the reading is known exactly; an edge is recorded up to one clock late, half a
-    # clock on average.
+    # The test knows the error of the reading exactly; the recorder records an edge up to one clock
+    # late, half a clock on average.
     angle = recording.head1.true_angle_rad
     state = motion.state(np.clip((recording.head1.clock - begin) / CLOCK_HZ, 0, motion.duration_s))
     assert np.max(np.abs(np.diff(recording.head1.position))) <= 1

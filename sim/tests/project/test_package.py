@@ -181,7 +181,7 @@ EXTRAS = PROJECT["project"]["optional-dependencies"]
 CORE = PROJECT["project"]["dependencies"]
 ALL = [line for name, lines in EXTRAS.items() if name not in ("all", "dev") for line in lines]
 MOST_MB = 260
-"""Largest size of the installed core in MB. numpy and scipy take 215 of them."""
+"""Largest size of the installed core in MB, of which numpy and scipy take 215 MB."""
 MOST_IMPORT_S = 0.1
 
 

@@ -75,7 +75,7 @@ def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     amplitudes = [line.amplitude_arcsec for line in found.lines[:3]]
     assert amplitudes == pytest.approx([8.5, 4.3, 1.8], rel=SAME_AMPLITUDE)
     assert found.lines[0].multiple == 1
-    # Each line that is found is one of the mount's lines.
+    # The search finds only lines of the mount.
     assert all(min(abs(period / own - 1.0) for _, own in MOUNT) < 0.02 for period in periods)
 
 

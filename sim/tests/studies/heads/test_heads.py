@@ -95,7 +95,8 @@ def test_the_committed_error_function_reaches_what_was_asked_for() -> None:
     every, rest = COMMITTED["error_function"]["rows"]
     assert (every["orders"], every["turns"]) == (500, 10)
     assert every["left_2_sigma_arcsec"] <= 0.045
-    # The RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %; twice this is allowed.
+    # The RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %; the test allows twice this
+    # scatter.
     assert rest["expected_2_sigma_arcsec"] <= 0.012
     assert rest["left_2_sigma_arcsec"] <= 0.012 * (1.0 + 2.0 / np.sqrt(2.0 * 998.0))
 

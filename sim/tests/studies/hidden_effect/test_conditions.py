@@ -58,8 +58,8 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
     assert modulators(result) == ["speed"]
     left = result.judged_arcsec()
     assert left["corrected"] <= latency_bound_arcsec()
-    # Half of the delay's counts changes with the speed, and the subtracted mean of the turn removes
-    # half of this change.
+    # Half of the delay's counts changes with the speed; the test subtracts the mean of the turn,
+    # which removes half of this change.
     assert left["unit_left_out"] >= 0.25 * LATENCY_ARCSEC > latency_bound_arcsec()
 
 

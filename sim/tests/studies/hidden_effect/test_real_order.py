@@ -35,6 +35,6 @@ def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
     left = result.judged_arcsec()
     assert left["paper"] > 0.9 * SIZE_ARCSEC
     assert left["unit_left_out"] > 0.9 * SIZE_ARCSEC, "without its lane the line stays"
-    # The bound is one count of the output, one of the reading, and the error of the calibration's
-    # integer orders.
+    # The bound is one count of the output, one count of the reading, and the error of the
+    # calibration's integer orders.
     assert left["corrected"] <= 3.0 * COUNT_ARCSEC

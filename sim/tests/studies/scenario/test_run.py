@@ -129,8 +129,8 @@ def test_the_calibrated_order_one_follows_too(result: ScenarioResult) -> None:
             metres = (10 + UM_PER_K * (turn.temperature_c - 20.0)) * 1e-6
             expected = np.rad2deg(metres / DISC_RADIUS_M) * 3600
             assert order == 1
-            # The rounding to counts is not white noise; a tenth of a count is allowed in addition
-            # to 4 sigma.
+            # The rounding to counts is not white noise; the test allows a tenth of a count in
+            # addition to 4 sigma.
             assert abs(amplitude - expected) < 4 * uncertainty + COUNT_ARCSEC / 10
             compared += 1
     assert compared >= 2

@@ -318,7 +318,7 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
             assert _verdict(last, members, said) == last, verdict
         _assert_the_largest_is_said(last, members, said)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-    # The last rule has changed enough of these draws to be tested.
+    # The last rule has changed enough of the random answers to be tested.
     assert changed > 100
 
 

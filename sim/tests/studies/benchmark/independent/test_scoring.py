@@ -138,8 +138,8 @@ def oscillation(hz: float, half_width_hz: float) -> dict[str, Any]:
 def test_a_driven_oscillation_is_unknown_with_its_frequency(
     answer: dict[str, Any], expected: str, falsely_named: bool
 ) -> None:
-    """The right answer to a driven oscillation of 0.1 Hz, with half power at ± 0.01 Hz, is unknown.
-    Every name of the catalogue is wrong for it, so that "unknown" is right."""
+    """The right answer to a driven oscillation of 0.1 Hz, with half power at ± 0.01 Hz, is
+    "unknown", because every name of the catalogue is wrong."""
     found = judged(answer, oscillation(0.1, 0.01))
     assert (found.outcome, found.falsely_named) == (expected, falsely_named)
 
