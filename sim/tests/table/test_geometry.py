@@ -96,8 +96,8 @@ def test_both_heads_see_one_error_function_alpha_apart() -> None:
 
 
 def test_head_separation_is_the_mean_over_true_angle_not_over_reading() -> None:
-    # The mean over uniform readings gives a separation that is wrong by (a²/2)·sin α, which is
-    # 0.017″ for 30 µm.
+    # A mean over uniform readings, instead of uniform angles, gives a separation that is wrong by
+    # (a²/2)·sin α, which is 0.017″ for 30 µm.
     table = eccentric(30e-6)
     turn = np.arange(3600) * (2 * np.pi / 3600)
     state = TableState.at_rest(turn)

@@ -229,7 +229,7 @@ def test_many_short_runs_all_stay_in_the_part(monkeypatch: pytest.MonkeyPatch) -
 
 def test_dense_turns_are_thinned_evenly() -> None:
     # A run has 2 turns of 100,000 rows. A pair of whole turns exceeds the limit, but every eighth
-    # row of it does not.
+    # row of the pair does not.
     revolution = np.repeat([0, 1], 100_000).astype(np.int32)
     pieces = part._stretches(revolution, 0, 25_000, np.random.default_rng(1))
     assert pieces == [(0, 200_000, 8)]
