@@ -58,7 +58,7 @@ begin
         left    := STEPS + 1;
         found   := (others => '0');
       elsif left > 0 then
-        -- The first bit has the value 1: if it is found, the quotient is 1. A divisor of 0 gives 0.
+        -- The first bit has the value 1: if it is set, the quotient is 1. A divisor of 0 gives 0.
         found := found(STEPS - 1 downto 0) & not less(less'high);
         if less(less'high) = '0' then
           rest := less(rest'range);

@@ -40,7 +40,7 @@ architecture rtl of level_delay is
 
 begin
 
-  -- From a delay of two clocks on, the memory is read after the word has been written.
+  -- With a delay of two clocks or more, the memory reads a word after the word has been written.
   delayed <= levels when is_none = '1' else
              previous when is_one = '1' else
              stored;

@@ -10,13 +10,13 @@
 -- **Latency.** `agrees` comes 2 clocks after `index_strobe` and belongs to that mark until the next one. The other head's
 -- counts are those of 2 clocks before `index_strobe`.
 --
--- **Number formats.** other_position s31.0 counts, of the other head; it may wrap. counts_per_rev u25.0 counts;
--- tolerance u16.0 counts: `agrees` is high if the other head counted one turn, up or down, within the tolerance.
+-- **Number formats.** other_position s31.0 counts; it may wrap. counts_per_rev u25.0 counts; tolerance u16.0 counts:
+-- `agrees` is high if the other head counted one turn, up or down, within the tolerance.
 --
 -- **Trust.** `trusted` makes the last mark the reference for the other head's counts. Before the first
 -- trusted mark after a reset or `rearm`, `agrees` is low.
 --
--- **Reset** clears the trusted mark, as `rearm` does.
+-- **Reset** clears the trusted mark; `rearm` does so too.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -40,8 +40,8 @@ entity harmonic_lane is
   port (
     clock     : in    std_ulogic;
     phase     : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                  -- turn, u0.24
-    amplitude : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                -- counts, s13.11, with the cosine
-    partner   : in    u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0); -- counts, s15.27, with the product
+    amplitude : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                -- counts, s13.11, in the clock of the cosine
+    partner   : in    u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0); -- counts, s15.27, in the clock of the product
     product   : out   u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0) := (others => '0') -- counts, s15.27
   );
 end entity harmonic_lane;

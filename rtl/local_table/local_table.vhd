@@ -4,8 +4,8 @@
 --
 -- Computes a correction that a sum of orders cannot describe, from 4,096 points over the turn, or over one, two or four
 -- windows of 1/2 to 1/64 of the turn, with straight lines between the points. Outside of every window the value is 0.
--- Two banks hold points and place; `bank` travels with the angle, so that each angle meets one bank in all of its
--- stages. The register map fixes the formats.
+-- Two banks store the points and the place of the windows; `bank` travels with the angle, so that all stages use the
+-- same bank for an angle. The register map fixes the formats.
 --
 -- **Latency.** LOCAL_TABLE_LATENCY = 17 clocks from `angle` and `bank` to `value`, one angle per clock: 4 to the window, 5 to the
 -- place in it (phase_lane), 3 for the points, 5 for the line.
@@ -60,7 +60,8 @@ architecture rtl of local_table is
 
   subtype point is u_signed(LOCAL_POINT_WIDTH - 1 downto 0);
 
-  -- Every second point of both banks: the two neighbours of a place come from different memories.
+  -- Each memory stores every second point of both banks, so that the two neighbours of a place come from different
+  -- memories.
   type half_of_points is array (0 to 2 ** LOCAL_INDEX_WIDTH - 1) of point;
 
   subtype half_index is u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);

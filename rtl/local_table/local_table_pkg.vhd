@@ -2,7 +2,7 @@
 --
 -- # local_table_pkg
 --
--- States where a local table lies on the turn, for one bank, and the widths of its numbers.
+-- Declares the record with the place of a local table on the turn, for one bank, and the widths of the table's numbers.
 
 library ieee;
   use ieee.std_logic_1164.all;

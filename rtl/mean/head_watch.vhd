@@ -17,13 +17,13 @@
 -- 2**INTERVAL_BITS clocks earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all others agree
 -- within less than `step_limit` counts, and this holds for no other k. A motion of the axis that changes no difference
 -- of two heads by step_limit counts in that time never counts as a step, and the entity never names a wrong head
--- because of it; a step of one head by 2 * step_limit counts is then always found, whatever the others do within that
--- limit: without head k they agree, and with it they differ by more than step_limit. The value 0 turns this check off.
--- A step of two heads names neither.
+-- because of it; a step of one head by 2 * step_limit counts is then always found, because the other heads agree
+-- without head k, and differ by more than step_limit from head k. The value 0 turns this check off. If two heads step,
+-- the entity names neither.
 --
 -- **Restart.** While `restart` is high, and for 16 clocks after that, no step is searched for; then the comparison
--- restarts with the readings of that clock. Hold it high while readings jump without a fault, that is because of
--- another set of words or a moved zero.
+-- restarts with the readings of that clock. Hold it high while readings jump without a fault, that is after a swap of
+-- the words or a move of a zero.
 --
 -- **Latency.** A fault of a decoder: 2 clocks to `failed`. Missing edges: 3 clocks after the last of the counted steps. A step:
 -- at most 20 clocks.
@@ -266,7 +266,7 @@ begin
         phase := phase + 1;
       else
 
-        -- Exactly one bit is high.
+        -- Tells whether exactly one bit is high.
         for head in 0 to HEADS - 1 loop
           alone       := (others => '0');
           alone(head) := '1';

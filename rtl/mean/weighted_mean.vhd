@@ -6,8 +6,8 @@
 -- θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, so the term is f_s − Σ wᵢ·(rᵢ − r_s); it is added to E and
 -- subtracted with E. f_s is the fraction of o_s; head_mean has subtracted its whole counts from the reading. With Σ
 -- wᵢ·e^{jβᵢ} = 0, where βᵢ are the places of the heads, the mean contains no translation of the axis. The carrier's own
--- weight is not used, because its difference is 0; so the mean is formed as if all weights had the sum 1, whatever this
--- weight is.
+-- weight is not used, because its difference is 0; so the mean is formed as if this weight made the sum of all weights
+-- 1.
 --
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.
@@ -49,7 +49,7 @@ entity weighted_mean is
     differences      : out   std_ulogic_vector(HEADS * (ANGLE_WIDTH + 1) - 1 downto 0);    -- counts, s24.0
     fine_differences : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0) := (others => '0'); -- counts, s16.4
     mean_term        : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.20
-    limited          : out   std_ulogic                             := '0'                 -- this term is limited
+    limited          : out   std_ulogic                             := '0'                 -- a difference in this term is limited
   );
 end entity weighted_mean;
 

@@ -20,7 +20,7 @@
 -- every partial sum belong to the result; the others go to the adder of the next multiplier. Bits of a
 -- full turn and above are never computed. The first adder adds the phase offset and the half unit for
 -- rounding. Each multiplier has registers at its inputs, its product and its sum, and starts one clock after the
--- previous one: in all five clocks, without any other adder.
+-- previous one; so the phase takes five clocks and no other adder.
 --
 -- There is no reset, because no register holds state.
 

@@ -9,8 +9,8 @@
 --
 -- **Latency.** 6 clocks from `corrected_position` to the edge, if no rule delays the edge.
 -- `following_error` comes 2 clocks after the position, `cannot_keep_up` 3; the last edge comes 5 clocks after
--- that. `enable` and a change of `following_limit` or `counts_per_rev` affect them 1 to 3 clocks late, `phase_of_zero`
--- and the settings of a gated Z take effect 1 clock late.
+-- that. `enable` and a change of `following_limit` or `counts_per_rev` affect these two outputs 1 to 3 clocks late,
+-- `phase_of_zero` and the settings of a gated Z take effect 1 clock late.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts,
 -- of the same clock; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error
@@ -36,7 +36,8 @@
 -- state. Z changes together with an edge of A or B. If corrected_angle jumps relative to corrected_position
 -- (first index), Z follows the new angle 3 clocks later, without an edge of A and B. While `referenced` is low
 -- the angle has no zero on the table, and Z is low: before the first index of the head, and from a re-arm
--- to the next index. (The smallest turn, 4 counts at an edge every clock, works: 4 counts are in the pipeline, 1 is held.)
+-- to the next index. (The smallest turn, 4 counts at an edge every clock, works: 4 counts are in the pipeline, and 1
+-- count is held.)
 --
 -- **Pins.** `invert_a`, `invert_b` and `invert_z` invert the level of a pin; `swap_ab` exchanges A and B before
 -- the inversion, so that the receiver counts in the other direction. Phase, gate and edge spacing refer to the signals before
@@ -97,15 +98,15 @@ end entity quadrature_output;
 
 architecture rtl of quadrature_output is
 
-  -- The present lag does not include the steps of the last three clocks: two are subtracted where it is
-  -- narrowed, the last one in the decision.
+  -- The present lag does not include the steps of the last three clocks: two of them are subtracted when the lag is
+  -- narrowed, the last one in the decision on a step.
   constant STEPS_UNDER_WAY : positive := 2;
 
   -- A small number in thermometer code: bit k is high if the number is k or more. Subtracting a step is a
   -- shift, so that the decision on a step needs no adder.
   type thermometer is array (4 downto -3) of std_ulogic;
 
-  -- Wide enough for -2 to +2 turns.
+  -- Width of a limit of the lag: -2 to +2 turns in counts.
   constant LIMIT_WIDTH : positive := COUNTS_PER_REV_WIDTH + 2;
 
   -- One number for each turn, from 2 turns before to 1 turn after that of the corrected angle.
@@ -224,13 +225,13 @@ begin
     variable may_step    : std_ulogic                               := '1';
     variable phase       : u_unsigned(1 downto 0)                   := "00";
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
-    -- While the output does not follow: the lowest bits that belong to the held phase
+    -- While the output does not follow: the lowest bits of a count at which (A, B) have the held levels
     variable place_of_output : u_unsigned(1 downto 0)               := "00";
     -- 1 minus these bits, plus the position
     variable less_place  : u_signed(POSITION_WIDTH - 1 downto 0);
     variable started     : u_signed(POSITION_WIDTH - 1 downto 0);
     variable stepped     : u_signed(POSITION_WIDTH - 1 downto 0);
-    -- Counts from the position to the angle; the same for each turn; from the zero of each turn to the output
+    -- Counts from the position to the angle; to the angle of each turn; counts from the zero of each turn to the output
     variable angle_ahead  : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable angles_ahead  : of_turns                                 := (others => (others => '0'));
     variable behind_zero : of_turns                                 := (others => (others => '0'));

@@ -3,8 +3,8 @@
 -- # register_access
 --
 -- Connects the processor to the core: the AXI4-Lite port, access_guard, which decides where a transfer goes, the
--- register block generated from the map, and the path to the words of other units. One
--- transfer is processed at a time, and each of its steps has its own clock.
+-- register block generated from the map, and the path to the words of other units. The entity processes one transfer at
+-- a time, each of its steps in a clock of its own.
 --
 -- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to the response of a register: the address is
 -- decoded in the clock of the check, and the word that is read has a register in the block. Another
@@ -33,7 +33,7 @@ entity register_access is
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false; -- the mean of the heads is built
     MODULATORS    : boolean                       := false; -- amplitudes follow conditions
-    FAILOVER      : boolean                       := false; -- a head that fails is left out
+    FAILOVER      : boolean                       := false; -- a failed head is left out of the mean
     LOCAL_TABLE   : boolean                       := false; -- a local table corrects too
     REAL_ORDERS   : boolean                       := false  -- phases continue from turn to turn
   );

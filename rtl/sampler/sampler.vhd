@@ -26,9 +26,9 @@
 -- the sampler does not write it in that time. `bank_ready` is high while a bank is READY, `ready_bank` is its number,
 -- and `capture_ready` pulses when a bank becomes READY. At most one bank is READY; the sampler fills the other one. If
 -- the turn in that bank is complete before the release, this turn is dropped and the sampler fills the same bank again:
--- `capture_overrun` pulses, `overrun_count` increments, and the next header carries `overrun`. A release is in time up
--- to the clock after that of the closing sample. A release without a READY bank has no effect. Release the bank after
--- the last read has been answered.
+-- `capture_overrun` pulses, `overrun_count` increments, and the next header carries `overrun`. A release is in time
+-- until the clock after the clock of the closing sample. A release without a READY bank has no effect. Release the bank
+-- after the last read has been answered.
 --
 -- **Header.** `header_start_time` is the time stamp of the first sample, `header_sequence` counts
 -- the banks handed over, from 0; `header_sample_count` is the number of stored pairs.
@@ -36,7 +36,7 @@
 -- 5 illegal2, 6 overspeed1, 7 overspeed2, 8 overrun, 9 full_before_turn. Flags 2 to 7 are set if
 -- the decoder's flag was high in any clock from the first to the last sample. A flag that the decoder still
 -- holds from an earlier fault counts too; a flag that it raises some clocks after the fault may appear in the
--- next bank only. The header keeps its value while `bank_ready` is high.
+-- next bank only. The header keeps its values while `bank_ready` is high.
 --
 -- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. If one of them goes low, the
 -- unfinished turn is dropped and not counted as an overrun; a READY bank stays READY. Change counts_per_rev only while

@@ -12,7 +12,7 @@
 -- **Number formats.** position s31.0 counts; angle u24.0 counts; timestamp u64.0 clocks, the time of the values minus
 -- DELAY; count u16.0, wraps.
 --
--- **Edges** may follow each other in any clock; each is latched, the last one is kept.
+-- **Edges** may come in consecutive clocks; the values of each edge replace those of the previous edge.
 --
 -- **Reset** drops edges in progress and clears the count.
 
