@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The endless work of the processor: wait for the index, capture, verify, calibrate, write the idle bank, swap,
-   monitor. One call of application_step() does one piece of it and returns. */
+/* Runs the endless work of the processor: wait for the index, capture, verify, calibrate, write the idle bank, swap,
+   monitor. One call of application_step() does one piece of this work and returns. */
 
 #ifndef ARCTRUE_APPLICATION_H
 #define ARCTRUE_APPLICATION_H
@@ -41,7 +41,7 @@ void application_step(struct application *application);
    early step: later steps find the same work without it, so a lost interrupt only delays the work. */
 void application_interrupt(struct application *application);
 
-/* True while there is more to do at once: do not sleep before the next step. */
+/* Tells whether there is more to do at once; if so, do not sleep before the next step. */
 bool application_busy(const struct application *application);
 
 #endif

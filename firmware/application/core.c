@@ -69,19 +69,20 @@ static void core_write(const struct core_access *core, uint32_t offset, uint32_t
     core->write(core->context, offset, word);
 }
 
-/* Reading the low word latches the high word. */
+/* Reads a word of 64 bits; the read of the low word latches the high word. */
 static uint64_t core_read_wide(const struct core_access *core, uint32_t offset) {
     uint32_t low = core_read(core, offset);
     return (uint64_t)core_read(core, offset + WORD_BYTES) << 32 | low;
 }
 
-/* Gateware of an earlier minor version has two heads and answers this address with an error. */
+/* Returns the register `capability`; for gateware of an earlier minor version, which answers its address with an error,
+   returns the configuration with two heads. */
 static uint32_t core_capability(const struct core_access *core) {
     uint32_t version = core_read(core, AT(version));
     return FIELD(version, VERSION__MINOR) >= 8U ? core_read(core, AT(capability)) : HEADS;
 }
 
-/* Counts only heads whose capture the firmware can read. */
+/* Returns the number of heads whose capture the firmware can read. */
 static uint32_t core_heads(const struct core_access *core) {
     uint32_t heads = FIELD(core_capability(core), CAPABILITY__HEADS);
     return core->further_capture != NULL && heads > HEADS && heads <= HEADS_MOST ? heads : HEADS;
@@ -134,8 +135,8 @@ struct core_origin core_origin(const struct core_access *core) {
     };
 }
 
-/* After a fault of the firmware the output is in use: if it were switched off, the controller would lose the counts of
-   that time. */
+/* Keeps the output on if it is on: after a fault of the firmware a controller uses the output, and would lose the
+   counts while it is off. */
 void core_hold(const struct core_access *core) {
     bool output = (core_read(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
     core_control(core, false, output, CAPTURE_OFF);
@@ -211,7 +212,7 @@ bool core_compensates(const struct core_access *core) {
     return core_status(core).compensating;
 }
 
-/* Reading the low word of the time latches the whole group. */
+/* Reads a group of registers; the read of the low word of the time latches the whole group. */
 struct core_probe core_probe(const struct core_access *core) {
     struct core_probe probe;
     probe.time = core_read_wide(core, AT(probe.time));
@@ -369,7 +370,7 @@ struct core_header core_capture_header(const struct core_access *core) {
     };
 }
 
-/* Reading the low word of the time latches the whole group. */
+/* Reads a group of registers; the read of the low word of the time latches the whole group. */
 struct core_position core_position(const struct core_access *core) {
     struct core_position position;
     position.time = core_read_wide(core, AT(snapshot.time));
@@ -404,7 +405,8 @@ void core_acknowledge_interrupt(const struct core_access *core) {
     core_write(core, AT(interrupt_status), INTERRUPTS);
 }
 
-/* Must come before the command that ends a release, because that command checks the faults that are present. */
+/* Clears the faults of heads 3 and 4. Call it before the command that ends a release, because that command checks which
+   faults are present. */
 static void core_clear_further(const struct core_access *core, bool head3, bool head4) {
     uint32_t heads = core_heads(core);
     if (heads > 2 && (head3 || head4)) {
@@ -441,7 +443,7 @@ static uint32_t core_lane_offset(uint32_t lane, uint32_t word) {
     return AT(coefficients) + (lane * WORDS_A_LANE + word) * WORD_BYTES;
 }
 
-/* Without a mean, head 1 has the whole weight. */
+/* Returns a word of the mean's window; without a mean, head 1 has the whole weight. */
 static uint32_t core_mean_word(const struct mean_set *mean, uint32_t place) {
     if (place == MEAN_CHOICE) {
         return mean->heads != 0 ? mean->carrier | mean->used << USED_SHIFT : 1U << USED_SHIFT;
@@ -533,7 +535,7 @@ bool core_verify_followed(const struct core_access *core, const struct followed 
 
 enum { TURN_STEP_WORDS = 2 };
 
-/* The words keep the lane switched off while its phase is not known. */
+/* Computes the words of a lane of a real order; while its phase is not known, the words switch the lane off. */
 static void core_real_words(const struct real_lane *lane, uint32_t counts_per_rev,
                             uint32_t words[WORDS_A_LANE]) {
     uint64_t step = real_lane_phase_step(lane, counts_per_rev);
@@ -547,7 +549,7 @@ static uint32_t core_turn_step_offset(uint32_t lane, uint32_t word) {
     return AT(turn_steps) + (lane * TURN_STEP_WORDS + word) * WORD_BYTES;
 }
 
-/* Returns 0 for a lane whose order is a whole number. */
+/* Returns the turn step of a lane; 0 if its order is a whole number. */
 static uint64_t core_turn_step(const struct followed *followed, uint32_t lanes, uint32_t lane) {
     uint32_t first = lanes - followed_all_lanes(followed);
     bool is_real = lane >= first && lane < first + followed->real_lanes;

@@ -10,7 +10,7 @@
 #include "units.h"
 
 /* A value is refused if its remaining error exceeds that of the active value by more than NO_WORSE standard
-   uncertainties plus NOISE_SHARE times the noise of a reading. No reading shows a smaller difference. */
+   uncertainties plus NOISE_SHARE times the noise of a reading. A smaller difference cannot be seen in any reading. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
 /* Two conditions count as different if the modulator, whose range is -1 to 1, differs by at least this value. */
@@ -39,9 +39,10 @@ static struct sight judge_fitted_sight(const struct harmonic *harmonic, double g
     };
 }
 
-/* Suppose that order 1 grows by c from one end of the turn to the other (heat moves the centre). This sawtooth times
-   a cosine appears in head 2 minus head 1 at order n as c/2pi (1/(n - 1) + 1/(n + 1)), less than c/2n. Order 1
-   itself differs by c/4pi from its value in the middle of the turn. */
+/* Returns the variance at an order due to a change of order 1 during the turn. Suppose that order 1 grows by c from one
+   end of the turn to the other (heat moves the centre). This sawtooth times a cosine appears in head 2 minus head 1 at
+   order n as c/2pi (1/(n - 1) + 1/(n + 1)), less than c/2n. Order 1 itself differs by c/4pi from its value in the
+   middle of the turn. */
 static double judge_by_change(const struct judge *judge, uint32_t order) {
     double separation_rad = judge->estimate->separation_rad;
     double gain = noise_gain(order, separation_rad) / noise_gain(1, separation_rad);
@@ -152,7 +153,7 @@ static bool judge_other_condition(const struct judge *judge, struct load *load, 
     } else if (fabs(modulator - (double)load->shown_at[place]) >= OTHER_CONDITION) {
         double size = vector_length(vector_difference(part, load->shown_part[place]));
         double change = vector_length(vector_difference(left, load->shown_left[place]));
-        /* Each turn has its own uncertainty; the error of the heads' separation is the same in both. */
+        /* The change contains the noise of two turns; the error of the heads' separation is the same in both turns. */
         double u = sqrt(2.0 * sight->variance);
         load->shown_twice |= 1U << place;
         return change <= CHANGE_LEFT * size + NO_WORSE * u + sqrt(2.0 * sight->by_change);
@@ -160,8 +161,8 @@ static bool judge_other_condition(const struct judge *judge, struct load *load, 
     return true;
 }
 
-/* A turn confirms an order together with the lanes that follow this turn's condition. A lane is known once two turns
-   with different modulators have confirmed it. */
+/* Judges the lanes that follow a condition. A turn confirms an order together with the lanes that follow this turn's
+   condition; a lane is known once two turns with different modulators have confirmed it. */
 static enum load_answer judge_followed(const struct judge *judge, struct load *load,
                                        const struct coefficients *active,
                                        const struct coefficients *candidate) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Coefficients that the operator loads, in addition to those of the calibration.
+/* Receives coefficients that the operator loads, in addition to those of the calibration.
 
    They arrive in frames, each with its number and a CRC. A set is used as a whole or not at all: it waits until
    captured turns have judged each of its orders. The calibration leaves out every order that has a loaded lane. */
@@ -140,7 +140,7 @@ struct load {
     /* Order that caused the refusal; 0: none. */
     uint32_t refused_order;
     /* The loaded set: its state, the lanes that nobody could judge, the CRC of all its frames (0: it came from the
-       flash), and what each turn shows about its lanes. */
+       flash), and the turns' results for its lanes. */
     enum loaded_state loaded_state;
     uint64_t unjudged;
     uint32_t loaded_crc;
@@ -158,8 +158,8 @@ bool load_waits_for(const struct load *load, bool other_direction);
 const char *load_state_name(enum load_state state);
 const char *load_answer_name(enum load_answer answer);
 
-/* The CRC-32 of a frame covers its numbers as little-endian words, in the order in which they are written. The CRC
-   of the last frame covers the words of all frames before it. */
+/* Begins the reception of a set. The CRC-32 of a frame covers its numbers as little-endian words, in the order in which
+   they are written; the CRC of the last frame covers the words of all frames before it. */
 enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_per_rev,
                             uint32_t lanes, uint32_t crc);
 enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
@@ -207,12 +207,12 @@ enum load_answer load_without_head(struct load *load, uint32_t number, int32_t w
                                    uint32_t offset, uint32_t crc);
 enum load_answer load_without_lane(struct load *load, uint32_t number, const struct lane *lane,
                                    uint32_t crc);
-/* Lanes of the received set that become active without a judgement: either all lanes that turns do not decide, or
-   only lanes that no turn of two heads shows. The frame uses the same values. */
+/* Lanes of the received set that become active without a judgement: either all lanes that no turn has decided, or only
+   lanes that no turn of two heads can show. The frame `load force` uses the same values. */
 enum load_scope { LOAD_FORCES_ALL = 1, LOAD_FORCES_UNSEEN = 2 };
 enum load_answer load_force(struct load *load, uint32_t scope, uint32_t crc);
 bool load_takes_unseen(const struct load *load);
-/* Settings of the device; a set for other settings is refused. */
+/* Settings of the device; load_end() refuses a set for other settings. */
 struct load_place {
     uint32_t counts_per_rev;
     uint32_t heads;

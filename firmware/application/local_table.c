@@ -83,7 +83,7 @@ bool local_table_is_held(const struct application *application) {
     return local_table_sum(application) == application->load.table.crc;
 }
 
-/* Value of the table, counts; the points are those of the idle bank. */
+/* Returns the value of the table, counts; the points are those of the idle bank. */
 static double local_table_value(const struct application *application,
                                 const struct table_place *of_table, int32_t angle,
                                 uint32_t counts_per_rev) {
@@ -105,7 +105,7 @@ static double local_table_value(const struct application *application,
     return 0.0;
 }
 
-/* Error of the fitted orders at a reading, arcsec. */
+/* Returns the error of the fitted orders at a reading, arcsec. */
 static double local_table_fitted(const struct estimate *estimate, double angle_rad) {
     const struct vector step = vector_unit(angle_rad);
     struct vector wave = {1.0, 0.0};

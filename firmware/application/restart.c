@@ -100,8 +100,8 @@ void application_recover(struct application *application, bool after_fault) {
     settings_keep(application);
 }
 
-/* Returns true if the settings are lost while a correction is active. Also clears the bypass, which is preset for lost
-   settings, so that this correction stays on. */
+/* Tells whether the settings are lost while a correction is active. If so, it clears the bypass, which is preset for
+   lost settings, so that this correction stays on. */
 static bool restart_must_not_touch(struct application *application) {
     if (application->settings_origin != SETTINGS_LOST ||
         !core_identify(&application->core, &application->configuration) ||

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The first start, the start after a fault, and the operator's re-arm. */
+/* Carries out the first start, the start after a fault, and the operator's re-arm. */
 
 #ifndef ARCTRUE_RESTART_H
 #define ARCTRUE_RESTART_H
@@ -17,7 +17,7 @@ void application_recover(struct application *application, bool after_fault);
    until application_rearm(), and the core stays as it is. */
 void application_begin(struct application *application);
 
-/* Finds the core and sets it up; the phase tells whether a core is there. */
+/* Finds the core and sets it up; afterwards `phase` shows whether a core was found. */
 void application_start(struct application *application);
 
 /* Restarts the core on request of the operator and forgets earlier faults. */

@@ -223,7 +223,7 @@ static void save_go_on_or_end(struct save *save, enum save_answer answer) {
     }
 }
 
-/* Address and number of words of the page at `place`, and its words. */
+/* Returns the address of the page at `place`, and sets the number of its words and the words. */
 static uint32_t save_page(const struct save *save, uint32_t place, uint32_t *number,
                           uint32_t words[FLASH_PAGE_WORDS]) {
     uint32_t address = save_sector_address(save, save->sector);

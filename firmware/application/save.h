@@ -98,7 +98,7 @@ enum save_answer save_begin(struct save *save, uint32_t least);
 /* Reads points of the latest record. Returns false if the flash does not answer. */
 bool save_read_points(struct save *save, uint32_t first, uint32_t words[FLASH_PAGE_WORDS]);
 
-/* Number of sectors that failed since the start. */
+/* Returns the number of sectors that failed since the start. */
 uint32_t save_worn(const struct save *save);
 
 /* Does a piece of the save in progress. */

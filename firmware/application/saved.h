@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The data that `save` stores, settings and coefficients, and their form as words of a record.
+/* Converts the data that `save` stores, settings and coefficients, to and from the words of a record.
 
    Little-endian words:
      0  magic, "ATSV"
@@ -96,7 +96,7 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
    changes even if the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
 
-/* Number of used lanes of both owners, of lanes that follow a condition, and of lanes of real orders. */
+/* Returns the number of used lanes of both owners, of lanes that follow a condition, and of lanes of real orders. */
 uint32_t saved_lanes(const struct saved *saved);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The state of the application, and functions about it that several files need: names, active coefficients. */
+/* Declares the state of the application, and the functions that several files need to read it: names, active
+   coefficients. */
 
 #ifndef ARCTRUE_STATE_H
 #define ARCTRUE_STATE_H
@@ -242,7 +243,7 @@ const char *turn_result_name(enum turn_result result);
 const struct thermal *application_thermal(const struct application *application,
                                           const struct thermal *thermal);
 
-/* True if operator and coefficients allow the correction. */
+/* Tells whether operator and coefficients allow the correction. */
 bool application_corrects(const struct application *application);
 
 /* Returns when the core takes its samples. */
@@ -251,10 +252,10 @@ enum core_capture application_capture(const struct application *application);
 /* Asserts the conditions that hold between any two calls. */
 void state_assert(const struct application *application);
 
-/* True if there is a core and the firmware uses it. */
+/* Tells whether there is a core and the firmware uses it. */
 bool state_works(const struct application *application);
 
-/* Time of the core's own clock, s; 0 if its rate is not known. */
+/* Returns the time of the core's own clock, s; 0 if its rate is not known. */
 double state_seconds(const struct application *application);
 
 /* Returns the active coefficients, NULL if there are none. */

@@ -69,7 +69,7 @@ static bool table_temperature_read(const struct table_temperature *table, double
            *celsius <= MOST_C;
 }
 
-/* expm1() is linked already; exp() would add a table of 2 KB. */
+/* Returns exp(-times), from expm1(), which is linked already; exp() would add a table of 2 KB. */
 static double table_temperature_decay(double times) {
     return 1.0 + expm1(-times);
 }
@@ -96,7 +96,8 @@ static void table_temperature_observe(struct table_temperature *table, double ce
     table->slope += slope_gain * off;
 }
 
-/* If no lag is given, the observer runs with a short one, so that it corrects a lag as soon as one is given. */
+/* Sets the observer's lag. If no lag is given, the observer runs with a short lag, so that it corrects a lag as soon as
+   one is given. */
 static void table_temperature_use_lag(struct table_temperature *table, double time_constant_s) {
     double tau = fmax(time_constant_s, LEAST_FILTER_S);
     table->behind_k *= tau / table->time_constant_s;
@@ -124,8 +125,8 @@ static void table_temperature_take(struct table_temperature *table, double celsi
     table->celsius = time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
 }
 
-/* A thermometer reads 0 before its first conversion, so its first reading must be confirmed by the next ones. The
-   observer begins with the first reading. */
+/* Confirms the first reading by the next ones, because a thermometer reads 0 before its first conversion. The observer
+   begins with the first reading. */
 static void table_temperature_confirm(struct table_temperature *table, double celsius,
                                       double jump_k, double time_constant_s, double now_s) {
     uint32_t agree = 1;
@@ -169,7 +170,8 @@ static void table_temperature_read_sensor(struct table_temperature *table,
     table_temperature_take(table, celsius, time_constant_s, now_s);
 }
 
-/* The clock restarted with a new bitstream or a reset of the fabric: the age of earlier readings is unknown. */
+/* Restarts all times after the clock restarted with a new bitstream or a reset of the fabric: the age of earlier
+   readings is unknown. */
 static void table_temperature_time_again(struct table_temperature *table, double now_s) {
     table->tried_s = now_s - READING_S;
     table->read_s = table->changed_s = now_s;

@@ -10,7 +10,7 @@
 /* Two index marks that agree normally come within two turns. If none agree after this many turns, head 1 loses counts
    in every turn or has lost its index. */
 enum { DOUBT_TURNS = 4 };
-/* Largest loss of head 1 between two indices, in turns, that sets no other fault. */
+/* Largest loss of counts of head 1 between two indices, in turns, that sets no other fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
 
 int32_t zeros_look(const struct application *application, uint32_t head, int32_t known) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The UART: 8N1, 115200 baud unless BOARD_BAUD sets another rate. Received characters wait in a ring while a
-   calibration runs. */
+/* Sends and receives characters through the UART, with 8N1 and 115200 baud unless BOARD_BAUD sets another rate.
+   Received characters wait in a ring while a calibration runs. */
 
 #ifndef ARCTRUE_UART_H
 #define ARCTRUE_UART_H
@@ -10,8 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The ring is larger than what arrives during the longest calibration; further characters are lost. A 0 marks the place
-   where characters were lost. No line of text contains a 0, so a damaged line is never taken for another line. */
+/* The ring holds more characters than arrive during the longest calibration; further characters are lost. A 0 marks the
+   place where characters were lost. No line of text contains a 0, so a damaged line is never taken for another line. */
 enum { UART_RING = 4096, UART_LOST = 0 };
 
 struct uart {
@@ -39,13 +39,13 @@ struct uart_output {
 };
 
 void uart_set_up(struct uart *uart);
-/* Called by the interrupt. */
+/* Serves the UART's interrupt. */
 void uart_interrupt(struct uart *uart);
 bool uart_waits(const struct uart *uart);
 bool uart_take(struct uart *uart, uint8_t *character);
-/* True while characters wait in the ring; the main program does not sleep then. */
+/* Tells whether characters wait in the ring; the main program does not sleep then. */
 bool uart_is_sending(const struct uart_output *output);
-/* Number of characters that uart_send() takes without waiting. */
+/* Returns the number of characters that uart_send() takes without waiting. */
 size_t uart_room(const struct uart_output *output);
 /* Sends characters; waits while the ring is full. */
 void uart_send(struct uart_output *output, const char *characters, size_t number);

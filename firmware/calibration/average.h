@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Running average over turns: each turn is weighted by its inverse variance, and earlier turns lose weight by a
+/* Averages estimates over turns: each turn is weighted by its inverse variance, and earlier turns lose weight by a
    forgetting factor per turn. */
 
 #ifndef ARCTRUE_AVERAGE_H

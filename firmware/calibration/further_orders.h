@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Estimates orders that the calibration does not fit, from a turn.
+/* Estimates, from one turn, the orders that the calibration does not fit.
 
    After the fit, head 2 minus head 1 still contains, at order m, Re(G2 e^{jmR2} - G1 e^{jmR1}) with G = cosine - j
    sine of each head. Three sums over the turn form the normal equations

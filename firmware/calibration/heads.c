@@ -87,7 +87,8 @@ double heads_gain(const struct heads_geometry *geometry, uint32_t order) {
     return gain < UNSEEN_GAIN ? gain : (double)INFINITY;
 }
 
-/* w = A^T (A A^T)^-1 e with the rows ones, Re and Im of the sight: the shortest solution of A w = e = (1, 0, 0). */
+/* Computes the weights with the least sum of squares, w = A^T (A A^T)^-1 e, where the rows of A are ones, Re and Im of
+   the sight: the shortest solution of A w = e = (1, 0, 0). */
 static bool shortest_weights(const struct heads_geometry *geometry, uint32_t used,
                              double weight[HEADS_MOST]) {
     double row[CONDITIONS][HEADS_MOST] = {{0.0}};
@@ -128,7 +129,8 @@ double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HE
     return vector_length(leak);
 }
 
-/* Tries words near the exact weights; the word of the last head follows from the sum and may be half a step further away. */
+/* Tries words near the exact weights. The word of the last head follows from the sum of all words, so its distance from
+   the exact weight may be half a step larger. */
 bool heads_weights(const struct heads_geometry *geometry, uint32_t used,
                    int32_t weight[HEADS_MOST]) {
     double exact[HEADS_MOST];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The heads of a table: their places, the combinations of their readings that a calibration uses, and the weights of
-   their mean.
+/* Declares the geometry of a table's heads, and computes the combinations of their readings that a calibration uses and
+   the weights of their mean.
 
    Head i stands at the angle p_i after head 1, on the radius R/rho_i. A displacement c of the axis adds rho_i Im(c
    e^{jp_i}) to its reading. Weights with sum w_i = 1 and sum w_i rho_i e^{jp_i} = 0 form a mean that no motion of

@@ -46,7 +46,7 @@ struct fit {
     struct vector backward;
 };
 
-/* With three or four heads, order 1 is fitted together with the places. */
+/* Tells whether order 1 is fitted together with the places, which needs three or four heads. */
 static bool fits_places(const struct fit *fit) {
     return fit->geometry->heads > 2;
 }
@@ -400,7 +400,7 @@ static uint32_t place_unknowns(const struct fit *fit) {
     return LATE + 2 * (fit->geometry->heads - 1);
 }
 
-/* Returns NAN if the places cannot be determined. */
+/* Makes a step of the places and returns its size; returns NAN if the places cannot be determined. */
 static double step_of_places(struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
     uint32_t further = fit->geometry->heads - 1;
@@ -451,7 +451,8 @@ static uint32_t passes_of(const struct fit *fit) {
     return passes < PASSES_MOST ? passes : PASSES_MOST;
 }
 
-/* Successive steps shrink by nearly the same factor, so the remaining error is the last step times that factor. */
+/* Repeats the passes over the turn until the remaining error is small. Successive steps shrink by nearly the same
+   factor, so the remaining error is the last step times that factor. */
 static enum refusal converge(struct fit *fit, struct estimate *estimate) {
     double before = 0.0;
     for (estimate->iterations = 1; estimate->iterations <= passes_of(fit); estimate->iterations++) {
@@ -540,7 +541,8 @@ static void take_places(const struct fit *fit, struct heads_found *found,
     }
 }
 
-/* Only four heads show the circles of the orders from 2 on; with fewer, the fitted orders of the disc contain them. */
+/* Computes the circles of the axis. Only four heads show the circles of the orders from 2 on; with fewer heads, the
+   fitted orders of the disc contain them. */
 static void take_circles(const struct fit *fit, struct heads_found *found) {
     found->backward_arcsec[0] = vector_length(fit->backward);
     for (uint32_t order = 2; fit->geometry->heads == HEADS_MOST && order <= CIRCLE_ORDERS;

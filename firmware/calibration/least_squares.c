@@ -11,7 +11,7 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* Rounds end when moving head 2 would change the error by less than this. */
+/* The rounds end when a further move of head 2 would change the error by less than this. */
 #define CONVERGED_ARCSEC 1e-4
 /* Limit of the passes over the turn in all rounds together: one to build the matrix of each round, and one per
    refinement. A usual fit takes 3 to 6. A pass over 12,000 samples with 40 orders takes 23 million instructions
@@ -139,7 +139,8 @@ static bool take_pass(struct fit *fit) {
     return left;
 }
 
-/* Successive steps shrink by nearly the same factor, so the remaining error is the last step times that factor. */
+/* Refines the solution until the remaining error is small. Successive steps shrink by nearly the same factor, so the
+   remaining error is the last step times that factor. */
 static enum refusal refine(struct fit *fit) {
     const struct least_squares_workspace *workspace = fit->workspace;
     double unknowns[UNKNOWNS_MAX];

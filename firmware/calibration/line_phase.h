@@ -40,7 +40,7 @@ struct line_sought {
 void line_finder_add(struct line_finder *finder, const struct line_sought *line,
                      const struct turn *turn, int32_t first_turn, double separation_rad,
                      double noise_arcsec);
-/* Phase at angle 0 of turn 0, turns: the line is |c| cos(2 pi (nu Theta + phase)). */
+/* Returns the phase at angle 0 of turn 0, turns: the line is |c| cos(2 pi (nu Theta + phase)). */
 double line_finder_phase(const struct line_finder *finder);
 
 #endif

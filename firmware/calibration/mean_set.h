@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Words of the weighted mean of two to four heads: theta = r_s + sum of w_i (r_i - r_s) - E(r_s) with r_i = R_i - o_i. */
+/* Declares the words of the weighted mean of two to four heads: theta = r_s + sum of w_i (r_i - r_s) - E(r_s) with r_i
+   = R_i - o_i. */
 
 #ifndef ARCTRUE_MEAN_SET_H
 #define ARCTRUE_MEAN_SET_H

@@ -118,8 +118,8 @@ static enum fabric_state state_of(enum fabric_image_answer answer) {
     }
 }
 
-/* Newer versions of QEMU set a flag; 7.2 has no device at this address, which then reads as 0. On silicon, bits 13
-   and 14 of the control register are always 1. */
+/* Tells whether QEMU emulates the chip. Newer versions of QEMU set a flag; version 7.2 has no device at this address,
+   which then reads as 0. On silicon, bits 13 and 14 of the control register are always 1. */
 static bool is_emulated(const struct fabric *fabric) {
     return (read_at(fabric, DEVC_MCTRL) & DEVC_MCTRL_QEMU) != 0 ||
            (read_at(fabric, DEVC_CTRL) & DEVC_CTRL_ALWAYS_1) == 0;
@@ -156,7 +156,7 @@ static void program(const struct fabric *fabric, bool high) {
     write_at(fabric, DEVC_CTRL, control);
 }
 
-/* Checks the CRC of the whole bitstream before it disconnects the fabric. */
+/* Checks the CRC of the whole bitstream, and disconnects the fabric only if it is right. */
 static void check(struct fabric *fabric) {
     uint32_t end = fabric->place + left(fabric, CHECK_BYTES);
     for (; fabric->place < end; fabric->place += WORD_BYTES) {

@@ -95,7 +95,7 @@ static bool exchange(const struct flash *flash, uint32_t place, uint32_t sent, u
     return true;
 }
 
-/* The command is sent first, then the address, upper byte first. */
+/* Returns the word that sends a command, then the address with the upper byte first. */
 static uint32_t command_word(uint32_t command, uint32_t address) {
     return command | (address >> 16 & 0xFFU) << 8 | (address >> 8 & 0xFFU) << 16 |
            (address & 0xFFU) << 24;
@@ -124,7 +124,8 @@ static bool run_byte(const struct flash *flash, uint32_t command) {
     return answers;
 }
 
-/* The boot ROM connects the pins only if it starts from the flash, not if a debugger starts the firmware. */
+/* Connects the controller's pins. The boot ROM connects them only if it starts from the flash, not if a debugger starts
+   the firmware. */
 static void connect_pins(const struct flash *flash) {
     write_at(flash, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
     for (uint32_t pin = FIRST_PIN; pin <= LAST_PIN; pin++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Map of the flash, in bytes from its beginning. */
+/* Defines the map of the flash, in bytes from its beginning. */
 
 #ifndef ARCTRUE_FLASH_MAP_H
 #define ARCTRUE_FLASH_MAP_H

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits as in its technical
-   reference manual (UG585). docs/firmware.md states what they were compared with. */
+/* Defines the registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits as in its
+   technical reference manual (UG585). docs/firmware.md states what they were compared with. */
 
 #ifndef ARCTRUE_ZYNQ_REGISTERS_H
 #define ARCTRUE_ZYNQ_REGISTERS_H

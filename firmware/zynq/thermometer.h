@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The thermometer of the table on the I2C bus: an ADT7420 or a TMP117, whichever answers first. */
+/* Reads the thermometer of the table on the I2C bus: an ADT7420 or a TMP117, whichever answers first. */
 
 #ifndef ARCTRUE_THERMOMETER_H
 #define ARCTRUE_THERMOMETER_H
