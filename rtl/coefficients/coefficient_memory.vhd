@@ -10,8 +10,8 @@
 -- **Words.** `write_address` = lane * 4 + word. Word 0: phase step, bits 31..0; word 1: phase
 -- step, bits 47..32; word 2: phase offset; word 3: amplitude, sign-extended to 32 bits. A word
 -- of a lane that is not built is acknowledged, not stored, and reads as 0. `write_offset` writes
--- the offset, a constant added to the correction. Only the bits of the format are stored; the
--- read-back shows what is stored.
+-- the offset, a constant added to the correction. Only the bits of the format are stored; the read-back shows the
+-- stored bits.
 --
 -- **One bank for one angle.** The pipeline uses the phase step of an angle when the angle enters, the phase offset
 -- PHASE_OFFSET_DELAY clocks later, the amplitude AMPLITUDE_DELAY clocks later and the offset OFFSET_DELAY clocks later.
@@ -19,9 +19,9 @@
 -- come from one bank. `swap_marker` is high in the clock of the first angle of the new bank; if the swap need not wait,
 -- this is the clock after `swap`.
 --
--- **Folding.** FOLD lanes share one pipeline, and in each clock an output carries the words of one block, that is of
--- LANES / FOLD neighbouring lanes. `phase_steps` carries block s in the clock in which `slot` is s; the phase offsets
--- and amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. It holds
+-- **Folding.** FOLD lanes share one pipeline, and in each clock an output carries the words of one block of LANES /
+-- FOLD neighbouring lanes. `phase_steps` carries block s in the clock in which `slot` is s; the phase offsets and
+-- amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. It holds
 -- `swap_allowed` high only in the clock before each new angle; a swap waits for this clock, and several waiting swaps
 -- count as one.
 --
@@ -29,7 +29,7 @@
 -- write is finished with the pulse of `write_acknowledge`, which comes 3 clocks later. While a swap waits or the idle
 -- bank is being filled, the write waits too: at most until the largest delay + 4 * LANES + 5 clocks after the swap took
 -- place. Start no other write before the acknowledge. A swap takes over all acknowledged writes and no part of a
--- pending one. `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
+-- pending write. `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
 -- allowed at any time; it waits until the idle bank is filled and a write in progress has ended.
 --
 -- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.
@@ -48,8 +48,8 @@
 -- (turn_counter). A swap also waits until a whole sweep has followed the last write or the fill, 36 · LANES + 12
 -- clocks, and the turn steps add 18 · LANES clocks to the fill.
 --
--- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. It keeps both banks and
--- lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
+-- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. The reset keeps both banks
+-- and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
 
 library ieee;
   use ieee.std_logic_1164.all;

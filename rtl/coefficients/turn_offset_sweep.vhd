@@ -307,8 +307,8 @@ begin
       item_1_to_4 := now & item_1_to_4(1 to 3);
       now         <= next_item(now);
 
-      -- The turn is held for the whole sweep. Otherwise small movements of the angle back and forth could leave one of
-      -- the three turns out.
+      -- The turn is held for the whole sweep. Otherwise, if the angle moved back and forth, the sweep could omit one of
+      -- the three turns.
       if now = FIRST then
         middle := turn;
         above  := turn + 1;

@@ -14,9 +14,9 @@
 -- which the latency counts. Between two angles the reading and ε do not change, and the ramp continues at its rate per
 -- clock. The sums are exact, so they are the same for every FOLD.
 --
--- **Rounding.** All fraction bits are kept up to the last clock; there the total correction is
--- rounded once, to whole counts: corrected = R − floor(total + ½), the same number for angle and
--- position. `correction` shows the total cut off to 11 fraction bits.
+-- **Rounding.** All fraction bits are kept up to the last clock; in that clock the total correction is rounded once, to
+-- whole counts: corrected = R − floor(total + ½), the same number for angle and position. `correction` shows the total
+-- cut off to 11 fraction bits.
 --
 -- **Apply.** While `apply` is low, 0 replaces ε. A change of `apply` is a marker of the ramp, as a swap is. `apply`,
 -- `swap_marker`, `zero_moved`, `put_back`, `referenced`, `angle` and `position` belong to the angle whose pair sums
@@ -97,8 +97,8 @@ architecture rtl of error_compensation is
 
   constant PAIRS : positive := (LANES + 1) / 2;
   constant TERMS        : positive := PAIRS + 1 + boolean'pos(MEAN) + boolean'pos(LOCAL_TABLE);
-  -- How many numbers the carry-save levels of the first clock leave, so that the second clock needs one more such level
-  -- before its carry chain. With FOLD > 1 the third number is the sum of the angle so far.
+  -- Number of sums that the carry-save levels of the first clock leave, so that the second clock needs one more such
+  -- level before its carry chain. With FOLD > 1 the third number is the sum over the earlier blocks of the angle.
   constant SAVED        : positive := 3 - boolean'pos(FOLD > 1);
   constant SUM_WIDTH    : positive := 21 + PAIR_FRACTION;
   constant TURN_WIDTH   : positive := ANGLE_WIDTH + 3;
@@ -195,7 +195,7 @@ begin
       position_1_to_3(3) := position_1_to_3(2);
       referenced_1_to_3(3) := referenced_1_to_3(2);
 
-      -- Second clock: reduce to one number.
+      -- Second clock: reduce the numbers to one sum.
       terms_2(terms_2'high downto 2 * SUM_WIDTH) := sum_so_far;
       terms_2(saved_sums'range)                  := saved_sums;
 
@@ -260,7 +260,7 @@ begin
       end if;
       last_1 := last_sums;
 
-      -- The limit does not change while angles are corrected, so each clock computes a part of it.
+      -- The limit does not change while angles are corrected, so each clock computes a part of the limit.
       if (or half_turn(half_turn'high downto limit'length)) = '1' then
         limit <= LIMIT_MAX;
       else

@@ -73,7 +73,7 @@ architecture rtl of ramp_velocity is
 
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
 
-  -- Returns the action of the clock after that of `tick`.
+  -- Returns the action of the clock that follows clock `tick`.
   function moment_after (
     tick : natural range 0 to 255
   ) return moment_of_tick is
@@ -229,7 +229,8 @@ begin
 
       end case;
 
-      -- A separate register: otherwise Yosys makes one adder wait for the first look-up table of the other.
+      -- This is a separate register, because Yosys would otherwise make one adder wait for the first look-up table of
+      -- the other adder.
       to_take_off := acceleration;
 
       moment   := moment_after(to_integer(tick));

@@ -3,7 +3,7 @@
 -- # table_speed
 --
 -- Measures the travel of the table in a window of time, and computes the travel at the nominal speed in the same time;
--- the ratio of the two is the speed by which the lanes' modulators multiply. The angle is the corrected one with its
+-- the ratio of the two is the speed by which the lanes' modulators multiply. The angle is the corrected angle with its
 -- fraction; a window begins and ends where the reading passes from one period of A and B to the next, so that unequal
 -- places of the four edges cancel.
 --

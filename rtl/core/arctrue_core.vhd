@@ -18,10 +18,11 @@
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
 -- **Rotation.** ROTATION selects how a lane computes its cosine: `cordic`, as in the paper, or `table`
--- (table_rotation), in fewer look-up tables. Latency and formats are the same. The register `capability` shows it.
+-- (table_rotation), in fewer look-up tables. Both have the same latency and formats. The register `capability` shows
+-- the choice.
 --
 -- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
--- (table_conditions); the latency is the same. The register `capability` shows it.
+-- (table_conditions); the latency does not change. The register `capability` shows whether they are built.
 --
 -- **Failover.** With FAILOVER and three or four heads, the core leaves a failed head out of the mean by activating a
 -- prepared set of words (head_failover).
@@ -34,7 +35,7 @@
 -- **Events.** With EVENTS each edge of the probe and each pulse of the compare waits in a queue for the processor (event_queue).
 --
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen
--- its index. The core corrects the position that no index changes, so the output makes no step when the index is found;
+-- its index. The core corrects `position`, which no index changes, so the output makes no step when the index is found;
 -- the change of the correction decays at the ramp rate.
 --
 -- **Clock.** One clock, 100 MHz for the periods and times that the register map names. Encoder
@@ -146,10 +147,10 @@ architecture rtl of arctrue_core is
 
   constant IS_TABLE : boolean := ROTATION = "table";
 
-  -- Number of faults in the register `alarm`; those of heads 3 and 4 are its highest bits.
+  -- Number of faults in the register `alarm`; the faults of heads 3 and 4 are its highest bits.
   constant FAULT_KINDS : positive := 6 + 2 * boolean'pos(HEADS > 2);
 
-  -- Returns the filter length of a head: its own or, if that is 0, the common one of both heads.
+  -- Returns the filter length of a head: its own length or, if that is 0, the length that both heads share.
   function filter_of (own, both : std_ulogic_vector(7 downto 0)) return u_unsigned is
   begin
 
@@ -430,7 +431,7 @@ begin
 
   end generate decoders;
 
-  -- The corrected and output position includes the counts that were put back for lost ones.
+  -- The position that is corrected and output includes the counts that were put back for lost counts.
   mean_of_heads : if HAS_MEAN generate
 
     signal angles       : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);

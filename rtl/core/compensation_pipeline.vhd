@@ -23,7 +23,7 @@
 -- edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
 -- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
--- latency and formats are the same, the last bits differ.
+-- latency and formats do not change; the last bits of the cosine differ.
 --
 -- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed, index seen. `apply`
 -- belongs to the angle of its clock and travels with this angle. While `apply` is low, 0 replaces ε; a change of
@@ -36,7 +36,7 @@
 -- `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the correction
 -- decays at the ramp rate.
 --
--- **Mean.** With MEAN, angle and position are those of the carrier, and the `mean_term`, `jumped` and `jump` of a
+-- **Mean.** With MEAN, angle and position belong to the carrier, and the `mean_term`, `jumped` and `jump` of a
 -- carrier's reading come MEAN_LATENCY clocks after this reading (head_mean). `swap_comes` is high in the clock before
 -- the first angle of a new bank.
 --

@@ -29,7 +29,7 @@ library ieee;
 
 entity rearm_control is
   generic (
-    -- Two times the latency of the pipeline, however it is folded, and a margin for the units that follow it.
+    -- Twice the latency of the pipeline with any FOLD, plus a margin for the units that follow the pipeline.
     HOLD : positive range 4 to 255 := 4 * (PIPELINE_LATENCY + 3)
   );
   port (

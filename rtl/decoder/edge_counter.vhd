@@ -2,8 +2,9 @@
 --
 -- # edge_counter
 --
--- Compares the filtered levels of A and B with those of the clock before, and counts their edges (x4) into a multi-turn
--- position. Source: section 3.1 and figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
+-- Compares the filtered levels of A and B with the levels one clock before, and counts their edges (x4) into a
+-- multi-turn position. Source: section 3.1 and figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11,
+-- 01 counts up.
 --
 -- **Latency.** 2 clocks from a change of `levels` to `position`. `edge.comes` belongs to the clock of the levels, the other
 -- fields of `edge` to the clock after it. position, direction, step, step_up and last_edge_time belong to one clock.
@@ -112,7 +113,7 @@ begin
         last_edge_time <= timestamp;
       end if;
 
-      -- Stage 1: compare the levels with those of the clock before.
+      -- Stage 1: compare the levels with the levels one clock before.
       breaks_order <= a_changes and b_changes and not preload;
       moves        <= comes;
       stands       <= not comes;

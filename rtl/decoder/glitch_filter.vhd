@@ -43,7 +43,7 @@ begin
 
   follow : process (clock) is
 
-    -- Samples for which the level has lasted, the present one included.
+    -- Number of samples for which the level has lasted, including the present sample.
     variable lasted : sample_counts                         := (others => FIRST);
     variable level  : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
 

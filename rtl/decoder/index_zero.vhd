@@ -28,10 +28,10 @@
 -- skewed pins nor a vibration at one edge of the mark make the entity confuse the two edges of the mark, provided that
 -- the time between two opposite steps is longer than the time between a change of Z and its step; a `filter_length`
 -- above INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position;
--- later ones do not change it. Each later index must lie 0 or +-counts_per_rev from the one before it, within
--- +-`index_tolerance`; otherwise `index_error` is set: counts or an index were lost or added. The position of a true
--- mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip by one period of A and B adds
--- 4 counts. `index_interval` reads 0 while there are fewer than two marks.
+-- later indices do not change this zero. Each later index must lie 0 or +-counts_per_rev from the index before it,
+-- within +-`index_tolerance`; otherwise `index_error` is set: counts or an index were lost or added. The position of a
+-- true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip by one period of A and B
+-- adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
 -- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero
 -- wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see zero_witness;
 -- possible at the first mark after lost counts). Or it is the first mark after an `index_error` that lies one turn,
@@ -47,9 +47,9 @@
 -- at that speed.
 -- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
 -- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
--- changes half a count from its step, the limit is twice 7 clocks. At higher speeds a Z before a step cannot be
--- distinguished from a Z after the previous step, and the entity may take the other edge of a mark. With pins that
--- change in the same clock each mark is placed correctly at any speed. A Z edge before the first step after reset
+-- changes half a count from its step, the limit is twice 7 clocks. At higher speeds a change of Z before a step cannot
+-- be distinguished from a change after the previous step, and the entity may take the other edge of a mark. With pins
+-- that change in the same clock each mark is placed correctly at any speed. A Z edge before the first step after reset
 -- belongs to that step.
 --
 -- **Rearm.** While `rearm` is high, angle and turn_position are 0 and the index is cleared (index_seen
@@ -244,7 +244,7 @@ architecture rtl of index_zero is
   -- within the tolerance
   signal judged        : std_ulogic                    := '0';
   signal are_within    : std_ulogic_vector(2 downto 0) := "000";
-  -- The checked mark is the latest one.
+  -- The checked mark is the latest mark.
   signal is_old_enough : std_ulogic                    := '0';
   signal is_latest     : std_ulogic;
   -- A mark was misplaced, and since then no two marks one turn apart have agreed.
@@ -263,7 +263,7 @@ begin
                     counters(0).count;
   angle          <= place_of_angle;
 
-  -- Two marks one turn apart agree, or the other head counted one turn between this mark and a trusted one.
+  -- Two marks one turn apart agree, or the other head counted one turn between a trusted mark and this mark.
   is_off     <= judged and not (or are_within);
   is_latest  <= is_old_enough and not meets_index;
   moves_zero <= judged and (((are_within(1) or are_within(0)) and is_in_doubt) or (is_off and other_head_agrees))
@@ -291,8 +291,8 @@ begin
     variable meets_up        : std_ulogic                              := '1';
     variable meets_inside    : std_ulogic                              := '0';
     variable leaves_inside   : std_ulogic                              := '0'; -- Z changed within the count that an upward step left
-    -- Stage 2: two counters. One counts from the zero, the
-    -- other one from the latest index. If the zero moves to that index, the counters exchange their roles.
+    -- Stage 2: two counters. One counter counts from the zero, the other one from the latest index. If the zero moves
+    -- to that index, the counters exchange their roles.
     variable places          : turn_places                             := (others => ZERO_PLACE);
     variable is_second       : std_ulogic                              := '0'; -- number of the counter that is the angle
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
@@ -313,7 +313,8 @@ begin
     variable past_half       : u_signed(COUNTS_PER_REV_WIDTH + 1 downto 0) := (others => '0');
     variable slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0) := (others => '0');
     variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
-    -- Indices of the last clocks, the latest in the low bit; one of them is checked, and no other has come since
+    -- Indices of the last clocks, the latest in the low bit; one of these indices is checked, and no other index has
+    -- come since
     variable told_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
     variable is_small        : std_ulogic;
     variable passed_index    : std_ulogic                              := '0';
@@ -474,7 +475,7 @@ begin
       earlier_levels := earlier_levels(INDEX_SKEW - 1 downto 0) & z;
       before         := z;
 
-      -- The new value applies only while no unit counts with the old one.
+      -- The new value applies only while no unit counts with the old value.
       is_long_turn <= or last_angle(last_angle'high downto 3);
       if (reset = '1' or preload = '1' or rearm = '1') then
         turn        := signed(resize(counts_per_rev, POSITION_WIDTH));

@@ -10,12 +10,12 @@
 --
 -- **Number formats.** filter_length u8.0 and minimum_edge_spacing u16.0 clocks; counters u16.0.
 --
--- **Faults.** `illegal`: A and B changed in the same clock. `overspeed`: a counted edge came less than minimum_edge_spacing
--- clocks after the previous one (0 and 1 disable this check).
+-- **Faults.** `illegal`: A and B changed in the same clock. `overspeed`: a counted edge came less than
+-- minimum_edge_spacing clocks after the previous edge (0 and 1 disable this check).
 -- This check ignores illegal transitions.
 -- Edges that the filter suppresses also count as overspeed, and set `swallowed` too, because counts are lost. To detect
 -- them the entity also decodes the levels before the filter. It sets and counts `overspeed` when these levels are a
--- whole period of A and B (4 counts) ahead of the filtered ones, or have made 4 illegal transitions that the filtered
+-- whole period of A and B (4 counts) ahead of the filtered levels, or have made 4 illegal transitions that the filtered
 -- levels do not show. After the pins have been quiet for filter_length clocks this comparison restarts. A pulse on one
 -- pin that is shorter than filter_length clocks has no effect on this check either, unless another pin changes during
 -- the pulse: the pulse then cannot be distinguished from a lost period.
@@ -66,8 +66,8 @@ architecture rtl of plausibility_check is
   type tables is array (natural range <>) of few_counts;
 
   -- Counts by which the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either. Bit 3:
-  -- the unfiltered levels make a step; bit 2: it is a step up; bits 1 and 0: the same for the filtered levels. A period
-  -- or more counts as PERIOD.
+  -- the unfiltered levels make a step; bit 2: it is a step up; bits 1 and 0: step and step up of the filtered levels. A
+  -- period or more counts as PERIOD.
   function ahead_after_steps return tables is
 
     variable table : tables(0 to 127);

@@ -3,7 +3,7 @@
 -- # encoder_source
 --
 -- Generates the signals A, B and Z that two to four read heads of a steadily turning table would give. On a test bench,
--- a second board with this entity replaces the encoder. All heads read the same disc; heads 2 to 4 read it
+-- a second board with this entity replaces the encoder. All heads read the same disc; the angles of heads 2 to 4 are
 -- HEAD_SEPARATION, HEAD3_AHEAD and HEAD4_AHEAD counts ahead of head 1 (docs/architecture.md, "Head geometry"). A
 -- calibration therefore finds ε of equation (2) with the two orders given here. The axis does not move. Outputs of
 -- heads above HEADS stay low.

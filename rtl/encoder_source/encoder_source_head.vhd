@@ -44,7 +44,7 @@ architecture rtl of encoder_source_head is
   constant LANES           : positive := 2;
   constant STEP_FRACTION   : positive := 24;
   constant WORDS           : positive := 4 * LANES;
-  -- Smallest spacing of two edges: the largest rate of the reading stays below it.
+  -- Smallest spacing of two edges of the output; even at its largest rate the reading needs no smaller spacing.
   constant MINIMUM_SPACING : positive := 1;
 
   -- Counts a clock, u0.24.

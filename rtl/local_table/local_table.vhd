@@ -188,7 +188,7 @@ begin
     variable offset3     : angles                                       := (others => (others => '0'));
     variable inside3     : std_ulogic_vector(1 to LOCAL_WINDOWS)        := (others => '0');
     variable starts      : angles;
-    -- Window of the angle, and whether there is one, from clock 4 on
+    -- Window that contains the angle, and whether any window contains it, from clock 4 on
     variable window      : u_unsigned(1 downto 0);
     variable windows     : u_unsigned(2 * LOCAL_TABLE_LATENCY - 1 downto 0) := (others => '0');
     variable are_inside  : std_ulogic_vector(4 to LOCAL_TABLE_LATENCY - 1) := (others => '0');

@@ -11,8 +11,8 @@
 -- index (`rearm_heads`), so that its next index defines its zero again.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
--- once the time `failover.return_after` has passed: the set of all heads is loaded. A dead head shows no index and
--- stays out.
+-- once the time `failover.return_after` has passed: the set of all heads is loaded. A dead head shows no index, so it
+-- remains left out.
 --
 -- **Processor.** `heads_command.take_set` loads a set. A swap of the processor's own words makes `heads_status.set` 7.
 -- A swap does not end the state of a head that is left out: words that use this head, and a set that uses it before its

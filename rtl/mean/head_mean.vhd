@@ -332,7 +332,7 @@ begin
 
       next_base <= base + count_1_to_4(JUMP_CLOCKS) + resize(jump_4, POSITION_WIDTH);
 
-      -- Either the bits above the format are copies of the sign, or the jump is limited, to the same size up and down.
+      -- If the bits above the format are not copies of the sign, the jump is limited, to the same size up and down.
       sign   := to_next(to_next'high);
       jump_4 := to_next(jump_4'range);
       if (or (to_next(to_next'high downto jump_4'high) xor (to_next'high downto jump_4'high => sign))) = '1' then

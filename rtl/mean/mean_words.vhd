@@ -21,8 +21,8 @@
 -- **Number formats.** offset u24.4 counts, weight s1.16. Flat words hold, from the low bits on: offsets of all heads, then
 -- weights, then used heads, then the carrier.
 --
--- **Reset** drops a pending write. It keeps the words, as the banks of the lanes do. At power-up head 1 is carrier and
--- used alone: the output is that of head 1.
+-- **Reset** drops a pending write. It keeps the words, as the banks of the lanes do. At power-up head 1 is the carrier
+-- and the only used head: the output follows head 1.
 
 library ieee;
   use ieee.std_logic_1164.all;

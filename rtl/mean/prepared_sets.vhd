@@ -16,7 +16,7 @@
 -- mixture of words becomes active.
 --
 -- **Refusal.** A swap, of the processor or of a set, takes place only while `may_activate` is high: the idle words use no head
--- that is left out. Otherwise `refused` pulses, the active words stay, and the loaded set is dropped.
+-- that is left out. Otherwise `refused` pulses, the active words stay active, and the loaded set is dropped.
 --
 -- **Latency.** From `load` to `swap_out` 4 * (4 * LANES + 10) + 4 clocks at most, once no write of the processor is under way and
 -- coefficient_memory is not filling its idle bank: 5.6 µs with 32 lanes at 100 MHz. `loaded` comes with `swap_comes`.

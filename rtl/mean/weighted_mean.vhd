@@ -124,7 +124,7 @@ begin
         products(head) <= product_6;
         product_6      := limited_5 * weight_1_to_5(5);
 
-        -- Fifth clock: either the bits above the format are copies of the sign, or the difference is limited.
+        -- Fifth clock: if the bits above the format are not copies of the sign, the difference is limited.
         sign      := fine_4(fine_4'high);
         is_beyond := or (fine_4(fine_4'high downto HEAD_DIFFERENCE_WIDTH - 1)
                          xor (fine_4'high downto HEAD_DIFFERENCE_WIDTH - 1 => sign));
@@ -140,7 +140,7 @@ begin
         fine_4 := shift_left(resize(difference, FINE_WIDTH), HEAD_OFFSET_FRACTION)
                   + resize(fraction_1_to_3(3), FINE_WIDTH);
 
-        -- First clock: the fraction of r minus that of the carrier's r.
+        -- First clock: the fraction of r minus the fraction of the carrier's r.
         own_fraction    := u_unsigned(fractions((head + 1) * HEAD_OFFSET_FRACTION - 1 downto head * HEAD_OFFSET_FRACTION));
         fraction_1_to_3 := (u_signed('0' & carrier_fraction) - u_signed('0' & own_fraction)) & fraction_1_to_3(1 to 2);
         own_weight      := u_signed(weights((head + 1) * HEAD_WEIGHT_WIDTH - 1 downto head * HEAD_WEIGHT_WIDTH));

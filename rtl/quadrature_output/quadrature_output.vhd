@@ -26,18 +26,17 @@
 -- B after every power-up, if counts_per_rev is a multiple of 4. `phase_of_zero` is sampled
 -- while the output is not following; counts that the head loses meanwhile do not change it. It belongs to the
 -- head's latest count, which is ahead of `corrected_position` by the latency of the pipeline. Counts that are put back
--- meanwhile reach the output by the ramp, and then the levels are those of the head. (A phase delayed like the position
--- would stay off by these counts.)
+-- meanwhile reach the output by the ramp, and then the levels equal the levels of the head. (A phase delayed like the
+-- position would stay off by these counts.)
 --
 -- **Z** marks the zero of the output's angle, which is corrected_angle - following error, modulo
 -- counts_per_rev. It is high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A
 -- and B). With `z_gated` low it begins at the zero. With `z_gated` high it begins in the state `z_state` (index in
--- 00, 10, 11, 01) of A and B: at the one of the four counts from 2 before the zero to 1 after it that has this
--- state. Z changes together with an edge of A or B. If corrected_angle jumps relative to corrected_position
--- (first index), Z follows the new angle 3 clocks later, without an edge of A and B. While `referenced` is low
--- the angle has no zero on the table, and Z is low: before the first index of the head, and from a re-arm
--- to the next index. (The smallest turn, 4 counts at an edge every clock, works: 4 counts are in the pipeline, and 1
--- count is held.)
+-- 00, 10, 11, 01) of A and B: at the count with this state among the four counts from 2 before the zero to 1 after it.
+-- Z changes together with an edge of A or B. If corrected_angle jumps relative to corrected_position (first index), Z
+-- follows the new angle 3 clocks later, without an edge of A and B. While `referenced` is low the angle has no zero on
+-- the table, and Z is low: before the first index of the head, and from a re-arm to the next index. (The smallest turn,
+-- 4 counts at an edge every clock, works: 4 counts are in the pipeline, and 1 count is held.)
 --
 -- **Pins.** `invert_a`, `invert_b` and `invert_z` invert the level of a pin; `swap_ab` exchanges A and B before
 -- the inversion, so that the receiver counts in the other direction. Phase, gate and edge spacing refer to the signals before
@@ -45,8 +44,8 @@
 --
 -- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
 -- come within 3 clocks) and the following error is 0. When `enable` rises, the output goes to the present
--- position by at most 2 edges, which lead from the held levels to those of the position; Z takes the
--- level of the present angle.
+-- position by at most 2 edges, which lead from the held levels to the levels of the position; Z takes the level of the
+-- present angle.
 --
 -- **Following error** is position - output; edges that are still in the 4 clocks of the
 -- pipeline count as outstanding: 4 counts at one edge per clock. It reads 0 while disabled and after a fault.
@@ -109,7 +108,7 @@ architecture rtl of quadrature_output is
   -- Width of a limit of the lag: -2 to +2 turns in counts.
   constant LIMIT_WIDTH : positive := COUNTS_PER_REV_WIDTH + 2;
 
-  -- One number for each turn, from 2 turns before to 1 turn after that of the corrected angle.
+  -- One number for each turn, from 2 turns before to 1 turn after the turn of the corrected angle.
   type of_turns is array (-2 to 1) of u_signed(POSITION_WIDTH - 1 downto 0);
 
   function counts_of (width : u_unsigned(1 downto 0)) return positive is
@@ -195,7 +194,8 @@ begin
 
   follow : process (clock) is
 
-    -- `following`: enable one clock ago. `enabled`: enable in the two clocks before that, (0) the later one
+    -- `following`: enable one clock ago. `enabled`: enable in the two clocks before that clock, (0) the later of the
+    -- two
     variable following   : std_ulogic                               := '0';
     variable a_level     : std_ulogic;
     variable b_level     : std_ulogic;

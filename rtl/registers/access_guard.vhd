@@ -12,7 +12,7 @@
 -- it.
 --
 -- **Latency.** 1 clock from `judge` to the verdict. One bit of the verdict is high; the verdict stays until the next
--- one. The pulse that requests the word from the unit comes in the first clock of the verdict.
+-- verdict. The pulse that requests the word from the unit comes in the first clock of the verdict.
 --
 -- **Number formats.** Addresses in bytes.
 --
@@ -203,7 +203,7 @@ begin
       of_local     := LOCAL_TABLE and not partial
                       and ((place(place'high downto 5) = PLACE_FIRST(place'high downto 5) and is_at_most(place(4 downto 2), 6))
                            or place(place'high downto 14) = POINTS_FIRST(place'high downto 14));
-      -- Two words per lane and, after those of 64 lanes, the turn number, which can only be read.
+      -- Two words per lane and, after the words of 64 lanes, the turn number, which can only be read.
       of_turns     := REAL_ORDERS and not partial and place(place'high downto 10) = TURNS_FIRST(place'high downto 10)
                       and ((place(9) = '0' and is_at_most(place(8 downto 3), LANES - 1))
                            or (is_write = '0' and place(9 downto 2) = 128));

@@ -81,8 +81,8 @@ begin
       case state is
 
         when IDLE =>
-          -- A valid request stays until its handshake, so it may be sampled in the clock before. is_write
-          -- still describes the last transfer: the other kind has priority.
+          -- A request stays valid until its handshake, so it may be sampled in the clock before. is_write still
+          -- describes the last transfer, so that a request of the other kind has priority.
           choose_write  := s_axil_request.awvalid and s_axil_request.wvalid and not (s_axil_request.arvalid and is_write);
           address       <= s_axil_request.araddr(s_axil_request.araddr'high downto 2) & "00";
           write_data    <= s_axil_request.wdata;

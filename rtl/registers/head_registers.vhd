@@ -11,7 +11,7 @@
 -- **Number formats.** The formats of the register map. Flat ports carry head 3 in the low bits.
 --
 -- **Wide values.** A read of the low word of an index latches its high word. `take_snapshot` latches positions, angles and
--- times of the edges, in the clock in which the register block latches those of heads 1 and 2.
+-- times of the edges, in the clock in which the register block latches the values of heads 1 and 2.
 --
 -- **Reset** sets every setting to its reset value and clears the sticky flag.
 
@@ -73,7 +73,7 @@ architecture rtl of head_registers is
 
   end function snapshot_of;
 
-  -- Returns the words of a head, except those that are latched.
+  -- Returns the words of a head, except the latched words.
   function words_of (
     head     : decoded_head;
     settings : std_ulogic_vector(15 downto 0);

@@ -19,13 +19,12 @@
 --
 -- **Equal angle.** The multiples are m * angle_step from the zero of the index, computed exactly:
 -- no error accumulates. A multiple is reached at the same count from below and from above,
--- so samples of both directions lie on the same grid. The last multiple reached is
--- not reached again before one of its neighbours: a table that vibrates at a multiple gives one sample, and
--- after a reversal the table passes that multiple without a sample. The first multiple after the start is
--- reached from either side; a table that stands on a multiple at the start has to reach a
--- neighbour first. A division finds the grid, even while the table moves: there is no trigger in the first 36 enabled
--- clocks, and in at most 38 clocks from a change of angle_step on. An angle_step of 0 gives no trigger. turn_position
--- wraps modulo 2**32; the grid continues evenly across the wrap.
+-- so samples of both directions lie on the same grid. The multiple that was reached last gives no trigger again before
+-- one of its neighbours was reached: a table that vibrates at a multiple gives one sample, and after a reversal the
+-- table passes that multiple without a sample. The first multiple after the start is reached from either side; a table
+-- that stands on a multiple at the start has to reach a neighbour first. A division finds the grid, even while the
+-- table moves: there is no trigger in the first 36 enabled clocks, and in at most 38 clocks from a change of angle_step
+-- on. An angle_step of 0 gives no trigger. turn_position wraps modulo 2**32; the grid continues evenly across the wrap.
 --
 -- From the start on the entity counts the movement modulo angle_step; the division only gives the value
 -- of that counter at the multiples. So turn_position may move by at most one count per clock, as the decoder's
@@ -99,8 +98,8 @@ begin
 
   equal_time : process (clock) is
 
-    -- Clocks of the interval, this one included. In the first clock is_first is set instead, which is one bit in place
-    -- of 32.
+    -- Number of clocks of the interval, including the present clock. At the start of an interval is_first is set in
+    -- place of `elapsed`, that is 1 bit in place of 32.
     variable elapsed  : u_unsigned(31 downto 0) := to_unsigned(1, 32);
     variable is_first : std_ulogic              := '1';
     variable ends     : std_ulogic;

@@ -12,15 +12,15 @@
 -- **Driver enable.** `driver_enable` is high while `enable` is high, until a fault is `present` whose bit in
 -- `release_sources` is set. From then on it is low, and `released` high, until `enable` is low, or until no such fault
 -- is `present` a clock after a `clear` (pulse). So one pulse can clear both the fault and the release, a fault that
--- persists keeps the drivers released, and the end of a fault alone does not enable the drivers again. `causes` are the
--- faults that released the drivers and those that came later; after a `clear` that did not end the release, those that
--- are still present.
+-- persists keeps the drivers released, and the end of a fault alone does not enable the drivers again. `causes` shows
+-- the faults that released the drivers and the faults that came later; after a `clear` that did not end the release, it
+-- shows the faults that are still present.
 --
 -- **Reset** clears the alarm and the release, and holds `driver_enable` at its level: a reset of the core, in which A
 -- and B stand still, does not trip a drive that watches its lines. `enable` falls with the reset. The hold ends,
 -- without a gap, when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then
--- `driver_enable` falls, so that an output that is not set up again leaves the lines. Drivers that were released stay
--- released until `enable` is high. A reset within a hold does not make it longer.
+-- `driver_enable` falls, so that the drivers release the lines if the processor does not set the output up again.
+-- Drivers that were released stay released until `enable` is high. A reset within a hold does not make it longer.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -57,7 +57,8 @@ begin
     variable below    : std_ulogic    := '0';             -- the position's side at the arming
     variable stood    : std_ulogic    := '0';             -- at the arming the position was at the place
     variable is_there : std_ulogic;
-    -- The next places upwards and downwards; the distances from them to the position, the lower one minus a count
+    -- The next places upwards and downwards; the distances from these places to the position, the lower distance minus
+    -- a count
     variable upper      : count       := (others => '0');
     variable lower      : count       := (others => '0');
     variable upper_then : count;

@@ -11,7 +11,8 @@
 --
 -- **Number formats.** Addresses in bytes, from the start of the window at 0x4000_0000.
 --
--- **Clock.** FCLK 0 through one global buffer; the firmware sets it to 100 MHz. M_AXI_GP0 runs on it too.
+-- **Clock.** The clock is FCLK 0 through one global buffer; the firmware sets it to 100 MHz. M_AXI_GP0 runs on this
+-- clock too.
 --
 -- **Interrupt.** `interrupt` is level sensitive and goes to IRQF2P(0), which is interrupt 61 of the
 -- generic interrupt controller. The other lines stay low.
