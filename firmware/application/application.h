@@ -34,11 +34,11 @@ void application_use_copy(struct application *application, struct capture_copy *
 /* Sets the flash that stores settings and coefficients. */
 void application_use_flash(struct application *application, struct save *save);
 
-/* Does one piece of work and never waits. A calibration is one piece. */
+/* Does one piece of work and never waits. A whole calibration is one piece. */
 void application_step(struct application *application);
 
-/* Notes an interrupt of the core; call it before the step that the interrupt causes. An interrupt only requests an
-   early step: later steps find the same work without it, so a lost interrupt only delays the work. */
+/* Notes an interrupt of the core; call it before the step that the interrupt causes. An interrupt only makes a step run
+   earlier: later steps find the work without an interrupt, so a lost interrupt only delays the work. */
 void application_interrupt(struct application *application);
 
 /* Tells whether there is more to do at once; if so, do not sleep before the next step. */

@@ -216,8 +216,8 @@ static void calibrate_watch_loaded(struct application *application, const struct
     }
 }
 
-/* Adds the error that remains at the loaded orders to both predictions, because both choices leave the same error
-   there. */
+/* Adds the error that remains at the loaded orders to both predictions, because these orders keep this error with
+   either choice of coefficients. */
 static void calibrate_add_loaded(struct application *application) {
     struct gate_prediction *prediction = &application->report.prediction;
     double square = application->load.watch.mean_square;
@@ -324,7 +324,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
     uint32_t lanes = application->configuration.lanes;
     if (saved->table.place.choice != 0 &&
         (application->load.state == LOAD_RECEIVING || application->load.whole)) {
-        /* The points that arrive occupy the idle bank. */
+        /* The idle bank holds the points of the table that is being received, so the saved table cannot use it. */
         return;
     }
     bool fits = saved_lanes(saved) <= lanes &&
@@ -357,7 +357,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
     }
 }
 
-/* Combines the judgement of the received lanes with that of the received local table. */
+/* Combines the judgement of the received lanes with the judgement of the received local table. */
 static enum load_answer calibrate_judge_table(struct application *application,
                                               const struct turn *turn, enum load_answer of_lanes) {
     struct load *load = &application->load;

@@ -57,7 +57,8 @@ static bool mean_goes_on(const struct application *application, const struct hea
     return same && heads_leak(&found->geometry, mean->weight) <= LEAK_LIMIT;
 }
 
-/* Shifts the offset of a head that has moved along the scale by its motion, so that the zero of the mean stays. */
+/* Shifts the offset of a head that has moved along the scale by the motion of this head, so that the zero of the mean
+   does not move. */
 static void mean_follow_moved_head(struct application *application, const struct heads_found *found,
                                    struct mean_set *mean) {
     double one = OFFSET_ONE * application->capture.counts_per_rev;

@@ -279,7 +279,7 @@ int32_t core_zero_slip(const struct core_access *core) {
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
                             uint32_t counts_per_rev) {
     ASSERT(head < HEADS && counts_per_rev > 0);
-    /* Reading the low word of the time latches the whole group. */
+    /* The read of the low word of the time latches the whole group. */
     (void)core_read_wide(core, AT(snapshot.time));
     uint32_t position =
         core_read(core, head ? AT(snapshot.head2_position) : AT(snapshot.head1_position));
@@ -401,7 +401,7 @@ void core_release_capture(const struct core_access *core) {
 }
 
 void core_acknowledge_interrupt(const struct core_access *core) {
-    /* The bits of interrupt_status have the same places as those of interrupt_enable. */
+    /* The bits of interrupt_status have the same places as the bits of interrupt_enable. */
     core_write(core, AT(interrupt_status), INTERRUPTS);
 }
 
@@ -616,7 +616,8 @@ bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
     place->position = (int32_t)core_read(core, AT(snapshot.corrected_position));
     place->head1_angle = position.head1_angle;
     place->head1_turn_position = position.head1_turn_position;
-    /* The error is far below half a turn: reading and corrected angle lie on both sides of 0, or on the same. */
+    /* Reading and corrected angle differ by far less than half a turn, so a larger distance shows that they lie on
+       opposite sides of 0. */
     int64_t ahead = 2 * ((int64_t)position.head1_angle - place->angle);
     place->head1_turn =
         place->turn - (ahead > counts_per_rev ? 1 : 0) + (ahead < -(int64_t)counts_per_rev ? 1 : 0);
@@ -663,7 +664,8 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
     core_write(core, place, (uint32_t)(int32_t)rint(value * WORD_ONE));
 }
 
-/* Limit of the wait: loading a set takes up to 6 us, and each read takes at least one bus access, 0.1 us. */
+/* Largest number of reads while a set is being loaded: the loading takes up to 6 us, and each read takes at least one
+   bus access, 0.1 us. */
 enum { FAILOVER_LOOKS_MOST = 1000 };
 
 void core_failover_off(const struct core_access *core) {
@@ -689,7 +691,7 @@ enum { COMMAND_SET = 4, COMMAND_TAKE = 1 << 7, COMMAND_COME_BACK = 8 };
 
 struct core_failover core_failover(const struct core_access *core) {
     uint32_t word = core_read(core, AT(heads_status));
-    /* Reading the low word of the time latches the parity too. */
+    /* The read of the low word of the time latches the parity too. */
     (void)core_read_wide(core, AT(snapshot.time));
     return (struct core_failover){
         .left_out = FIELD(word, HEADS_STATUS__LEFT_OUT),

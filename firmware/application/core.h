@@ -37,7 +37,7 @@ struct core_configuration {
     uint32_t lanes;
     uint32_t capture_depth;
     uint32_t clock_hz;
-    /* Number of heads, two to four, without those that the firmware cannot read. */
+    /* Number of heads that the firmware can read, two to four. */
     uint32_t heads;
     bool has_mean;
     /* The gateware leaves a failed head out of the mean. */
@@ -124,7 +124,7 @@ struct core_probe {
 struct core_event {
     /* Bit 0: an edge of the probe; bit 1: a pulse of the position compare. */
     uint32_t kind;
-    /* Number of events since the reset of the core, including lost ones, modulo 2^16. */
+    /* Number of events since the reset of the core, including lost events, modulo 2^16. */
     uint32_t number;
     uint64_t time;
     int32_t position;
@@ -234,7 +234,7 @@ bool core_head_indexed(const struct core_access *core, uint32_t head);
 void core_release_capture(const struct core_access *core);
 /* Clears the interrupt line and its causes; call before reading the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
-/* Clears the faults of all heads; the fault of the output stays. */
+/* Clears the faults of all heads, but not the fault of the output. */
 void core_clear_faults(const struct core_access *core);
 /* Ends the fault of the output, which continues from the present position. The same write clears the flags of the
    heads in `faults` (bits of enum core_fault) and enables the line drivers if no remaining fault releases them. Only

@@ -9,8 +9,9 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* A value is refused if its remaining error exceeds that of the active value by more than NO_WORSE standard
-   uncertainties plus NOISE_SHARE times the noise of a reading. A smaller difference cannot be seen in any reading. */
+/* A value is refused if its remaining error exceeds the remaining error of the active value by more than NO_WORSE
+   standard uncertainties plus NOISE_SHARE times the noise of a reading. A smaller difference cannot be seen in any
+   reading. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
 /* Two conditions count as different if the modulator, whose range is -1 to 1, differs by at least this value. */
@@ -69,7 +70,7 @@ static struct vector judge_components(const struct coefficients *coefficients, u
                                 : (struct vector){0.0, 0.0};
 }
 
-/* Judges one order. A value below `nothing_arcsec` has no effect now but will have one at another temperature or
+/* Judges one order. A value below `nothing_arcsec` has no effect now but will have an effect at another temperature or
    condition; this limit is 0 if the order follows neither. */
 static enum judgement judge_order(const struct sight *sight, struct vector value,
                                   struct vector present, double noise_arcsec, double nothing_arcsec,

@@ -421,7 +421,7 @@ static uint32_t load_step(int32_t one, int32_t other) {
     return (uint32_t)(one > other ? one - other : other - one);
 }
 
-/* Adds a point to the bounds of the slope. The last point of a window is joined to its first one. */
+/* Adds a point to the bounds of the slope. The last point of a window is joined to the first point of the window. */
 static void load_add_point(struct load_table *table, int32_t point) {
     uint32_t each = TABLE_POINTS / load_table_windows(&table->place);
     uint32_t in_window = table->next % each;

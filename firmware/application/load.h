@@ -27,7 +27,7 @@ enum load_state {
     /* Turns judge the received set, or the set that was loaded before a start. */
     LOAD_WAITING,
     LOAD_ACTIVE,
-    /* The received set is refused; the loaded set stays. */
+    /* The received set is refused; the loaded set stays loaded. */
     LOAD_REFUSED,
 };
 
@@ -152,7 +152,7 @@ struct load {
     uint32_t probe_edges;
 };
 
-/* Tells whether lanes wait for a turn in the other direction, or for one at another speed. */
+/* Tells whether lanes wait for a turn in the other direction, or for a turn at another speed. */
 bool load_waits_for(const struct load *load, bool other_direction);
 
 const char *load_state_name(enum load_state state);
@@ -170,8 +170,8 @@ enum load_answer load_slope(struct load *load, uint32_t number, const struct the
 /* Sets the temperature at which the lanes have the written values, and the time constant of the thermometer. */
 enum load_answer load_temperature(struct load *load, int32_t reference_mc,
                                   uint32_t time_constant_ms, uint32_t crc);
-/* Sets the range of temperature in which the lanes follow. This frame must come after that of load_temperature(), which
-   presets the range. */
+/* Sets the range of temperature in which the lanes follow. This frame must come after the frame of load_temperature(),
+   which presets the range. */
 enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc);
 /* Adds a lane that follows a condition; lanes are numbered from 0 on. The settings of the conditions come after the
    lanes. */
@@ -237,7 +237,7 @@ void load_refuse(struct load *load, enum load_answer reason);
 /* Asserts the conditions that hold between any two calls. */
 void load_assert(const struct load *load);
 
-/* Drops the set that is being received or waits; the loaded set stays. */
+/* Drops the set that is being received or waits; the loaded set stays loaded. */
 void load_abort(struct load *load);
 
 /* Makes the received set, or a set from elsewhere, the loaded set (`unjudged`: its lanes that nobody could judge). */
@@ -267,7 +267,7 @@ void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own);
 
 /* Fills `candidate` with the lanes of `set` (NULL: none), at the temperature `celsius` if `thermal` is not NULL,
-   followed by those lanes of `own` (NULL: none) whose orders `set` does not have, as many as fit. */
+   and then with the lanes of `own` (NULL: none) whose orders `set` does not have, as many as fit. */
 void load_combine(const struct coefficients *set, const struct thermal *thermal, double celsius,
                   const struct coefficients *own, uint32_t lanes, struct coefficients *candidate);
 

@@ -83,7 +83,7 @@ bool local_table_is_held(const struct application *application) {
     return local_table_sum(application) == application->load.table.crc;
 }
 
-/* Returns the value of the table, counts; the points are those of the idle bank. */
+/* Returns the value of the table, counts, from the points in the idle bank. */
 static double local_table_value(const struct application *application,
                                 const struct table_place *of_table, int32_t angle,
                                 uint32_t counts_per_rev) {
@@ -164,8 +164,8 @@ bool local_table_write(struct application *application) {
         return true;
     }
     const struct table_place place = table.place;
-    /* The idle bank has the place of the active table. That table may have become active before a fault of the
-       firmware. */
+    /* The idle bank has the place of the active table. That table may have become active before the firmware restarted
+       after a fault. */
     bool at_work = core_origin(core).has_local_table && core_table_place(core).choice != 0;
     if (place.choice == 0 && !at_work) {
         return true;

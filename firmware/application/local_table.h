@@ -8,7 +8,8 @@
 
 #include "state.h"
 
-/* These functions receive the frames of a table like those of load.h, and also write the points into the idle bank. */
+/* These functions receive the frames of a table like the functions of load.h, and also write the points into the idle
+   bank. */
 enum load_answer application_load_table(struct application *application,
                                         const struct table_place *place, uint32_t crc);
 enum load_answer application_load_points(struct application *application, uint32_t number,
@@ -28,8 +29,8 @@ int32_t local_table_point(const void *context, uint32_t number);
 /* Tells whether the idle bank holds the points of the loaded table. */
 bool local_table_is_held(const struct application *application);
 
-/* Makes the next swap include the table that belongs to the candidate, or switch the former one off. Returns false if
-   the written words could not be read back. */
+/* Makes the next swap activate the table that belongs to the candidate, or switch the former table off. Returns false
+   if the written words could not be read back. */
 bool local_table_write(struct application *application);
 
 #endif

@@ -38,7 +38,7 @@ struct parameters {
     double head2_input;
     double head3_input;
     double head4_input;
-    /* Clocks by which A, B and Z of a head are delayed, one byte per head, head 1 in the lowest. */
+    /* Clocks by which A, B and Z of a head are delayed, one byte per head, head 1 in the lowest byte. */
     double head_delays;
     double output_pins;
     /* Causes for leaving a head out, as bits of the register `failover` from `illegal` on; 0: no head is left out. */

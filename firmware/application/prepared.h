@@ -23,8 +23,8 @@ enum load_answer application_load_without_lane(struct application *application, 
 void prepared_take_over(struct application *application);
 /* Notes the heads for whose absence the gateware now holds a set, and the check sum of their words. */
 void prepared_hold(struct application *application, uint32_t sets);
-/* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware's words differ from
-   the written ones. */
+/* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware's words differ from the
+   written words. */
 void prepared_keep(const struct application *application, struct kept_sets *kept);
 /* Writes the saved sets into the gateware's windows; the failover must be off. Sets that this core cannot hold are left
    out. */

@@ -19,7 +19,7 @@ enum output_answer {
     OUTPUT_STAYS_RELEASED,
 };
 
-/* Ends the fault of the output and the release of its line drivers. Nothing else in the firmware ends them. */
+/* Ends the fault of the output and the release of its line drivers. No other function of the firmware ends them. */
 enum output_answer application_clear_output(struct application *application);
 
 /* Return bits of enum core_fault: the faults that switched the line drivers off (0: the drivers are on), and those of

@@ -68,7 +68,7 @@ static void restart_hold(struct application *application) {
     }
 }
 
-/* Resumes a core that has worked since before the fault: index, coefficients and correction stay. Returns false if
+/* Resumes a core that has worked since before the fault: index, coefficients and correction are kept. Returns false if
    no core answers or it has another number of counts per turn. */
 static bool restart_resume(struct application *application) {
     const struct core_access *core = &application->core;

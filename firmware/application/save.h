@@ -53,7 +53,7 @@ struct save {
     /* Result of the last save; `fresh`: it has not been reported yet. */
     enum save_answer answer;
     bool fresh;
-    /* The latest whole record: its sector and number. If there is none: the reason. */
+    /* Sector and number of the latest whole record; if no record is whole, the reason. */
     enum saved_answer found;
     uint32_t latest;
     uint32_t sequence;
@@ -86,8 +86,9 @@ void save_prepare(struct save *save, const struct flash_access *flash, uint32_t 
    flash does not answer. */
 bool save_find(struct save *save);
 
-/* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another one may
-   be written. Returns SAVE_NOT_READ_AT_START once if it finds a record only now, because that record is not in use. */
+/* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another record
+   may be written. Returns SAVE_NOT_READ_AT_START once if it finds a record only now, because that record is not in
+   use. */
 enum save_answer save_look_again(struct save *save);
 
 /* Begins to write `content` if no save is in progress. Returns SAVE_DONE if the write has begun. A save does not drop

@@ -60,7 +60,7 @@ enum {
 
 struct saved {
     struct settings settings;
-    /* Coefficients of the calibration, and those of the operator. */
+    /* Coefficients of the calibration, and coefficients that the operator loaded. */
     struct coefficients own;
     struct coefficients loaded;
     struct thermal thermal;
@@ -92,8 +92,8 @@ const char *saved_answer_name(enum saved_answer answer);
 uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words);
 
 /* Reads a record from `words`, of which SAVED_WORDS_MOST exist. `sequence` is set if the check sum is right. A
-   parameter that the record does not have gets its preset; one that this firmware does not know is ignored. `saved`
-   changes even if the record is refused. */
+   parameter that the record does not have gets its preset; a parameter that this firmware does not know is ignored.
+   `saved` changes even if the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
 
 /* Returns the number of used lanes of both owners, of lanes that follow a condition, and of lanes of real orders. */

@@ -10,7 +10,7 @@
 /* Returns the present settings. */
 struct settings settings_present(const struct application *application);
 
-/* Keeps the present settings. Call it before an order is carried out: after a fault in between, the firmware then
+/* Keeps the present settings. Call it before an order is carried out: if a fault occurs in between, the firmware then
    restarts with the order. */
 void settings_keep(struct application *application);
 

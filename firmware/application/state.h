@@ -106,8 +106,8 @@ struct turn_report {
     struct gate_prediction prediction;
     /* Remaining error at the loaded orders; both predictions include it. */
     double loaded_arcsec;
-    /* Measurements of lanes that follow a condition. The lanes are those of the set that the turn judges or, without
-       such a set, those of the loaded set. */
+    /* Measurements of lanes that follow a condition. The lanes belong to the set that the turn judges or, without such
+       a set, to the loaded set. */
     struct followed_measured followed[FOLLOWED_LANES_MAX];
     uint32_t followed_lanes;
     /* Largest distance of a head's place from the place that the corrected mean expects; negative if it was not
@@ -194,7 +194,8 @@ struct application {
     struct table_temperature table;
     struct prepared prepared;
     /* Temperature of the table when the previous bank was taken, and the time at which it was taken. `middle_celsius`:
-       temperature in the middle of this turn or, if no earlier temperature is known, the present one of `table`. */
+       temperature in the middle of this turn or, if no earlier temperature is known, the present temperature of
+       `table`. */
     double before_celsius;
     double before_s;
     double middle_celsius;
@@ -209,7 +210,8 @@ struct application {
     struct save *save;
     enum saved_state saved_state;
     enum candidate_origin candidate_origin;
-    /* True if the gateware applies `active`. Otherwise `active` holds what was active before the core restarted. */
+    /* True if the gateware applies `active`. Otherwise `active` holds the coefficients that were active before the core
+       restarted. */
     bool has_active;
     /* The operator has ordered the firmware to forget all results. */
     bool forgotten;

@@ -14,8 +14,8 @@ enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 #define SILENT_K_S 0.05
 /* After this many time constants the observer's state has no influence any more, and its gains would divide by 0. */
 #define FORGOTTEN_LAGS 30.0
-/* The observer's time constant is that of the thermometer divided by this number. A smaller time constant reduces the
-   delay after a change of slope, and amplifies the thermometer's steps. */
+/* The observer's time constant is the thermometer's time constant divided by this number. A smaller time constant
+   reduces the delay after a change of slope, and amplifies the thermometer's steps. */
 #define LAG_SHARE 16.0
 #define LEAST_FILTER_S 2.0
 
@@ -97,7 +97,7 @@ static void table_temperature_observe(struct table_temperature *table, double ce
 }
 
 /* Sets the observer's lag. If no lag is given, the observer runs with a short lag, so that it corrects a lag as soon as
-   one is given. */
+   the operator states a lag. */
 static void table_temperature_use_lag(struct table_temperature *table, double time_constant_s) {
     double tau = fmax(time_constant_s, LEAST_FILTER_S);
     table->behind_k *= tau / table->time_constant_s;
@@ -125,8 +125,8 @@ static void table_temperature_take(struct table_temperature *table, double celsi
     table->celsius = time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
 }
 
-/* Confirms the first reading by the next ones, because a thermometer reads 0 before its first conversion. The observer
-   begins with the first reading. */
+/* Confirms the first reading by the next readings, because a thermometer reads 0 before its first conversion. The
+   observer begins with the first reading. */
 static void table_temperature_confirm(struct table_temperature *table, double celsius,
                                       double jump_k, double time_constant_s, double now_s) {
     uint32_t agree = 1;

@@ -41,7 +41,7 @@ struct table_temperature {
     /* Temperature that the thermometer showed last. */
     double shown_c;
     /* Observer of the thermometer with this time constant. Its state: temperature of the thermometer; temperature of
-       the table minus that of the thermometer; slope of the table's temperature, K/s. */
+       the table minus temperature of the thermometer; slope of the table's temperature, K/s. */
     double time_constant_s;
     double followed_c;
     double behind_k;
@@ -51,8 +51,8 @@ struct table_temperature {
     double tried_s;
     double read_s;
     double changed_s;
-    /* Counters of events in a row: readings without an answer; readings too far from the last good one or, before there
-       is a good one, readings that agree. */
+    /* Counters of events in a row: readings without an answer; readings too far from the last good reading or, before
+       the first good reading, readings that agree. */
     uint32_t failures;
     uint32_t in_a_row;
 };

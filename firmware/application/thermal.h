@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Computes loaded lanes that follow the temperature of the table: cosine and sine of an order are c0 + c1 (T - T0) + c2
-   (T - T0)^2, where c0 is the value of the lane itself. */
+   (T - T0)^2, where c0 is the loaded value of the lane. */
 
 #ifndef ARCTRUE_THERMAL_H
 #define ARCTRUE_THERMAL_H

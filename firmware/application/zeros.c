@@ -31,7 +31,7 @@ void zeros_forget(struct application *application) {
 }
 
 /* Searches the zeros again, because the core could prove no mark for DOUBT_TURNS turns. The correction is off until
-   they are found. The coefficients stay, because they belong to the index. */
+   they are found. The coefficients are kept, because they belong to the index. */
 static void zeros_find_anew(struct application *application) {
     core_rearm(&application->core);
     core_disarm_compare(&application->core);

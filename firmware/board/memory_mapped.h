@@ -6,8 +6,8 @@
 #include <stdint.h>
 
 /* Returns the address at which the program sees a device. The translation table in start.S covers the first 256 MB
-   only, and shows the device at `address` there: the second of its eight digits is replaced by the exclusive or of
-   the first two. */
+   only, and shows the device at `address` in this range: the address has the exclusive or of the first two of its eight
+   hexadecimal digits in place of the second digit. */
 static inline uintptr_t seen_at(uint32_t address) {
     return (address ^ (address >> 4 & 0x0F000000U)) & 0x0FFFFFFFU;
 }

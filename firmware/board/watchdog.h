@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Restarts a firmware that hangs, by two watchdogs. If the main program does not feed the watchdogs for
-   WATCHDOG_HANG_S, the timer's interrupt records the instruction at which it hangs and restarts the firmware. If not
-   even interrupts are taken, the processor's own watchdog resets the processor after WATCHDOG_S, and nothing else: the
-   fabric, its clock and its reset are not affected, and the memory is kept. */
+   WATCHDOG_HANG_S, the timer's interrupt records the instruction at which it hangs and restarts the firmware. If the
+   processor takes no interrupts either, its own watchdog resets only the processor after WATCHDOG_S: the fabric, its
+   clock and its reset are not affected, and the memory is kept. */
 
 #ifndef ARCTRUE_WATCHDOG_H
 #define ARCTRUE_WATCHDOG_H

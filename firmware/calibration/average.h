@@ -29,7 +29,7 @@ void average_clear(struct average *average);
 /* Adds a turn. `keep`: factor, 0 to 1, by which this turn reduces the weight of the earlier turns. */
 void average_add(struct average *average, const struct estimate *turn, double keep);
 
-/* Replaces the turn's own values and covariances by those of the average. */
+/* Replaces the turn's own values and covariances by the values and covariances of the average. */
 void average_apply(const struct average *average, struct estimate *turn);
 
 #endif

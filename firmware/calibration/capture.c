@@ -16,7 +16,7 @@
    of rounding. */
 #define STEP_TOLERANCE 0.10
 #define STEP_ROUNDING_COUNTS 1.0
-/* A step larger than this multiple of the median is a jump: no table moves two steps in the time of one. */
+/* A step larger than this multiple of the median is a jump: no table moves two steps in the time of one step. */
 #define JUMP_STEPS 2.0
 /* Tolerance of the interval between two samples when the counts are compared with the limit of one edge per clock. */
 #define INTERVAL_TOLERANCE_S 1e-6

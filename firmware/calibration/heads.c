@@ -30,8 +30,8 @@ static double triangle(struct vector a, struct vector b, struct vector c) {
     return ab.re * ac.im - ac.re * ab.im;
 }
 
-/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the triangle area
-   of the other three heads. */
+/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the area of the
+   triangle of the other three heads. */
 static bool parity_of(const struct heads_geometry *geometry, double parity[HEADS_MOST]) {
     struct vector sight[HEADS_MOST];
     double square = 0.0;
@@ -58,7 +58,7 @@ uint32_t heads_combinations(const struct heads_geometry *geometry,
     if (heads == HEADS_MOST) {
         return parity_of(geometry, combination[0]) ? 1 : 0;
     }
-    /* Helmert contrasts: each head minus the mean of those before it. */
+    /* Helmert contrasts: each head minus the mean of the heads before it. */
     for (uint32_t row = 0; row + 1 < heads; row++) {
         double before = row + 1;
         double scale = 1.0 / sqrt(before * (before + 1.0));

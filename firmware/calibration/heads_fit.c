@@ -135,7 +135,7 @@ static double look_under_head(const struct fit *fit, uint32_t head, struct vecto
     return error;
 }
 
-/* Computes the residual of every head minus that of head 1, arcsec, and the columns; returns e^{jR1}. */
+/* Computes the residual of every head minus the residual of head 1, arcsec, and the columns; returns e^{jR1}. */
 static struct vector look(const struct fit *fit, uint32_t sample, double residual[HEADS_MOST]) {
     const struct turn *turn = fit->turn;
     int32_t word1 = turn->words[2 * sample];
@@ -310,7 +310,7 @@ static struct vector line_of(const struct fit *fit, uint32_t head, uint32_t unkn
     struct vector sight = fit->sight[head];
     struct vector backward = vector_conjugate(sight);
     const struct vector disc = {fit->workspace->values[0], -fit->workspace->values[fit->orders]};
-    /* The line of sin x is that of cos x times -j. */
+    /* The line of sin x is the line of cos x times -j. */
     switch (unknown) {
     case 0:
         return sight;
@@ -329,7 +329,7 @@ static struct vector line_of(const struct fit *fit, uint32_t head, uint32_t unkn
         return (struct vector){0.0, 0.0};
     }
     struct vector seen = vector_product(sight, disc);
-    /* The derivative of the backward circle is neglected: it is a hundredth of that of the disc's error. */
+    /* The derivative of the backward circle is neglected: it is a hundredth of the derivative of the disc's error. */
     return late ? vector_scaled((struct vector){-seen.im, seen.re}, 1.0 / ARCSEC_PER_RAD)
                 : vector_scaled(seen, 1.0 / fit->geometry->ratio[head]);
 }

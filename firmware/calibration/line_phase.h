@@ -28,7 +28,7 @@ struct line_finder {
     bool is_known;
 };
 
-/* The order is whole + turn_step/2^48; the amplitude is the loaded one. */
+/* The order is whole + turn_step/2^48; the amplitude is the loaded amplitude. */
 struct line_sought {
     double order;
     uint64_t turn_step;

@@ -20,7 +20,7 @@ struct mean_set {
     uint32_t used;
     /* Constant term of E, s13.11 counts. */
     int32_t error_offset;
-    /* One byte per head, head 1 in the lowest: clocks by which the gateware delays its levels. */
+    /* Clocks by which the gateware delays the levels of a head, one byte per head, head 1 in the lowest byte. */
     uint32_t delays;
     /* s1.16; their sum is 65536. */
     int32_t weight[HEADS_MOST];

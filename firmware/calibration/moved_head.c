@@ -9,7 +9,8 @@
 
 /* Largest motion of the axis, as an angle on the paper's radius of the disc: 5 um on 53.975 mm. */
 #define AXIS_LIMIT_RAD (5e-3 / 53.975)
-/* Standard uncertainty of a change of an offset; and the largest RMS of unexplained changes, as a multiple of it. */
+/* Standard uncertainty of a change of an offset; and the largest RMS of unexplained changes, as a multiple of this
+   uncertainty. */
 #define U_CHANGE_RAD (0.1 / ARCSEC_PER_RAD)
 #define UNEXPLAINED_MOST 4.0
 

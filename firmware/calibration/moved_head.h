@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Finds the head that has moved along the scale since the offsets of a mean were set. The calculation is that of
-   sim/arctrue/calibration/moved_head.py. */
+/* Finds the head that has moved along the scale since the offsets of a mean were set.
+   sim/arctrue/calibration/moved_head.py contains the same calculation. */
 
 #ifndef ARCTRUE_MOVED_HEAD_H
 #define ARCTRUE_MOVED_HEAD_H

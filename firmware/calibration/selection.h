@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Selects the orders that the gateware applies, and states why the others are left out. */
+/* Selects the orders that the gateware applies, and states why each other order is left out. */
 
 #ifndef ARCTRUE_SELECTION_H
 #define ARCTRUE_SELECTION_H
@@ -26,7 +26,8 @@ const char *verdict_name(enum verdict verdict);
    probability of 5 %. */
 double significance_factor(uint32_t orders);
 
-/* Sets one verdict per order, order n at place n - 1. If there are too few lanes, the largest orders get them. */
+/* Sets one verdict per order, order n at place n - 1. If there are too few lanes, the orders with the largest
+   amplitudes get the lanes. */
 void select_orders(const struct estimate *estimate, uint32_t lanes, double gain_limit,
                    enum verdict *verdicts);
 

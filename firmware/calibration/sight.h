@@ -12,7 +12,7 @@ enum sight_state {
     SIGHT_CLEAR,
     /* This turn cannot show the order, because its samples cannot separate the order from other orders. */
     SIGHT_BLURRED,
-    /* No turn can show the order, because it is the same under both heads. */
+    /* No turn can show the order, because its error is the same under both heads. */
     SIGHT_UNSEEN,
 };
 

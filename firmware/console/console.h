@@ -12,7 +12,7 @@
 
 enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 9 };
 
-/* The handler of words that the console itself does not know. */
+/* Returns a word that describes a state which the console itself does not know. */
 typedef const char *console_word(void);
 
 struct console {

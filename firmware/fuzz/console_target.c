@@ -196,7 +196,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         console_receive(&fuzz.console, (uint8_t)question[place]);
     }
     require(fuzz.before == '\n');
-    /* The kept settings must be the ordered ones, because the firmware would restart with them after a fault. */
+    /* The kept settings must equal the ordered settings, because the firmware would restart with them after a fault. */
     struct settings kept;
     require(kept_settings_read(&fuzz.kept, &kept));
     require(memcmp(&kept.parameters, &fuzz.application.parameters, sizeof kept.parameters) == 0);

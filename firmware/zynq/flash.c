@@ -20,7 +20,8 @@
 #define STATUS_WENT_WRONG 0x60U
 /* A word takes 1.3 us at 25 MHz. */
 #define WORD_TIMEOUT_US 1000U
-/* Longer than the times in all data sheets: 2.6 s for a sector of 256 KB, 3 s for one of 64 KB, 5 ms for a page. */
+/* Longer than the times in all data sheets: 2.6 s for a sector of 256 KB, 3 s for a sector of 64 KB, 5 ms for a
+   page. */
 #define ERASE_TIMEOUT_US 8000000U
 #define PROGRAM_TIMEOUT_US 50000U
 #define QUEUE_WORDS 63U
@@ -82,7 +83,7 @@ static void drop_received(const struct flash *flash) {
     }
 }
 
-/* Sends four bytes, or one through QSPI_TXD1, and receives as many. */
+/* Sends four bytes, or one byte through QSPI_TXD1, and receives as many bytes. */
 static bool exchange(const struct flash *flash, uint32_t place, uint32_t sent, uint32_t *word) {
     uint32_t start = now_us(flash);
     write_at(flash, place, sent);
@@ -166,7 +167,7 @@ uint32_t flash_open(void *context) {
     flash->id = 0;
     flash->sector_bytes = 0;
     select(flash, true);
-    /* The first byte was received during the command; the others are the ID. */
+    /* The first byte was received during the command; the other bytes are the ID. */
     bool answers =
         exchange(flash, QSPI_TXD0, COMMAND_ID, &id[0]) && exchange(flash, QSPI_TXD0, 0, &id[1]);
     select(flash, false);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Defines the registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits as in its
-   technical reference manual (UG585). docs/firmware.md states what they were compared with. */
+   technical reference manual (UG585). docs/firmware.md names the sources with which they were compared. */
 
 #ifndef ARCTRUE_ZYNQ_REGISTERS_H
 #define ARCTRUE_ZYNQ_REGISTERS_H
@@ -42,7 +42,7 @@
 #define DEVCFG_MULTIBOOT_ADDR 0xF800702CU
 #define DEVCFG_MULTIBOOT_PLACES 0x1FFFU
 #define DEVCFG_MULTIBOOT_BYTES 0x8000U
-/* This register survives every reset except that of power-on. The boot ROM uses the lower half and, after a failed
+/* This register survives every reset except the reset at power-on. The boot ROM uses the lower half and, after a failed
    boot, the four upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
 #define SLCR_REBOOT_WATCHDOG 0x00030000U
