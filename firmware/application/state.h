@@ -173,8 +173,8 @@ struct application {
        head 1 the core moves the zero instead; zero_moves is the number of these moves. */
     int32_t head2_zero;
     uint32_t zero_moves;
-    /* True while the angle of head 1 at its index is not 0 and a loss of counts is not proven; and the position at
-       which this began. */
+    /* True while the angle of head 1 at its index is not 0 and a loss of counts is not proven; and the position of head
+       1 at which this state began. */
     bool zero_in_doubt;
     int32_t position_at_doubt;
     uint32_t swaps_before;

@@ -88,7 +88,7 @@ struct fault_record fault_last(void) {
     if (is_valid(&record)) {
         last = record;
     } else if (name != FAULT_NONE && name < FAULTS) {
-        /* The watchdog reset the processor while it handled the fault. */
+        /* The watchdog has reset the processor while the processor handled this fault. */
         last.code = name;
     } else if (resets || status & SLCR_REBOOT_WATCHDOG) {
         last.code = FAULT_WATCHDOG;

@@ -98,7 +98,7 @@ entity coefficient_memory is
     speed_squared     : out   modulator;
     -- With REAL_ORDERS, see turn_offset_sweep and turn_counter
     write_turn_step   : in    std_ulogic                                := '0';             -- pulse: write a word of a turn step
-    read_turn_step    : in    std_ulogic                                := '0';             -- address of a turn step
+    read_turn_step    : in    std_ulogic                                := '0';             -- read_address is the address of a turn step
     turn              : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0'); -- turns
     turn_select       : in    u_unsigned(1 downto 0)                    := "00"             -- turn modulo 4, a clock after the angle
   );

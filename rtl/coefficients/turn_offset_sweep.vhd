@@ -57,7 +57,7 @@ entity turn_offset_sweep is
     copies       : out   std_ulogic;
     swept        : out   std_ulogic                               := '0';               -- level: a sweep has followed the last write
     read_address : in    u_unsigned(6 downto 0);                                        -- lane * 2 + word
-    read_word    : out   std_ulogic_vector(31 downto 0);                                -- of the idle bank's turn step
+    read_word    : out   std_ulogic_vector(31 downto 0);                                -- word of the idle bank's turn step
     -- Prepared offsets
     selected     : out   std_ulogic_vector(0 to LANES / FOLD - 1) := (others => '0');
     bank         : out   std_ulogic                               := '0';

@@ -74,7 +74,7 @@ entity error_compensation is
     zero_moved         : in    std_ulogic                               := '0';                -- toggles when the zero moves
     put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position without an edge
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
-    jumped             : in    std_ulogic                               := '0';                -- with swap_marker: another carrier
+    jumped             : in    std_ulogic                               := '0';                -- with swap_marker: the first angle of another carrier
     jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts by which the reading then jumps
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index
@@ -82,14 +82,14 @@ entity error_compensation is
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count per clock, u8.24
     ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
     first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
-    last_sums          : in    std_ulogic                               := '1';                -- with the last of them
+    last_sums          : in    std_ulogic                               := '1';                -- with the last pair sums of an angle
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
     corrected_referenced : out   std_ulogic                               := '0';                -- corrected_angle counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0)  := (others => '0');    -- counts, s19.11
     correction_limited : out   std_ulogic                               := '0';                -- the correction of this output was clipped
     ramp_busy          : out   std_ulogic                               := '0';                -- the ramp of this output has not ended
-    swap_done          : out   std_ulogic                               := '0'                 -- the first output of a new bank
+    swap_done          : out   std_ulogic                               := '0'                 -- strobe: the first output of a new bank
   );
 end entity error_compensation;
 

@@ -222,7 +222,7 @@ begin
     variable place_was_down   : std_ulogic := '0';
     variable place_was_known  : std_ulogic := '0';
     variable serves_speed     : std_ulogic := '0';
-    -- The direction was known before the last step of its slew
+    -- The direction was already known at the last step of `slew`
     variable was_known        : std_ulogic := '0';
     variable size             : u_signed(STOP_WIDTH downto 0);
 

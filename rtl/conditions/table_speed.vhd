@@ -49,7 +49,7 @@ entity table_speed is
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
     position       : in    u_signed(POSITION_WIDTH - 1 downto 0);             -- counts, corrected
-    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted
+    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted from position
     nominal        : in    u_unsigned(31 downto 0);                           -- counts per clock, u0.32
     measured       : out   std_ulogic                                := '0';  -- strobe: the other outputs are new
     travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; one unit too small if the angle fell

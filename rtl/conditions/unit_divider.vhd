@@ -23,8 +23,8 @@ entity unit_divider is
     clock    : in    std_ulogic;
     reset    : in    std_ulogic;
     start    : in    std_ulogic;                                -- strobe
-    dividend : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- with start
-    divisor  : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- with start
+    dividend : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- valid with start
+    divisor  : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- valid with start
     done     : out   std_ulogic                        := '0';  -- strobe
     quotient : out   u_unsigned(MODULATOR_FRACTION downto 0)    -- u1.16
   );

@@ -111,9 +111,9 @@ entity compensation_pipeline is
     speed              : in    modulator              := (others => '0');     -- s1.16
     word_a             : in    modulator              := (others => '0');     -- s1.16
     word_b             : in    modulator              := (others => '0');     -- s1.16
-    speed_squared      : out   modulator;                                     -- s1.16, as the lanes have it
+    speed_squared      : out   modulator;                                     -- s1.16, as the lanes use it
     write_turn_step    : in    std_ulogic             := '0';                 -- pulse: write a word of a turn step, lane * 2 + word
-    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is that of a turn step
+    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is the address of a turn step
     turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after its angle
     local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
     local_write        : in    std_ulogic             := '0';                 -- pulse: write a word of the local table
@@ -128,7 +128,7 @@ entity compensation_pipeline is
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0);       -- counts, s19.11
     correction_limited : out   std_ulogic;                                    -- the correction of this output was clipped
     ramp_busy          : out   std_ulogic;                                    -- the ramp of this output has not ended
-    swap_done          : out   std_ulogic                                     -- the first output of a new bank
+    swap_done          : out   std_ulogic                                     -- strobe: the first output of a new bank
   );
 end entity compensation_pipeline;
 

@@ -84,7 +84,7 @@ entity index_zero is
     rearm             : in    std_ulogic;                                    -- level: forgets the index
     zero_again        : in    std_ulogic;                                    -- level: marks that prove the zero wrong move it
     heal              : in    std_ulogic;                                    -- level: put_back follows the zero
-    other_head_agrees : in    std_ulogic;                                    -- 2 clocks after index_strobe: the mark is true
+    other_head_agrees : in    std_ulogic;                                    -- valid 2 clocks after index_strobe: the mark is true
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the first index
     index_seen        : out   std_ulogic;                                    -- level

@@ -24,7 +24,7 @@ entity level_delay is
     clock   : in    std_ulogic;
     delay   : in    u_unsigned(7 downto 0);               -- clocks
     levels  : in    std_ulogic_vector(WIDTH - 1 downto 0);
-    delayed : out   std_ulogic_vector(WIDTH - 1 downto 0) -- the levels of `delay` clocks ago
+    delayed : out   std_ulogic_vector(WIDTH - 1 downto 0) -- the levels `delay` clocks ago
   );
 end entity level_delay;
 

@@ -43,7 +43,7 @@ entity quadrature_decoder is
   generic (
     SYNCHRONISER_STAGES : positive range 2 to 4 := 2; -- registers per pin
     RESET_POSITION      : integer               := 0; -- counts; near +-2**31 to meet the wrap in a test
-    DELAYED             : boolean               := false -- levels may be delayed
+    DELAYED             : boolean               := false -- the levels of the head may be delayed
   );
   port (
     clock                : in    std_ulogic;
@@ -54,7 +54,7 @@ entity quadrature_decoder is
     z                    : in    std_ulogic;                                    -- index
     -- Settings
     counts_per_rev       : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
-    delay                : in    u_unsigned(7 downto 0) := (others => '0');           -- clocks, where DELAYED
+    delay                : in    u_unsigned(7 downto 0) := (others => '0');           -- clocks; has an effect only with DELAYED
     filter_length        : in    u_unsigned(7 downto 0);                        -- clocks, 1 is off
     minimum_edge_spacing : in    u_unsigned(15 downto 0);                       -- clocks, 0 is off
     index_tolerance      : in    u_unsigned(15 downto 0) := (others => '0');    -- counts
@@ -63,7 +63,7 @@ entity quadrature_decoder is
     rearm                : in    std_ulogic;                                    -- level: forgets the index
     zero_again           : in    std_ulogic := '0';                             -- level: marks that prove the zero wrong move it
     heal                 : in    std_ulogic := '0';                             -- level: put_back follows the zero
-    other_head_agrees    : in    std_ulogic := '0';                             -- 2 clocks after index_strobe: the mark is true
+    other_head_agrees    : in    std_ulogic := '0';                             -- valid 2 clocks after index_strobe: the mark is true
     -- Position, index, faults
     decoded              : out   decoded_head
   );

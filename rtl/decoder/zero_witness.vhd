@@ -35,7 +35,7 @@ entity zero_witness is
     other_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the other head
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     tolerance      : in    u_unsigned(15 downto 0);                       -- counts
-    agrees         : out   std_ulogic := '0'                              -- 2 clocks after index_strobe
+    agrees         : out   std_ulogic := '0'                              -- level: the mark is true; valid from 2 clocks after index_strobe
   );
 end entity zero_witness;
 

@@ -25,7 +25,7 @@ entity encoder_source is
   generic (
     COUNTS_PER_REV    : positive range COUNTS_PER_REV_MIN to COUNTS_PER_REV_MAX := 16777216;
     COUNTS_PER_SECOND : positive                 := 1398101;   -- 30 deg/s at 2**24 counts per turn
-    SOURCE_CLOCK_HZ   : positive                 := 125000000; -- of `clock`
+    SOURCE_CLOCK_HZ   : positive                 := 125000000; -- frequency of `clock`
     HEADS             : positive range 2 to HEADS_MAX := 2;
     HEAD_SEPARATION   : natural                  := 1537911;   -- counts, 33 deg at 2**24 counts per turn
     HEAD3_AHEAD       : natural                  := 8248798;   -- counts, 177 deg at 2**24 counts per turn

@@ -19,14 +19,14 @@
 -- point.
 --
 -- **Error.** The place is rounded to 2⁻²⁴ window, its step is off by 2⁻⁴⁹ window a count, and 12 bits of the place between two
--- points are used. Against the exact line the value is off by at most the largest difference of two neighbouring points
+-- points are used. The value differs from the exact line by at most the largest difference of two neighbouring points
 -- times (2⁻¹³ + 2⁻¹³) with one window; with two or four windows this factor is larger by 2⁻¹².
 --
 -- **Size.** 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys).
 --
--- **Access.** `write_bank` and `write_address` choose a point of either bank: it is written with `write_enable`, and
--- `read_word` is the point of the clock before, while bank and address do not change. A point that is written while an
--- angle reads it may give the old or the new value.
+-- **Access.** `write_bank` and `write_address` choose a point of either bank: `write_enable` writes this point, and
+-- `read_word` shows it one clock later, while bank and address do not change. A point that is written while an angle
+-- reads it may give the old or the new value.
 --
 -- There is no reset: it would only affect angles in the pipeline.
 

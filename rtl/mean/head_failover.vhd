@@ -42,7 +42,7 @@ entity head_failover is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;
     HEADS         : positive range 3 to HEADS_MAX := 4;
-    INTERVAL_BITS : positive range 5 to 20        := 14 -- of head_watch; return_after counts in 2**(INTERVAL_BITS + 3) clocks
+    INTERVAL_BITS : positive range 5 to 20        := 14 -- as in head_watch; the unit of return_after is 2**(INTERVAL_BITS + 3) clocks
   );
   port (
     clock            : in    std_ulogic;

@@ -45,7 +45,7 @@ entity prepared_sets is
     access_write      : in    std_ulogic;                     -- pulse
     access_set        : in    u_unsigned(2 downto 0);         -- 0: all heads, k: head k is missing
     access_word       : in    u_unsigned(9 downto 0);         -- number of the word in the set
-    access_data       : in    std_ulogic_vector(31 downto 0); -- to be written
+    access_data       : in    std_ulogic_vector(31 downto 0); -- word to be written
     access_done       : out   std_ulogic := '0';              -- pulse
     access_answer     : out   std_ulogic_vector(31 downto 0); -- the word that was read
     -- Writes of the processor to the idle bank; address and data stay until `acknowledge`

@@ -40,7 +40,7 @@
 --
 -- **Pins.** `invert_a`, `invert_b` and `invert_z` invert the level of a pin; `swap_ab` exchanges A and B before
 -- the inversion, so that the receiver counts in the other direction. Phase, gate and edge spacing refer to the signals before
--- these changes. Change them only while no receiver counts: a change causes one edge, or two at once.
+-- these changes. Change these settings only while no receiver counts: a change causes one edge, or two at once.
 --
 -- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
 -- come within 3 clocks) and the following error is 0. When `enable` rises, the output goes to the present
@@ -76,7 +76,7 @@ entity quadrature_output is
     invert_a           : in    std_ulogic := '0';                             -- inverts the pin
     invert_b           : in    std_ulogic := '0';                             -- inverts the pin
     invert_z           : in    std_ulogic := '0';                             -- inverts the pin
-    swap_ab            : in    std_ulogic := '0';                             -- before the inversion
+    swap_ab            : in    std_ulogic := '0';                             -- exchanges A and B before the inversion
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, multi-turn
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     referenced         : in    std_ulogic;                                    -- corrected_angle counts from an index

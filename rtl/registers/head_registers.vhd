@@ -38,9 +38,9 @@ entity head_registers is
     head4              : in    decoded_head;
     indices_seen       : in    std_ulogic_vector(3 downto 0);  -- one bit per head
     difference_limited : in    std_ulogic;                     -- the difference of a used head is limited
-    clear_limited      : in    std_ulogic;                     -- pulse: clears its sticky flag
+    clear_limited      : in    std_ulogic;                     -- pulse: clears the sticky flag of difference_limited
     -- Settings
-    pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits per head, as the registers have them
+    pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits per head, in the layout of the registers
     clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, one bit per head
     delays             : out   std_ulogic_vector(31 downto 0) := (others => '0') -- clocks, 8 bits per head, head 1 in the low ones
   );

@@ -7,14 +7,14 @@
 -- a time, each of its steps in a clock of its own.
 --
 -- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to the response of a register: the address is
--- decoded in the clock of the check, and the word that is read has a register in the block. Another
--- unit is asked 2 clocks after `arvalid`, or `awvalid` and `wvalid`; its answer follows a clock later.
+-- decoded in the clock of the check, and the word that is read has a register in the block. The request to another unit
+-- comes 2 clocks after `arvalid`, or `awvalid` and `wvalid`; the answer of the unit follows a clock later.
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
 -- **Other units.** `access_address` and `access_data` are valid from the clock before the pulse that requests
--- a word until its answer. Each pulse is answered by one pulse, in its own clock or later, together with the word that
--- was read.
+-- a word until its answer. The unit answers each pulse by one pulse, in the same clock or later, together with the word
+-- that was read.
 --
 -- **Reset** drops the present transfer, so master and units must be reset with it.
 
@@ -34,7 +34,7 @@ entity register_access is
     MEAN          : boolean                       := false; -- the mean of the heads is built
     MODULATORS    : boolean                       := false; -- amplitudes follow conditions
     FAILOVER      : boolean                       := false; -- a failed head is left out of the mean
-    LOCAL_TABLE   : boolean                       := false; -- a local table corrects too
+    LOCAL_TABLE   : boolean                       := false; -- a local table is built
     REAL_ORDERS   : boolean                       := false  -- phases continue from turn to turn
   );
   port (
@@ -49,7 +49,7 @@ entity register_access is
     -- Answers of other units
     capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
     access_address    : out   axi_lite_address;               -- bytes
-    access_data       : out   std_ulogic_vector(31 downto 0); -- to be written
+    access_data       : out   std_ulogic_vector(31 downto 0); -- word to be written
     coefficient_read  : out   std_ulogic;                     -- pulse
     coefficient_write : out   std_ulogic;                     -- pulse
     coefficient_data  : in    std_ulogic_vector(31 downto 0);

@@ -23,8 +23,9 @@
 -- one of its neighbours was reached: a table that vibrates at a multiple gives one sample, and after a reversal the
 -- table passes that multiple without a sample. The first multiple after the start is reached from either side; a table
 -- that stands on a multiple at the start has to reach a neighbour first. A division finds the grid, even while the
--- table moves: there is no trigger in the first 36 enabled clocks, and in at most 38 clocks from a change of angle_step
--- on. An angle_step of 0 gives no trigger. turn_position wraps modulo 2**32; the grid continues evenly across the wrap.
+-- table moves: there is no trigger in the first 36 enabled clocks, and in at most the 38 clocks after a change of
+-- angle_step. An angle_step of 0 gives no trigger. turn_position wraps modulo 2**32; the grid continues evenly across
+-- the wrap.
 --
 -- From the start on the entity counts the movement modulo angle_step; the division only gives the value
 -- of that counter at the multiples. So turn_position may move by at most one count per clock, as the decoder's
@@ -34,7 +35,7 @@
 -- **External**, mode 2: a strobe of `external` is a trigger that belongs to the strobe's clock. Mode 3 gives no trigger.
 --
 -- **Reset and enable.** `reset` and a low `enable` have the same effect: no trigger, and every counter starts again.
--- Without a change of `zero_moved` turn_position may jump (first index) only while `enable` is low.
+-- Without a change of `zero_moved`, turn_position may jump (as at the first index) only while `enable` is low.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -53,7 +54,7 @@ entity sample_trigger is
     angle_step    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);      -- counts
     turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the index, head 1
     zero_moved    : in    std_ulogic := '0';                         -- toggles with the first position from another zero
-    trigger       : out   std_ulogic                                 -- one clock per sample
+    trigger       : out   std_ulogic                                 -- strobe: one clock per sample
   );
 end entity sample_trigger;
 

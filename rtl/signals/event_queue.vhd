@@ -31,7 +31,7 @@ entity event_queue is
   generic (
     DELAY         : positive;                     -- clocks from `probe` to the position that belongs to it
     COMPARE_DELAY : positive;                     -- clocks from `compare` to the position that belongs to it
-    DEPTH_LOG2    : positive range 1 to 6 := 6    -- log2 of the number of events that wait
+    DEPTH_LOG2    : positive range 1 to 6 := 6    -- log2 of the number of events that can wait
   );
   port (
     clock         : in    std_ulogic;
@@ -43,7 +43,7 @@ entity event_queue is
     angle         : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts
     timestamp     : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);                     -- clocks
     take          : in    std_ulogic;                                                   -- pulse
-    kind          : out   std_ulogic_vector(1 downto 0)                 := "00";        -- of the oldest event
+    kind          : out   std_ulogic_vector(1 downto 0)                 := "00";        -- kinds of the oldest event
     number        : out   u_unsigned(15 downto 0)                       := (others => '0');
     event_time    : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0)      := (others => '0');
     event_position : out   u_signed(POSITION_WIDTH - 1 downto 0)         := (others => '0');

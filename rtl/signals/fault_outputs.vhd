@@ -28,7 +28,7 @@ library ieee;
 
 entity fault_outputs is
   generic (
-    KINDS     : positive              := 6; -- of faults
+    KINDS     : positive              := 6; -- number of kinds of faults
     HOLD_LOG2 : positive range 1 to 30 := 20 -- log2 of the clocks for which a reset keeps driver_enable
   );
   port (

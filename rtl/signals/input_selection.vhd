@@ -22,7 +22,7 @@ entity input_selection is
     invert_a : in    std_ulogic; -- inverts the pin
     invert_b : in    std_ulogic; -- inverts the pin
     invert_z : in    std_ulogic; -- inverts the pin
-    swap_ab  : in    std_ulogic; -- after the inversion
+    swap_ab  : in    std_ulogic; -- exchanges A and B after the inversion
     a        : out   std_ulogic;
     b        : out   std_ulogic;
     z        : out   std_ulogic

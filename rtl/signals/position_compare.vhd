@@ -35,7 +35,7 @@ entity position_compare is
     position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     first    : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     interval : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);    -- counts, 0: once
-    armed    : out   std_ulogic := '0';                       -- level: waits for a place
+    armed    : out   std_ulogic := '0';                       -- level: the comparison waits for a place
     strobe   : out   std_ulogic := '0'
   );
 end entity position_compare;
