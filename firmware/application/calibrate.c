@@ -14,7 +14,7 @@
 #include "separation.h"
 #include "units.h"
 
-/* After this many noisy turns in a row the firmware takes their noise as the usual noise. */
+/* Number of noisy turns in a row after which the firmware takes their noise as the usual noise. */
 enum { NOISY_TURNS_MOST = 5 };
 /* Weight of one turn in the running mean of the noise. */
 #define NOISE_SHARE 0.2
@@ -139,7 +139,7 @@ static bool calibrate_has_dropped(const struct coefficients *active,
     return false;
 }
 
-/* A change counts as real, not noise, above this multiple of the variance of a component. */
+/* Multiple of the variance of a component above which a change counts as real and not as noise. */
 #define CHANGED 18.0
 
 /* Returns the largest change of an order since the previous turn. The calibration measures the change of its own

@@ -26,9 +26,11 @@ enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
 /* Value 1 as an s1.16 word that lanes follow. */
 #define WORD_ONE 65536.0
-/* The table may move by 1/1024 turn between the reading of its position and the write that depends on this position. */
+/* Divisor of the turn that gives the margin of an armed compare: the table may move by 1/1024 turn between the reading
+   of its position and the write that depends on this position. */
 enum { COMPARE_MARGIN = 1024 };
-/* A re-arm takes 128 clocks of the fabric, a register read at least one clock. */
+/* Number of register reads that last longer than a re-arm: a re-arm takes 128 clocks of the fabric, a read at least one
+   clock. */
 enum { REARM_READS = 128 };
 /* Bits of the flags of a head; these names serve all heads, while the generated mask names differ from head to head. */
 enum { INDEX_SEEN = 1, INDEX_ERROR = 2 };
@@ -325,8 +327,8 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Returns true as well once head 1 has made a whole turn: a further head without an index must not block the
-   calibration. */
+/* Tells whether heads 3 and 4 have seen their indices. Returns true too once head 1 has made a whole turn, because a
+   further head without an index must not block the calibration. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);
     if (heads == HEADS) {
@@ -604,8 +606,9 @@ int32_t core_turn_number(const struct core_access *core) {
     return core_has_real_orders(core) ? (int32_t)core_read(core, AT(turn_number)) : 0;
 }
 
-/* The count of turns and the latched angle come from different stages of the pipeline. Its latency is at most 33
-   clocks, and in each clock the angle moves by at most one count. */
+/* Distance of an angle from 0 within which its turn is uncertain: the count of turns and the latched angle come from
+   different stages of the pipeline. The pipeline has a latency of at most 33 clocks, and in each clock the angle moves
+   by at most one count. */
 enum { TURN_UNCERTAIN_COUNTS = 64 };
 
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
@@ -684,7 +687,7 @@ void core_failover_off(const struct core_access *core) {
    last word. */
 enum { SET_BYTES = 0x1000, SET_MEAN = 0x800, SET_OFFSET = SET_MEAN + 15 * WORD_BYTES };
 #define SET_AT(set) (AT(prepared_sets) + (uint32_t)(set) * SET_BYTES)
-/* The register counts in units of 2^17 clocks. */
+/* Clocks in a unit of the register for the return of a head, 2^17. */
 #define RETURN_UNIT 0x1p17
 #define RETURN_MOST 65535.0
 enum { COMMAND_SET = 4, COMMAND_TAKE = 1 << 7, COMMAND_COME_BACK = 8 };

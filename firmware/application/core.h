@@ -19,7 +19,7 @@ typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
 /* Returns `number` words of the ready bank; they do not change until the bank is released. */
 typedef const volatile int32_t *core_capture_words(void *context, uint32_t number);
 
-/* Called before core_identify() accesses a core, because another device may answer now. */
+/* Function that core_identify() calls before it accesses a core, because another device may answer now. */
 typedef void core_look(void *context);
 
 struct core_access {
@@ -27,7 +27,7 @@ struct core_access {
     core_write_word *write;
     core_capture_words *capture;
     void *context;
-    /* NULL if the same device always answers. */
+    /* NULL if the same device answers every time. */
     core_look *look;
     /* Like `capture`, for heads 3 and 4; NULL if the device has two heads only. */
     core_capture_words *further_capture;
@@ -40,7 +40,7 @@ struct core_configuration {
     /* Number of heads that the firmware can read, two to four. */
     uint32_t heads;
     bool has_mean;
-    /* The gateware leaves a failed head out of the mean. */
+    /* True if the gateware can leave a failed head out of the mean (generic FAILOVER). */
     bool has_failover;
 };
 
@@ -50,13 +50,13 @@ struct core_origin {
     uint32_t patch;
     /* Number of lanes that share a pipeline. */
     uint32_t fold;
-    /* The lanes read their cosine from a table instead of calculating it by CORDIC. */
+    /* True if the lanes read their cosine from a table and do not calculate it by CORDIC. */
     bool has_table;
-    /* Conditions may modulate the amplitudes of lanes. */
+    /* True if conditions may modulate the amplitudes of lanes. */
     bool has_modulators;
-    /* Phases of lanes may continue from turn to turn. */
+    /* True if phases of lanes may continue from turn to turn. */
     bool has_real_orders;
-    /* A table corrects windows of the turn. */
+    /* True if the gateware has a local table, which corrects windows of the turn. */
     bool has_local_table;
     /* Identifier of the chip, if the top level reads it. */
     bool has_dna;
@@ -74,7 +74,7 @@ struct core_setup {
     uint32_t filter_length;
     uint32_t minimum_edge_spacing;
     uint32_t index_tolerance;
-    /* The core adds counts that head 1 lost to the count of the output. */
+    /* True if the core adds counts that head 1 lost to the count of the output. */
     bool heal;
     /* The following members are words of the registers. */
     uint32_t head1_input;
@@ -280,8 +280,8 @@ void core_write_table_place(const struct core_access *core, const struct table_p
                             uint32_t counts_per_rev);
 /* Reads the place of the windows in the idle bank. */
 struct table_place core_table_place(const struct core_access *core);
-/* Sets a word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B, to a value from -1 to 1. The gateware changes
-   its present value at the rate `slew`. */
+/* Sets a word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B, to a value from -1 to 1. The gateware moves the
+   present value of the word to this value at the rate `slew`. */
 void core_set_word(const struct core_access *core, enum modulator word, double value);
 /* Switches the failover off, in a core that has one, and waits until no set is being loaded. Call it before other
    coefficients are activated, because the prepared sets do not belong to them. */
@@ -334,7 +334,7 @@ void core_read_prepared(const struct core_access *core, uint32_t number, struct 
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; the core counts this as a swap. */
 void core_take_set(const struct core_access *core, uint32_t set);
-/* Lets the core use the heads whose bits are set again after their next index. */
+/* Allows the core to use the heads whose bits are set in `heads` again, after the next index of each head. */
 void core_come_back(const struct core_access *core, uint32_t heads);
 void core_swap(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);

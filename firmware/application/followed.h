@@ -26,7 +26,7 @@ enum modulator {
 };
 
 struct followed_lane {
-    /* The order may be 0. */
+    /* Lane without the condition; its order may be 0. */
     struct lane lane;
     uint32_t modulator;
 };

@@ -25,7 +25,7 @@ enum { IMAGE_WORDS_MOST = 6 };
 struct image_map {
     uint32_t golden;
     uint32_t golden_bytes;
-    /* From here on the flash holds no images. */
+    /* Offset from which on the flash holds no images. */
     uint32_t end;
 };
 

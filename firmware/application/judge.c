@@ -14,12 +14,12 @@
    reading. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
-/* Two conditions count as different if the modulator, whose range is -1 to 1, differs by at least this value. */
+/* Least difference of a modulator, whose range is -1 to 1, with which two conditions count as different. */
 #define OTHER_CONDITION 0.2
 /* Largest share of the change between two conditions that a lane may leave; at this limit it removes as much as it
    leaves. */
 #define CHANGE_LEFT 0.5
-/* An order below this amplitude, in counts, is less than the rounding of the output. */
+/* Amplitude in counts below which an order is less than the rounding of the output. */
 #define NOTHING_COUNTS 0.5
 
 void judge_look(const struct judge *judge, const struct coefficients *set) {

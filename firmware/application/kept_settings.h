@@ -25,7 +25,7 @@ struct settings {
 struct settings_copy {
     /* Size of this structure; a copy of another size is not read. */
     uint32_t size;
-    /* The later copy has the next number, modulo 2^32. */
+    /* Number of the copy; the later copy has the next number, modulo 2^32. */
     uint32_t sequence;
     struct settings settings;
     uint32_t unused;

@@ -115,9 +115,9 @@ struct load {
     double table_evidence;
     /* Sets for a missing head: the gateware holds their words. */
     struct load_without without;
-    /* The received set is complete and not yet judged. */
+    /* True if the received set is complete and not yet judged. */
     bool whole;
-    /* The phase of a lane of a real order has become known but is not yet in the core. */
+    /* True if the phase of a lane of a real order has become known but is not yet in the core. */
     bool phase_given;
     /* `forced`: the operator accepts orders of the received set that no turn has judged. `unseen_taken`: the operator
        accepts only orders that no turn of two heads can show. */

@@ -47,7 +47,7 @@ void local_table_complete(struct application *application) {
          number++) {
         core_write_table_point(&application->core, number, 0);
     }
-    /* CRC of the sent points and the zeros after them. */
+    /* The CRC covers the sent points and the zeros after them. */
     for (; table->next < TABLE_POINTS; table->next++) {
         table->crc = crc32_add_word(table->crc, 0);
     }
@@ -143,7 +143,7 @@ double local_table_evidence(const struct application *application, const struct 
             reading.difference * arcsec - estimate->measured_separation_rad * ARCSEC_PER_RAD;
         left -= local_table_fitted(estimate, reading.angle2 * rad) -
                 local_table_fitted(estimate, reading.angle1 * rad);
-        /* (left^2 - (left - table)^2)/2 */
+        /* Log odds: (left^2 - (left - table)^2)/2 */
         evidence += table * (left - 0.5 * table) / variance;
     }
     return evidence;

@@ -9,7 +9,7 @@
 #include "settings.h"
 #include "zeros.h"
 
-/* After this number of faults in a row, the firmware stops calibrating instead of starting again. */
+/* Number of faults in a row after which the firmware stops calibrating and leaves the core unchanged. */
 enum { FAULTS_HELD = 3 };
 
 void restart_with_nothing(struct application *application) {

@@ -119,16 +119,16 @@ struct turn_report {
     /* Reason why the turn did not calibrate the mean, if the device is to calibrate it. */
     enum refusal mean_reason;
     uint32_t alarms;
-    /* A, B and Z stand still, because the output fell too far behind. */
+    /* True if A, B and Z stand still, because the output fell too far behind. */
     bool output_stands;
     /* Faults that released the line drivers, bits of enum core_fault. */
     uint32_t release_causes;
     /* Temperature of the die; the value counts only if has_temperature is true. */
     bool has_temperature;
     double temperature_c;
-    /* The report has not been printed yet. */
+    /* True if the report has not been printed yet. */
     bool fresh;
-    /* The turn has been printed already; only an alarm is new. */
+    /* True if the turn has been printed already and only an alarm is new. */
     bool between_turns;
 };
 
@@ -160,9 +160,9 @@ struct application {
     memory_settle *settle;
     enum settings_origin settings_origin;
     uint32_t faults_in_a_row;
-    /* The release of the line drivers has been reported. */
+    /* True if the release of the line drivers has been reported. */
     bool release_told;
-    /* The bank that is ready. */
+    /* Header and capture of the bank that is ready. */
     struct core_header header;
     struct capture capture;
     enum dump_state dump;
@@ -199,7 +199,7 @@ struct application {
     double before_celsius;
     double before_s;
     double middle_celsius;
-    /* The speed varies too much: samples are taken at equal angles until the next start or dump. */
+    /* True if the speed varies too much: samples are taken at equal angles until the next start or dump. */
     bool by_angle;
     /* Clock rate of the core's time for the thermometer; 0: the rate that the core states. In the virtual instrument a
        second has fewer clocks. */
@@ -213,9 +213,9 @@ struct application {
     /* True if the gateware applies `active`. Otherwise `active` holds the coefficients that were active before the core
        restarted. */
     bool has_active;
-    /* The operator has ordered the firmware to forget all results. */
+    /* True if the operator has ordered the firmware to forget all results. */
     bool forgotten;
-    /* A correction from before a fault is still active; its coefficients are not known to the firmware. */
+    /* True if a correction from before a fault is still active; the firmware does not know its coefficients. */
     bool inherited;
     double usual_noise_arcsec;
     uint32_t noisy_turns;

@@ -12,9 +12,10 @@
 enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 /* Largest rate at which the table may have changed while its thermometer was silent: 3 K per minute. */
 #define SILENT_K_S 0.05
-/* After this many time constants the observer's state has no influence any more, and its gains would divide by 0. */
+/* Number of time constants after which the observer's state has no influence any more; its gains would then divide by
+   0. */
 #define FORGOTTEN_LAGS 30.0
-/* The observer's time constant is the thermometer's time constant divided by this number. A smaller time constant
+/* Ratio of the thermometer's time constant to the observer's time constant. A smaller time constant of the observer
    reduces the delay after a change of slope, and amplifies the thermometer's steps. */
 #define LAG_SHARE 16.0
 #define LEAST_FILTER_S 2.0

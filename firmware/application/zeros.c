@@ -7,8 +7,8 @@
 #include "alarms.h"
 #include "control.h"
 
-/* Two index marks that agree normally come within two turns. If none agree after this many turns, head 1 loses counts
-   in every turn or has lost its index. */
+/* Number of turns without two agreeing index marks after which the zeros are searched again. Normally two marks agree
+   within two turns; otherwise head 1 loses counts in every turn or has lost its index. */
 enum { DOUBT_TURNS = 4 };
 /* Largest loss of counts of head 1 between two indices, in turns, that sets no other fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)

@@ -21,7 +21,7 @@ struct uart {
     volatile uint32_t overruns;
     /* True while the 0 for lost characters is not yet in the ring. */
     bool lost;
-    /* Also volatile, so that a character is stored before `written` counts it. */
+    /* The characters are volatile too, so that a character is stored before `written` counts it. */
     volatile uint8_t ring[UART_RING];
 };
 
@@ -33,7 +33,7 @@ enum { UART_OUTPUT_RING = 4096 };
 struct uart_output {
     volatile uint32_t written;
     volatile uint32_t sent;
-    /* The main program is filling the FIFO; an interrupt must not fill it meanwhile. */
+    /* True while the main program fills the FIFO; an interrupt must not fill it then. */
     volatile bool filling;
     volatile uint8_t ring[UART_OUTPUT_RING];
 };

@@ -12,11 +12,11 @@
 #include "assertion.h"
 #include "units.h"
 
-/* A step is plausible within 10 % of the median of its turn. A step of few counts may differ by one count, because
-   of rounding. */
+/* Tolerance of a step as a share of the median of its turn. A step of few counts may differ by one count, because of
+   rounding. */
 #define STEP_TOLERANCE 0.10
 #define STEP_ROUNDING_COUNTS 1.0
-/* A step larger than this multiple of the median is a jump: no table moves two steps in the time of one step. */
+/* Multiple of the median above which a step is a jump: no table moves two steps in the time of one step. */
 #define JUMP_STEPS 2.0
 /* Tolerance of the interval between two samples when the counts are compared with the limit of one edge per clock. */
 #define INTERVAL_TOLERANCE_S 1e-6

@@ -13,11 +13,11 @@
 
 /* A lane. Its phase step K follows from order and counts_per_rev and is computed when needed. */
 struct lane {
-    /* Phi, u0.24 turn. */
+    /* Phase Phi, u0.24 turn. */
     uint32_t phase_offset;
-    /* 2 A_n, s13.11 counts. */
+    /* Amplitude 2 A_n, s13.11 counts. */
     int32_t amplitude;
-    /* 0: the lane is unused. */
+    /* Order of the lane; 0: the lane is unused. */
     uint32_t order;
 };
 

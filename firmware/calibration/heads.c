@@ -13,7 +13,7 @@
 /* Least length of the parity vector for which the places count as different; its elements are the areas of four
    triangles of heads. */
 #define LEAST_PARITY 1e-6
-/* An order with a larger gain counts as not seen. */
+/* Noise gain above which an order counts as not seen. */
 #define UNSEEN_GAIN 1e3
 /* Largest distance of a tried word from the rounded weight. */
 enum { WORD_REACH = 2, WORD_CHOICES = 2 * WORD_REACH + 1, CONDITIONS = 3 };

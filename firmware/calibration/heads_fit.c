@@ -15,10 +15,10 @@
    2 s after which the watchdog regards the firmware as hung. */
 enum { PASSES_MOST = 32 };
 #define WORK_MOST (9U * 4U * 12000U * 40U)
-/* The normal matrix uses every k-th sample, at least this many per order: 32 per wave of the highest sum of two
-   orders. */
+/* Least number of samples per order in the normal matrix, which uses every k-th sample: 32 per wave of the highest sum
+   of two orders. */
 enum { MATRIX_SAMPLES_AN_ORDER = 64 };
-/* The passes end when a step is below this share of the largest value. */
+/* Share of the largest value: the passes end when a step is below it. */
 #define REFINED_SHARE 1e-11
 /* Least variance of a reading, arcsec^2, so that readings without noise cause no division by zero. */
 #define LEAST_VARIANCE 1e-6

@@ -78,7 +78,7 @@ struct heads_workspace {
     double right[FIT_UNKNOWNS];
     union {
         double packed[FIT_UNKNOWNS * (FIT_UNKNOWNS + 1) / 2];
-        /* After the fit. */
+        /* Results that are computed after the fit. */
         struct heads_made made;
     };
     double of_places[PLACE_UNKNOWNS * (PLACE_UNKNOWNS + 1) / 2];

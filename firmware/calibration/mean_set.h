@@ -12,7 +12,7 @@
 enum { HEADS_MOST = 4 };
 
 struct mean_set {
-    /* 0: no mean is formed, head 1 alone is corrected. */
+    /* Number of heads; 0: no mean is formed, head 1 alone is corrected. */
     uint32_t heads;
     /* Head that the mean follows (index s of the equation), counted from 0. */
     uint32_t carrier;
@@ -22,9 +22,9 @@ struct mean_set {
     int32_t error_offset;
     /* Clocks by which the gateware delays the levels of a head, one byte per head, head 1 in the lowest byte. */
     uint32_t delays;
-    /* s1.16; their sum is 65536. */
+    /* Weights, s1.16; their sum is 65536. */
     int32_t weight[HEADS_MOST];
-    /* u24.4 counts. */
+    /* Offsets, u24.4 counts. */
     uint32_t offset[HEADS_MOST];
 };
 

@@ -17,7 +17,8 @@ enum verdict {
     VERDICT_LOADED,
 };
 
-/* At a separation of 33 degrees this limit keeps n = 11 (gain 19) and leaves out the orders next to n = 120. */
+/* Limit of the noise gain: at a separation of 33 degrees it keeps n = 11 (gain 19) and leaves out the orders next to n
+   = 120. */
 #define GAIN_LIMIT_DEFAULT 50.0
 
 const char *verdict_name(enum verdict verdict);

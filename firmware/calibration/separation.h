@@ -20,8 +20,8 @@ enum separation_choice { SEPARATION_AUTOMATIC, SEPARATION_MEASURED, SEPARATION_N
 /* Tolerance of the heads' mounting to each side, and its standard uncertainty for a rectangular distribution. */
 #define SEPARATION_TOLERANCE_ARCSEC 50.0
 #define SEPARATION_TOLERANCE_U_ARCSEC (SEPARATION_TOLERANCE_ARCSEC / 1.7320508075688772)
-/* 0.25 degrees, 0.24 mm at the disc: no mounting has such an error, so a larger deviation means a fault of the
-   index. */
+/* Largest believable deviation from nominal, 0.25 degrees or 0.24 mm at the disc: no mounting has such an error, so a
+   larger deviation means a fault of the index. */
 #define SEPARATION_BELIEVABLE_ARCSEC 900.0
 
 /* Decides between the measured and the nominal separation if the choice is automatic. */

@@ -20,7 +20,7 @@ struct console {
     struct text_sink sink;
     char line[CONSOLE_LINE_MOST + 1];
     uint32_t length;
-    /* The line is too long or contains a character that is not text: it is read to its end and refused. */
+    /* True if the line is too long or contains a character that is not text: it is read to its end and refused. */
     bool spoiled;
     /* Rows of a capture that are still to be printed. */
     uint32_t dump_place;

@@ -12,7 +12,7 @@ const char dump_use[] =
 
 /* Number of rows that one step prints; the other work of the firmware runs between two steps. */
 enum { ROWS_A_STEP = 8 };
-/* A row has five digits and a CRC, and a number of 64 bits for each head. */
+/* Largest number of characters of a row: five digits and a CRC, and a number of 64 bits for each head. */
 enum { ROW_CHARACTERS_MOST = 24, HEAD_CHARACTERS_MOST = 20 };
 #define NO_TEMPERATURE 0x80000000U
 

@@ -13,8 +13,8 @@
 #define AT(register) (offsetof(arctrue_registers_t, register) / 4)
 
 enum { WINDOW_WORDS = 0x2100 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
-/* A calibration takes longer than a line of the console. Few orders and few turns leave the fuzzer time for more
-   lines. */
+/* Few orders and few turns, so that the fuzzer has time for more lines: a calibration takes longer than a line of the
+   console. */
 enum { ORDERS = 6, TURNS_MOST = 4 };
 
 static struct {

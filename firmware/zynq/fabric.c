@@ -14,9 +14,9 @@ enum { WORD_BYTES = 4 };
 #define CLEAR_TIMEOUT_US 500000U
 #define SEND_TIMEOUT_US 2000000U
 #define DONE_TIMEOUT_US 500000U
-/* The DMA may report a piece as done before the piece has left its queue. */
+/* Longest wait for the DMA's queue: the DMA may report a piece as done before the piece has left the queue. */
 #define QUEUE_TIMEOUT_US 10000U
-/* The DMA's destination is the configuration port, not memory. */
+/* Destination address of the DMA for the configuration port, in place of memory. */
 #define DESTINATION_PORT 0xFFFFFFFFU
 /* Flag in an address: the DMA reports done only after the configuration port has taken every word. */
 #define LAST_PIECE 1U

@@ -25,7 +25,7 @@
 /* Largest length; the bitstream of the XC7Z020 has 4,045,564 bytes. */
 #define FABRIC_IMAGE_LENGTH_MOST (FLASH_MAP_BITSTREAM_BYTES - FABRIC_IMAGE_HEADER_BYTES)
 #define FABRIC_IMAGE_SYNC_WORD 0xAA995566U
-/* The synchronisation word must be among this number of first words. */
+/* Number of first words among which the synchronisation word must be. */
 #define FABRIC_IMAGE_SYNC_WITHIN 64U
 
 struct fabric_image {

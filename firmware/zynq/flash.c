@@ -18,7 +18,7 @@
 /* Error flags of a Spansion flash after an erase or a programming; the flash stays busy until these flags are
    cleared. */
 #define STATUS_WENT_WRONG 0x60U
-/* A word takes 1.3 us at 25 MHz. */
+/* Longest time for a word, which takes 1.3 us at 25 MHz. */
 #define WORD_TIMEOUT_US 1000U
 /* Longer than the times in all data sheets: 2.6 s for a sector of 256 KB, 3 s for a sector of 64 KB, 5 ms for a
    page. */

@@ -5,7 +5,7 @@
 #include "registers.h"
 
 #define SCL_HZ 100000U
-/* A period of SCL has 22 periods of the divided clock. */
+/* Number of periods of the divided clock in a period of SCL. */
 #define CLOCKS_A_PERIOD 22U
 #define DIVISOR_B_MOST 64U
 #define TIMEOUT_US 5000U
@@ -13,7 +13,7 @@
 #define SCL 1U
 #define SDA 2U
 enum { CLOCKS_OF_A_BYTE = 9 };
-/* At least half a period of 100 kHz; the clock used for waiting has steps of 1 us. */
+/* Time of at least half a period of 100 kHz; the clock for waiting has steps of 1 us. */
 #define HALF_PERIOD_US 6U
 
 static uint32_t read_at(const struct register_access *access, uint32_t address) {

@@ -141,7 +141,7 @@
 #define I2C_HAPPENED_ALL 0x02FFU
 #define I2C_HAPPENED_DONE 0x0001U
 #define I2C_HAPPENED_NO_ACKNOWLEDGE 0x0004U
-/* No acknowledge, time-out, overflow or underflow of a queue, bus lost to another master. */
+/* Flags of errors: no acknowledge, time-out, overflow or underflow of a queue, bus lost to another master. */
 #define I2C_HAPPENED_ERRORS 0x02ECU
 
 /* General-purpose pins that leave through the fabric, bank 2: output values, input values, direction (1: out),
@@ -168,7 +168,7 @@
 #define UART_SR_TRANSMIT_FULL 0x10U
 #define UART_SR_TRANSMIT_ACTIVE 0x800U
 #define UART_RECEIVE_TRIGGER 0x01U
-/* A character came while the FIFO was full. */
+/* Flag: a character came while the FIFO was full. */
 #define UART_RECEIVE_OVERFLOW 0x20U
 
 /* Private to a processor: interrupt controller, global timer, watchdog. */

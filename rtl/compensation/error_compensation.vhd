@@ -74,7 +74,7 @@ entity error_compensation is
     zero_moved         : in    std_ulogic                               := '0';                -- toggles when the zero moves
     put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position without an edge
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
-    jumped             : in    std_ulogic                               := '0';                -- with swap_marker: the first angle of another carrier
+    jumped             : in    std_ulogic                               := '0';                -- the first angle of another carrier
     jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts by which the reading then jumps
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index

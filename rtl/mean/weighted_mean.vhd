@@ -42,7 +42,7 @@ entity weighted_mean is
     readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, whole part of each reading r
     carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, reading of the carrier
     fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, fraction of each offset o
-    carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, fraction of the carrier's offset o
+    carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's offset o
     weights          : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);    -- s1.16
     used             : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- one bit per head
     counts_per_rev   : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
