@@ -8,9 +8,9 @@
 -- compensated signal) and figure 4 (order of the levels).
 --
 -- **Latency.** 6 clocks from `corrected_position` to the edge, if no rule delays the edge.
--- `following_error` comes 2 clocks after the position, `cannot_keep_up` 3; the last edge comes 5 clocks after
--- that. `enable` and a change of `following_limit` or `counts_per_rev` affect these two outputs 1 to 3 clocks late,
--- `phase_of_zero` and the settings of a gated Z take effect 1 clock late.
+-- `following_error` comes 2 clocks after the position, `cannot_keep_up` 3; the last edge comes at most 3 clocks after
+-- `cannot_keep_up` rises. `enable` and a change of `following_limit` or `counts_per_rev` affect these two outputs 1 to
+-- 3 clocks late, `phase_of_zero` and the settings of a gated Z take effect 1 clock late.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts,
 -- of the same clock; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error
