@@ -7,13 +7,13 @@
 
 #include "state.h"
 
-/* Raises an alarm. It is printed with the next turn, or in a line of its own. */
+/* Raises an alarm, which the console prints with the next turn or in a line of its own. */
 void alarm_between_turns(struct application *application, uint32_t alarm);
 
-/* Returns the alarms of the turn in the report, as bits of enum alarm. */
+/* Returns the alarms of the turn that the report describes, as bits of enum alarm. */
 uint32_t alarms_of_turn(struct application *application);
 
-/* Returns NULL for a bit that is no alarm. */
+/* Returns the name of the alarm at a bit; NULL for a bit that is no alarm. */
 const char *alarm_name(uint32_t bit);
 
 #endif

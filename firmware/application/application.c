@@ -51,8 +51,8 @@ void application_use_flash(struct application *application, struct save *save) {
     save->point_context = application;
 }
 
-/* A core in use always has its output enabled. If the output is disabled, the core was reset; after a reset the line
-   drivers stay on for a few milliseconds only. */
+/* Starts the core again if it was reset, which a disabled output shows: a core in use always has its output enabled.
+   After a reset the line drivers stay on for a few milliseconds only. */
 static void watch_reset(struct application *application) {
     if (!core_output_enabled(&application->core)) {
         application_start(application);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The endless work of the processor: wait for the index, capture, verify, calibrate, write the idle bank, swap,
-   monitor. One call of application_step() does one piece of it and returns. */
+/* Runs the endless work of the processor: wait for the index, capture, verify, calibrate, write the idle bank, swap,
+   monitor. One call of application_step() does one piece of this work and returns. */
 
 #ifndef ARCTRUE_APPLICATION_H
 #define ARCTRUE_APPLICATION_H
@@ -34,14 +34,14 @@ void application_use_copy(struct application *application, struct capture_copy *
 /* Sets the flash that stores settings and coefficients. */
 void application_use_flash(struct application *application, struct save *save);
 
-/* Does one piece of work and never waits. A calibration is one piece. */
+/* Does one piece of work and never waits. A whole calibration is one piece. */
 void application_step(struct application *application);
 
-/* Notes an interrupt of the core; call it before the step that the interrupt causes. An interrupt only requests an
-   early step: later steps find the same work without it, so a lost interrupt only delays the work. */
+/* Notes an interrupt of the core; call it before the step that the interrupt causes. An interrupt only makes a step run
+   earlier: later steps find the work without an interrupt, so a lost interrupt only delays the work. */
 void application_interrupt(struct application *application);
 
-/* True while there is more to do at once: do not sleep before the next step. */
+/* Tells whether there is more to do at once; if so, do not sleep before the next step. */
 bool application_busy(const struct application *application);
 
 #endif

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Takes a bank of the capture, copies it for the console, or detects that no bank comes. */
+/* Takes a bank of the capture, copies the bank for the console, or detects that no bank becomes ready. */
 
 #ifndef ARCTRUE_BANK_H
 #define ARCTRUE_BANK_H
 
 #include "state.h"
 
-/* Runs while no bank is ready. If the table has made several turns without a ready bank, the capture is stuck and is
-   restarted. A capture that an external signal triggers is not watched, because the signal may be absent. */
+/* Restarts the capture if the table has made several turns while no bank became ready; call it while no bank is ready.
+   It does not watch a capture that an external signal triggers, because the signal may be absent. */
 void bank_watch(struct application *application);
 
 /* Fills `header` and `capture` from the bank that is ready. */

@@ -14,7 +14,7 @@
 #include "separation.h"
 #include "units.h"
 
-/* After this many noisy turns in a row the firmware takes their noise as the usual noise. */
+/* Number of noisy turns in a row after which the firmware takes their noise as the usual noise. */
 enum { NOISY_TURNS_MOST = 5 };
 /* Weight of one turn in the running mean of the noise. */
 #define NOISE_SHARE 0.2
@@ -99,7 +99,7 @@ static uint32_t calibrate_plain_lanes(const struct application *application) {
     return application->configuration.lanes - followed_all_lanes(&followed);
 }
 
-/* Places of the used lanes, one bit per place. */
+/* Returns the places of the used lanes, one bit per place. */
 static uint64_t calibrate_lanes_in_use(const struct coefficients *coefficients) {
     uint64_t used = 0;
     ASSERT(coefficients->lanes <= LANES_LIMIT);
@@ -127,7 +127,7 @@ static const struct coefficients *calibrate_active_of_head1(const struct applica
     return active != NULL && active->mean.heads != 0 ? NULL : active;
 }
 
-/* True if the calibration's own lanes have an order above `orders`. */
+/* Tells whether the calibration's own lanes have an order above `orders`. */
 static bool calibrate_has_dropped(const struct coefficients *active,
                                   const struct coefficients *loaded, uint32_t orders) {
     for (uint32_t lane = 0; lane < active->lanes; lane++) {
@@ -139,7 +139,7 @@ static bool calibrate_has_dropped(const struct coefficients *active,
     return false;
 }
 
-/* A change counts as real, not noise, above this multiple of the variance of a component. */
+/* Multiple of the variance of a component above which a change counts as real and not as noise. */
 #define CHANGED 18.0
 
 /* Returns the largest change of an order since the previous turn. The calibration measures the change of its own
@@ -182,7 +182,8 @@ static struct judge calibrate_judge(struct application *application, const struc
     };
 }
 
-/* Runs before the turn is averaged, because an average would lag behind an order that changes. */
+/* Compares the loaded orders with the turn. Call it before the turn is averaged, because an average would lag behind an
+   order that changes. */
 static void calibrate_watch_loaded(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     const struct coefficients *set = load_at_work(load);
@@ -215,8 +216,8 @@ static void calibrate_watch_loaded(struct application *application, const struct
     }
 }
 
-/* Adds the error that remains at the loaded orders to both predictions, because both choices leave the same error
-   there. */
+/* Adds the error that remains at the loaded orders to both predictions, because these orders keep this error with
+   either choice of coefficients. */
 static void calibrate_add_loaded(struct application *application) {
     struct gate_prediction *prediction = &application->report.prediction;
     double square = application->load.watch.mean_square;
@@ -267,7 +268,7 @@ static enum refusal calibrate_make_candidate(struct application *application,
     calibrate_add_loaded(application);
     if (reason != NOT_REFUSED && active != NULL &&
         calibrate_has_dropped(active, loaded, estimate->orders)) {
-        /* `orders` was lowered: orders that no turn judges any more are switched off. */
+        /* The parameter `orders` was lowered, so the orders that no turn judges any more are switched off. */
         own = *active;
         coefficients_drop_orders(&own, estimate->orders);
         calibrate_combine(application, &own);
@@ -279,7 +280,7 @@ static enum refusal calibrate_make_candidate(struct application *application,
     return reason;
 }
 
-/* Sets the report of a turn whose candidate does not come from the calibration. */
+/* Fills the report of a turn whose candidate does not come from the calibration. */
 static void calibrate_take_candidate(struct application *application,
                                      enum candidate_origin origin) {
     const struct coefficients *active = state_active(application);
@@ -295,8 +296,8 @@ static void calibrate_take_candidate(struct application *application,
    which the set was made. */
 #define PLACE_COUNTS 2.0
 
-/* A turn of two heads can judge only lanes that describe head 1's error; the lanes of a mean do not. A turn shows only
-   whether the heads are at the places that the mean's offsets give. */
+/* Judges a mean only by the places of its heads: a turn shows whether the heads are at the places that the mean's
+   offsets give. It cannot judge the lanes of a mean, because these do not describe head 1's error. */
 static enum judgement calibrate_judge_mean(struct application *application, const struct turn *turn,
                                            const struct mean_set *set) {
     double place[HEADS_MOST];
@@ -323,7 +324,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
     uint32_t lanes = application->configuration.lanes;
     if (saved->table.place.choice != 0 &&
         (application->load.state == LOAD_RECEIVING || application->load.whole)) {
-        /* The points that arrive occupy the idle bank. */
+        /* The idle bank holds the points of the table that is being received, so the saved table cannot use it. */
         return;
     }
     bool fits = saved_lanes(saved) <= lanes &&
@@ -356,7 +357,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
     }
 }
 
-/* Combines the judgement of the received lanes with that of the received local table. */
+/* Combines the judgement of the received lanes with the judgement of the received local table. */
 static enum load_answer calibrate_judge_table(struct application *application,
                                               const struct turn *turn, enum load_answer of_lanes) {
     struct load *load = &application->load;
@@ -406,7 +407,7 @@ static void calibrate_judge_load(struct application *application, const struct t
     }
 }
 
-/* Judges a set that was loaded before the start: its own orders alone must show that it is right. */
+/* Judges a set that was loaded before the start: the turn must confirm it by the set's own orders. */
 static void calibrate_judge_pending(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     struct judge judge = calibrate_judge(application, turn);
@@ -431,8 +432,8 @@ static void calibrate_judge_pending(struct application *application, const struc
     }
 }
 
-/* Runs while a loaded mean is active or a set waits for its turn. It makes no candidate for head 1, but reports head
-   1's error. */
+/* Estimates and reports head 1's error while a loaded mean is active or a set waits for its turn; it makes no candidate
+   for head 1. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)calibrate_judge_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;

@@ -11,7 +11,7 @@
 /* Relative standard uncertainty of a radius: a rectangular distribution of +-0.1 mm on the paper's radius of 53.975
    mm. */
 #define U_RADIUS (0.1 / 1.7320508075688772 / 53.975)
-/* The weights are computed anew if more than this share of an axis motion enters the mean. */
+/* Share of an axis motion in the mean above which the firmware computes new weights. */
 #define LEAK_LIMIT 1e-3
 /* One count as a u24.4 word. */
 #define OFFSET_ONE 16.0
@@ -57,7 +57,8 @@ static bool mean_goes_on(const struct application *application, const struct hea
     return same && heads_leak(&found->geometry, mean->weight) <= LEAK_LIMIT;
 }
 
-/* Shifts the offset of a head that has moved along the scale by its motion, so that the zero of the mean stays. */
+/* Shifts the offset of a head that has moved along the scale by the motion of this head, so that the zero of the mean
+   does not move. */
 static void mean_follow_moved_head(struct application *application, const struct heads_found *found,
                                    struct mean_set *mean) {
     double one = OFFSET_ONE * application->capture.counts_per_rev;

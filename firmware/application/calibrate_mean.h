@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Calibration of the mean of three or four heads by the device itself, from a turn. */
+/* Calibrates the mean of three or four heads from a turn, in the device itself. */
 
 #ifndef ARCTRUE_CALIBRATE_MEAN_H
 #define ARCTRUE_CALIBRATE_MEAN_H
 
 #include "state.h"
 
-/* True if the core can form a mean, the operator has set the places of all heads, and no loaded set is active or
+/* Tells whether the core can form a mean, the operator has set the places of all heads, and no loaded set is active or
    waits for the turn that judges it. */
 bool calibrate_mean_wanted(const struct application *application);
 
@@ -17,8 +17,8 @@ bool calibrate_mean_wanted(const struct application *application);
 enum refusal calibrate_mean_estimate(struct application *application, const struct turn *turn,
                                      struct mean_set *mean);
 
-/* Adds the disc of an accepted turn to the running average, and sets `measured` to the estimate of the mean's error
-   from the averaged disc. */
+/* Adds the estimate of the disc from an accepted turn to the running average, and sets `measured` to the estimate of
+   the mean's error from the averaged disc. */
 void calibrate_mean_average(struct application *application, struct mean_set *mean);
 
 #endif

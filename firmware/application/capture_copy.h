@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A copy of a capture: the core gets its bank back while the console prints the copy. */
+/* Stores a copy of a capture, so that the core gets its bank back while the console prints the copy. */
 
 #ifndef ARCTRUE_CAPTURE_COPY_H
 #define ARCTRUE_CAPTURE_COPY_H
@@ -28,7 +28,7 @@ struct capture_copy {
     int32_t temperature_cdeg;
     /* Counts of the first sample, one per head. */
     int64_t first[HEADS_MOST];
-    /* True if the words have 32 bits, because the capture has few samples. */
+    /* True if the copy has words of 32 bits, because the capture has few samples. */
     bool whole;
     /* Reading position: a sample, and head 1's counts there. */
     uint32_t place;

@@ -13,7 +13,7 @@ void control_write(const struct application *application);
 /* Releases a bank that is ready, because a capture from before a re-arm cannot be used. */
 void control_give_back_bank(const struct application *application);
 
-/* Stops the capture and restarts it, because the captured part of the turn has another zero or other steps. */
+/* Stops the capture and restarts it; call it when the captured part of the turn has another zero or other steps. */
 void control_capture_anew(const struct application *application);
 
 /* Arms the compare if it is on, otherwise disarms it. Before the index nothing is armed, because the angle of the

@@ -26,9 +26,11 @@ enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
 /* Value 1 as an s1.16 word that lanes follow. */
 #define WORD_ONE 65536.0
-/* The table may move by 1/1024 turn between the reading of its position and the write that depends on this position. */
+/* Divisor of the turn that gives the margin of an armed compare: the table may move by 1/1024 turn between the reading
+   of its position and the write that depends on this position. */
 enum { COMPARE_MARGIN = 1024 };
-/* A re-arm takes 128 clocks of the fabric, a register read at least one clock. */
+/* Number of register reads that last longer than a re-arm: a re-arm takes 128 clocks of the fabric, a read at least one
+   clock. */
 enum { REARM_READS = 128 };
 /* Bits of the flags of a head; these names serve all heads, while the generated mask names differ from head to head. */
 enum { INDEX_SEEN = 1, INDEX_ERROR = 2 };
@@ -69,19 +71,20 @@ static void core_write(const struct core_access *core, uint32_t offset, uint32_t
     core->write(core->context, offset, word);
 }
 
-/* Reading the low word latches the high word. */
+/* Reads a word of 64 bits; the read of the low word latches the high word. */
 static uint64_t core_read_wide(const struct core_access *core, uint32_t offset) {
     uint32_t low = core_read(core, offset);
     return (uint64_t)core_read(core, offset + WORD_BYTES) << 32 | low;
 }
 
-/* Gateware of an earlier minor version has two heads and answers this address with an error. */
+/* Returns the register `capability`; for gateware of an earlier minor version, which answers its address with an error,
+   returns the configuration with two heads. */
 static uint32_t core_capability(const struct core_access *core) {
     uint32_t version = core_read(core, AT(version));
     return FIELD(version, VERSION__MINOR) >= 8U ? core_read(core, AT(capability)) : HEADS;
 }
 
-/* Counts only heads whose capture the firmware can read. */
+/* Returns the number of heads whose capture the firmware can read. */
 static uint32_t core_heads(const struct core_access *core) {
     uint32_t heads = FIELD(core_capability(core), CAPABILITY__HEADS);
     return core->further_capture != NULL && heads > HEADS && heads <= HEADS_MOST ? heads : HEADS;
@@ -134,8 +137,8 @@ struct core_origin core_origin(const struct core_access *core) {
     };
 }
 
-/* After a fault of the firmware the output is in use: if it were switched off, the controller would lose the counts of
-   that time. */
+/* Keeps the output on if it is on: after a fault of the firmware a controller uses the output, and would lose the
+   counts while it is off. */
 void core_hold(const struct core_access *core) {
     bool output = (core_read(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
     core_control(core, false, output, CAPTURE_OFF);
@@ -211,7 +214,7 @@ bool core_compensates(const struct core_access *core) {
     return core_status(core).compensating;
 }
 
-/* Reading the low word of the time latches the whole group. */
+/* Reads a group of registers; the read of the low word of the time latches the whole group. */
 struct core_probe core_probe(const struct core_access *core) {
     struct core_probe probe;
     probe.time = core_read_wide(core, AT(probe.time));
@@ -278,7 +281,7 @@ int32_t core_zero_slip(const struct core_access *core) {
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
                             uint32_t counts_per_rev) {
     ASSERT(head < HEADS && counts_per_rev > 0);
-    /* Reading the low word of the time latches the whole group. */
+    /* The read of the low word of the time latches the whole group. */
     (void)core_read_wide(core, AT(snapshot.time));
     uint32_t position =
         core_read(core, head ? AT(snapshot.head2_position) : AT(snapshot.head1_position));
@@ -324,8 +327,8 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Returns true as well once head 1 has made a whole turn: a further head without an index must not block the
-   calibration. */
+/* Tells whether heads 3 and 4 have seen their indices. Returns true too once head 1 has made a whole turn, because a
+   further head without an index must not block the calibration. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);
     if (heads == HEADS) {
@@ -369,7 +372,7 @@ struct core_header core_capture_header(const struct core_access *core) {
     };
 }
 
-/* Reading the low word of the time latches the whole group. */
+/* Reads a group of registers; the read of the low word of the time latches the whole group. */
 struct core_position core_position(const struct core_access *core) {
     struct core_position position;
     position.time = core_read_wide(core, AT(snapshot.time));
@@ -400,11 +403,12 @@ void core_release_capture(const struct core_access *core) {
 }
 
 void core_acknowledge_interrupt(const struct core_access *core) {
-    /* The bits of interrupt_status have the same places as those of interrupt_enable. */
+    /* The bits of interrupt_status have the same places as the bits of interrupt_enable. */
     core_write(core, AT(interrupt_status), INTERRUPTS);
 }
 
-/* Must come before the command that ends a release, because that command checks the faults that are present. */
+/* Clears the faults of heads 3 and 4. Call it before the command that ends a release, because that command checks which
+   faults are present. */
 static void core_clear_further(const struct core_access *core, bool head3, bool head4) {
     uint32_t heads = core_heads(core);
     if (heads > 2 && (head3 || head4)) {
@@ -441,7 +445,7 @@ static uint32_t core_lane_offset(uint32_t lane, uint32_t word) {
     return AT(coefficients) + (lane * WORDS_A_LANE + word) * WORD_BYTES;
 }
 
-/* Without a mean, head 1 has the whole weight. */
+/* Returns a word of the mean's window; without a mean, head 1 has the whole weight. */
 static uint32_t core_mean_word(const struct mean_set *mean, uint32_t place) {
     if (place == MEAN_CHOICE) {
         return mean->heads != 0 ? mean->carrier | mean->used << USED_SHIFT : 1U << USED_SHIFT;
@@ -533,7 +537,7 @@ bool core_verify_followed(const struct core_access *core, const struct followed 
 
 enum { TURN_STEP_WORDS = 2 };
 
-/* The words keep the lane switched off while its phase is not known. */
+/* Computes the words of a lane of a real order; while its phase is not known, the words switch the lane off. */
 static void core_real_words(const struct real_lane *lane, uint32_t counts_per_rev,
                             uint32_t words[WORDS_A_LANE]) {
     uint64_t step = real_lane_phase_step(lane, counts_per_rev);
@@ -547,7 +551,7 @@ static uint32_t core_turn_step_offset(uint32_t lane, uint32_t word) {
     return AT(turn_steps) + (lane * TURN_STEP_WORDS + word) * WORD_BYTES;
 }
 
-/* Returns 0 for a lane whose order is a whole number. */
+/* Returns the turn step of a lane; 0 if its order is a whole number. */
 static uint64_t core_turn_step(const struct followed *followed, uint32_t lanes, uint32_t lane) {
     uint32_t first = lanes - followed_all_lanes(followed);
     bool is_real = lane >= first && lane < first + followed->real_lanes;
@@ -602,8 +606,9 @@ int32_t core_turn_number(const struct core_access *core) {
     return core_has_real_orders(core) ? (int32_t)core_read(core, AT(turn_number)) : 0;
 }
 
-/* The count of turns and the latched angle come from different stages of the pipeline. Its latency is at most 33
-   clocks, and in each clock the angle moves by at most one count. */
+/* Distance of an angle from 0 within which its turn is uncertain: the count of turns and the latched angle come from
+   different stages of the pipeline. The pipeline has a latency of at most 33 clocks, and in each clock the angle moves
+   by at most one count. */
 enum { TURN_UNCERTAIN_COUNTS = 64 };
 
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
@@ -614,7 +619,8 @@ bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
     place->position = (int32_t)core_read(core, AT(snapshot.corrected_position));
     place->head1_angle = position.head1_angle;
     place->head1_turn_position = position.head1_turn_position;
-    /* The error is far below half a turn: reading and corrected angle lie on both sides of 0, or on the same. */
+    /* Reading and corrected angle differ by far less than half a turn, so a larger distance shows that they lie on
+       opposite sides of 0. */
     int64_t ahead = 2 * ((int64_t)position.head1_angle - place->angle);
     place->head1_turn =
         place->turn - (ahead > counts_per_rev ? 1 : 0) + (ahead < -(int64_t)counts_per_rev ? 1 : 0);
@@ -661,7 +667,8 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
     core_write(core, place, (uint32_t)(int32_t)rint(value * WORD_ONE));
 }
 
-/* Limit of the wait: loading a set takes up to 6 us, and each read takes at least one bus access, 0.1 us. */
+/* Largest number of reads while a set is being loaded: the loading takes up to 6 us, and each read takes at least one
+   bus access, 0.1 us. */
 enum { FAILOVER_LOOKS_MOST = 1000 };
 
 void core_failover_off(const struct core_access *core) {
@@ -680,14 +687,14 @@ void core_failover_off(const struct core_access *core) {
    last word. */
 enum { SET_BYTES = 0x1000, SET_MEAN = 0x800, SET_OFFSET = SET_MEAN + 15 * WORD_BYTES };
 #define SET_AT(set) (AT(prepared_sets) + (uint32_t)(set) * SET_BYTES)
-/* The register counts in units of 2^17 clocks. */
+/* Clocks in a unit of the register for the return of a head, 2^17. */
 #define RETURN_UNIT 0x1p17
 #define RETURN_MOST 65535.0
 enum { COMMAND_SET = 4, COMMAND_TAKE = 1 << 7, COMMAND_COME_BACK = 8 };
 
 struct core_failover core_failover(const struct core_access *core) {
     uint32_t word = core_read(core, AT(heads_status));
-    /* Reading the low word of the time latches the parity too. */
+    /* The read of the low word of the time latches the parity too. */
     (void)core_read_wide(core, AT(snapshot.time));
     return (struct core_failover){
         .left_out = FIELD(word, HEADS_STATUS__LEFT_OUT),

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Functions of the gateware by name. Registers are accessed through functions of the caller: memory on the device, a
-   simulator's bus, or a model on the host. */
+/* Declares functions that operate the gateware through its registers. The caller supplies the functions that read and
+   write registers, which access memory on the device, a simulator's bus, or a model on the host. */
 
 #ifndef ARCTRUE_CORE_H
 #define ARCTRUE_CORE_H
@@ -19,7 +19,7 @@ typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
 /* Returns `number` words of the ready bank; they do not change until the bank is released. */
 typedef const volatile int32_t *core_capture_words(void *context, uint32_t number);
 
-/* Called before core_identify() accesses a core, because another device may answer now. */
+/* Function that core_identify() calls before it accesses a core, because another device may answer now. */
 typedef void core_look(void *context);
 
 struct core_access {
@@ -27,7 +27,7 @@ struct core_access {
     core_write_word *write;
     core_capture_words *capture;
     void *context;
-    /* NULL if always the same device answers. */
+    /* NULL if the same device answers every time. */
     core_look *look;
     /* Like `capture`, for heads 3 and 4; NULL if the device has two heads only. */
     core_capture_words *further_capture;
@@ -37,10 +37,10 @@ struct core_configuration {
     uint32_t lanes;
     uint32_t capture_depth;
     uint32_t clock_hz;
-    /* Number of heads, two to four, without those that the firmware cannot read. */
+    /* Number of heads that the firmware can read, two to four. */
     uint32_t heads;
     bool has_mean;
-    /* The gateware leaves a failed head out of the mean. */
+    /* True if the gateware can leave a failed head out of the mean (generic FAILOVER). */
     bool has_failover;
 };
 
@@ -50,13 +50,13 @@ struct core_origin {
     uint32_t patch;
     /* Number of lanes that share a pipeline. */
     uint32_t fold;
-    /* The lanes read their cosine from a table instead of calculating it by CORDIC. */
+    /* True if the lanes read their cosine from a table and do not calculate it by CORDIC. */
     bool has_table;
-    /* Conditions may modulate the amplitudes of lanes. */
+    /* True if conditions may modulate the amplitudes of lanes. */
     bool has_modulators;
-    /* Phases of lanes may continue from turn to turn. */
+    /* True if phases of lanes may continue from turn to turn. */
     bool has_real_orders;
-    /* A table corrects windows of the turn. */
+    /* True if the gateware has a local table, which corrects windows of the turn. */
     bool has_local_table;
     /* Identifier of the chip, if the top level reads it. */
     bool has_dna;
@@ -74,7 +74,7 @@ struct core_setup {
     uint32_t filter_length;
     uint32_t minimum_edge_spacing;
     uint32_t index_tolerance;
-    /* The core adds counts that head 1 lost to the count of the output. */
+    /* True if the core adds counts that head 1 lost to the count of the output. */
     bool heal;
     /* The following members are words of the registers. */
     uint32_t head1_input;
@@ -124,7 +124,7 @@ struct core_probe {
 struct core_event {
     /* Bit 0: an edge of the probe; bit 1: a pulse of the position compare. */
     uint32_t kind;
-    /* Number of events since the reset of the core, including lost ones, modulo 2^16. */
+    /* Number of events since the reset of the core, including lost events, modulo 2^16. */
     uint32_t number;
     uint64_t time;
     int32_t position;
@@ -162,27 +162,27 @@ struct core_turns {
     int32_t turn_position[HEADS_MOST];
 };
 
-/* NULL if `bit` is no bit of enum core_fault. */
+/* Returns the name of a fault; NULL if `bit` is no bit of enum core_fault. */
 const char *core_fault_name(uint32_t bit);
 
-/* Reads the configuration; false if no core answers, or one of another major version. */
+/* Reads the configuration; returns false if no core answers, or if a core of another major version answers. */
 bool core_identify(const struct core_access *core, struct core_configuration *configuration);
 
-/* Version and chip of an identified core. */
+/* Returns version and chip of an identified core. */
 struct core_origin core_origin(const struct core_access *core);
 
 /* Switches correction and capture off and sets the registers. Lets proven index marks move head 1's zero, enables the
    interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index invalid. Returns false if the
    core refuses `counts_per_rev`. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
-/* Sets the same registers of a working core, without re-arm or change of control. Returns false and sets nothing if the
-   core has another number of counts per turn. */
+/* Sets the registers that core_set_up() sets, in a working core, without a re-arm or a change of the control register.
+   Returns false and sets nothing if the core has another number of counts per turn. */
 bool core_resume(const struct core_access *core, const struct core_setup *setup);
 /* Sets widths of the pulses and edges of the pulse inputs; takes effect at once. */
 void core_set_pins(const struct core_access *core, const struct core_setup *setup);
 struct core_probe core_probe(const struct core_access *core);
 bool core_has_events(const struct core_access *core);
-/* Takes the oldest event from the queue; false if there is none. Only for cores with EVENTS. */
+/* Takes the oldest event from the queue; returns false if the queue is empty. Only for cores with EVENTS. */
 bool core_take_event(const struct core_access *core, struct core_event *event);
 struct core_places {
     /* `first`: counts from the index to the first pulse; `interval`: counts between pulses, 0 for a single pulse. */
@@ -191,50 +191,50 @@ struct core_places {
     uint32_t counts_per_rev;
 };
 
-/* Starts pulses at these places. The first pulse comes at the nearest place in this direction that is at least 1/1024
+/* Arms the pulses at these places. The first pulse comes at the nearest place in this direction that is at least 1/1024
    turn away. */
 void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards);
 void core_disarm_compare(const struct core_access *core);
-/* True while the correction is applied. */
+/* Tells whether the core applies the correction. */
 bool core_compensates(const struct core_access *core);
 /* Reports that the processor works. If the next report does not come within the limit, the core raises an alarm. */
 void core_tell_alive(const struct core_access *core, uint32_t limit_clocks);
 
 /* Makes the index invalid and clears the faults; the correction is off until head 1 has seen its index again. */
 void core_rearm(const struct core_access *core);
-/* Number of times that the core moved the zero of head 1 because of lost counts. */
+/* Returns the number of times that the core moved the zero of head 1 because of lost counts. */
 uint32_t core_zero_moves(const struct core_access *core);
-/* Angle of the index mark that last moved the zero; this is minus the number of lost counts. */
+/* Returns the angle of the index mark that last moved the zero; this is minus the number of lost counts. */
 int32_t core_zero_slip(const struct core_access *core);
-/* Angle of a head, 0 or 1, at its last index, -½ … ½ turn in counts. It differs from 0 if counts were lost or
-   added since the index that defined the zero. */
+/* Returns the angle of a head, 0 or 1, at its last index, -½ … ½ turn in counts. It differs from 0 if counts were lost
+   or added since the index that defined the zero. */
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head, uint32_t counts_per_rev);
 void core_control(const struct core_access *core, bool compensate, bool output,
                   enum core_capture capture);
 /* Switches correction and capture off and leaves the output as it is. */
 void core_hold(const struct core_access *core);
-/* Returns false if the core was reset after core_set_up(). */
+/* Tells whether the output is enabled; false after a reset of the core. */
 bool core_output_enabled(const struct core_access *core);
 struct core_status core_status(const struct core_access *core);
-/* One bit per head that the gateware has left out of the mean. */
+/* Returns one bit per head that the gateware has left out of the mean. */
 uint32_t core_left_out(const struct core_access *core);
 
-/* True if every head that is not left out has seen its index. */
+/* Tells whether every head that is not left out has seen its index. */
 bool core_indices_seen(const struct core_access *core);
-/* True if an index of any head was in the wrong place since the faults were cleared. */
+/* Tells whether an index of any head was in the wrong place since the faults were cleared. */
 bool core_index_error(const struct core_access *core);
-/* Like core_index_error(), for one head, 0 or 1. */
+/* Tells whether an index of one head, 0 or 1, was in the wrong place since the faults were cleared. */
 bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
 struct core_turns core_turns(const struct core_access *core, uint32_t heads);
-/* True if the head, 0 to 3, has seen its index since the reset or the last re-arm. */
+/* Tells whether the head, 0 to 3, has seen its index since the reset or the last re-arm. */
 bool core_head_indexed(const struct core_access *core, uint32_t head);
 void core_release_capture(const struct core_access *core);
 /* Clears the interrupt line and its causes; call before reading the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
-/* Clears the faults of all heads; the fault of the output stays. */
+/* Clears the faults of all heads, but not the fault of the output. */
 void core_clear_faults(const struct core_access *core);
 /* Ends the fault of the output, which continues from the present position. The same write clears the flags of the
    heads in `faults` (bits of enum core_fault) and enables the line drivers if no remaining fault releases them. Only
@@ -242,7 +242,7 @@ void core_clear_faults(const struct core_access *core);
 void core_clear_output(const struct core_access *core, uint32_t faults);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);
-/* Reads the idle bank back; false if a word differs. */
+/* Reads the idle bank back; returns false if a word differs. */
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients);
 /* Writes the modulated lanes to the last lanes of the bank, and the settings of the conditions. The second
@@ -251,13 +251,14 @@ void core_write_followed(const struct core_access *core, const struct followed *
                          uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,
                           uint32_t counts_per_rev, uint32_t lanes);
-/* Writes the lanes of real orders and the turn step of every lane. The second function reads them back; false if a
-   word differs. Without REAL_ORDERS the first does nothing, and the second is true if there is no such lane. */
+/* Writes the lanes of real orders and the turn step of every lane. The second function reads them back and returns
+   false if a word differs. Without REAL_ORDERS the first function does nothing, and the second returns true if there is
+   no such lane. */
 void core_write_real(const struct core_access *core, const struct followed *followed,
                      uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_real(const struct core_access *core, const struct followed *followed,
                       uint32_t counts_per_rev, uint32_t lanes);
-/* Number of turns of the corrected angle; 0 without REAL_ORDERS. */
+/* Returns the number of turns of the corrected angle; 0 without REAL_ORDERS. */
 int32_t core_turn_number(const struct core_access *core);
 /* Angles and positions at one clock, and the turns of the core to which the angles belong. */
 struct core_turn_place {
@@ -268,22 +269,22 @@ struct core_turn_place {
     uint32_t head1_angle;
     int32_t head1_turn_position;
 };
-/* False if the corrected angle is so near 0 that its turn is uncertain. */
+/* Reads the turns of the core; returns false if the corrected angle is so near 0 that its turn is uncertain. */
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
                      struct core_turn_place *place);
-/* Access the points and the place in the idle bank of the local table; only for cores with LOCAL_TABLE. Writing the
-   place makes the next swap include the table. */
+/* These functions write and read the points and the place in the idle bank of the local table; only for cores with
+   LOCAL_TABLE. Writing the place makes the next swap include the table. */
 void core_write_table_point(const struct core_access *core, uint32_t number, int32_t point);
 int32_t core_table_point(const struct core_access *core, uint32_t number);
 void core_write_table_place(const struct core_access *core, const struct table_place *place,
                             uint32_t counts_per_rev);
-/* Place of the idle bank, as it is read. */
+/* Reads the place of the windows in the idle bank. */
 struct table_place core_table_place(const struct core_access *core);
-/* Sets a word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B, to a value from -1 to 1. The gateware changes
-   its present value at the rate `slew`. */
+/* Sets a word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B, to a value from -1 to 1. The gateware moves the
+   present value of the word to this value at the rate `slew`. */
 void core_set_word(const struct core_access *core, enum modulator word, double value);
-/* Switches the failover off, in a core that has one, and waits until no set is being loaded. Must be called before
-   other coefficients are activated, because the prepared sets do not belong to them. */
+/* Switches the failover off, in a core that has one, and waits until no set is being loaded. Call it before other
+   coefficients are activated, because the prepared sets do not belong to them. */
 void core_failover_off(const struct core_access *core);
 bool core_failover_is_on(const struct core_access *core);
 /* State of the failed heads and of the gateware's prepared sets; only for cores with the generic FAILOVER. */
@@ -294,7 +295,7 @@ struct core_failover {
     uint32_t set;
     /* Sticky: the gateware refused words that use a head that is left out. */
     bool swap_refused;
-    /* Causes for which the last head was left out: bits of the register `failover` from `illegal` on. */
+    /* Causes for which the last failed head was left out: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
     /* Sum of the readings with the parity weights, 2^-11 counts; `parity_beyond` is true if the sum reached its
        limit. */
@@ -318,7 +319,7 @@ struct core_failover_setup {
     int32_t parity_weight[HEADS_MOST];
 };
 
-/* Switches the failover on; core_failover_off() ends it. */
+/* Switches the failover on; core_failover_off() switches it off. */
 void core_failover_on(const struct core_access *core, const struct core_failover_setup *setup);
 /* Writes the words of `coefficients` as prepared set `set`: set 0 has all heads, set n lacks head n. All lanes of the
    core are written. With `closed` the gateware refuses to use the set. */
@@ -329,11 +330,11 @@ void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint
                               const struct lane *lane, uint32_t counts_per_rev);
 /* Reads `set->lanes` lanes and the words of the mean of a prepared set that was written for `set->counts_per_rev`. */
 void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set);
-/* CRC-32 of the words of the prepared sets whose bits are set, as read back from the core. */
+/* Returns the CRC-32 of the words of the prepared sets whose bits are set, as read back from the core. */
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; the core counts this as a swap. */
 void core_take_set(const struct core_access *core, uint32_t set);
-/* Lets the core use the heads whose bits are set again after their next index. */
+/* Allows the core to use the heads whose bits are set in `heads` again, after the next index of each head. */
 void core_come_back(const struct core_access *core, uint32_t heads);
 void core_swap(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);

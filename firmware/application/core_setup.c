@@ -4,7 +4,7 @@
 
 #include "units.h"
 
-/* Samples of a bank that are kept free for the closing of the turn. */
+/* Number of samples of a bank that stay free, so that the closing sample of the turn fits. */
 enum { SPARE_SAMPLES = 4 };
 
 /* Units of the registers: 2^-35 count per clock, and 2^-59 count per clock squared. */

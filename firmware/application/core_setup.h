@@ -7,7 +7,7 @@
 
 #include "state.h"
 
-/* Returns the words of the registers for the present parameters. The ramp has the same angle per second for every
+/* Returns the words of the registers for the present parameters. The ramp moves by the same angle per second for every
    number of counts per turn. */
 struct core_setup setup_of_parameters(const struct application *application);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Access to a flash through functions, so that the storage can be tested without a flash. Addresses are bytes from
-   the beginning of the flash, multiples of 4. */
+/* Declares the functions through which the storage accesses a flash, so that the storage can be tested without a flash.
+   Addresses are bytes from the beginning of the flash, multiples of 4. */
 
 #ifndef ARCTRUE_FLASH_ACCESS_H
 #define ARCTRUE_FLASH_ACCESS_H
@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Number of words that one command programs, within a page. */
+/* Largest number of words that one command programs; they must lie in one page. */
 enum { FLASH_PAGE_WORDS = 64 };
 
 enum flash_activity {

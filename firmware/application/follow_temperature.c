@@ -8,7 +8,7 @@
 #include "alarms.h"
 #include "swap.h"
 
-/* Switches a lane of a real order on once its phase is known. */
+/* Swaps in a lane of a real order once its phase is known. */
 static bool follow_given_phase(struct application *application) {
     struct load *load = &application->load;
     if (!load->phase_given || !application->has_active || load_at_work(load) == NULL) {

@@ -7,7 +7,7 @@
 
 #include "state.h"
 
-/* Swaps in the loaded lanes for the table's temperature, if that changes the correction by more than the operator
+/* Swaps in the loaded lanes for the table's temperature, if this swap changes the correction by more than the operator
    has set. It runs between two turns; a turn that is ready is processed first. */
 void follow_between_turns(struct application *application);
 

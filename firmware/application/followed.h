@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Lanes whose amplitude the gateware multiplies with a condition (generic MODULATORS), and the settings from which
-   it calculates direction and speed. The operator loads them. The firmware judges a lane of an order of 1 or more by
-   turns under two conditions. It cannot judge lanes of order 0 and lanes that follow a word of the processor. */
+/* Declares lanes whose amplitude the gateware multiplies by a condition (generic MODULATORS), and the settings from
+   which the gateware calculates direction and speed. The operator loads these lanes and settings. The firmware judges a
+   lane of an order of 1 or more by turns under two conditions. It cannot judge lanes of order 0 and lanes that follow a
+   word of the processor. */
 
 #ifndef ARCTRUE_FOLLOWED_H
 #define ARCTRUE_FOLLOWED_H
@@ -25,7 +26,7 @@ enum modulator {
 };
 
 struct followed_lane {
-    /* The order may be 0. */
+    /* Lane without the condition; its order may be 0. */
     struct lane lane;
     uint32_t modulator;
 };
@@ -57,27 +58,28 @@ struct followed_measured {
     double loaded_arcsec;
 };
 
-/* Number of lanes of both kinds. */
+/* Returns the number of lanes of both kinds. */
 uint32_t followed_all_lanes(const struct followed *followed);
 
-/* Name of the modulator in the coefficient file. */
+/* Returns the name of the modulator in the coefficient file. */
 const char *followed_modulator_name(uint32_t modulator);
 
-/* Factor of the lane, -1 to 1; 0 for a word of the processor. */
+/* Returns the factor of the lane, -1 to 1; 0 for a word of the processor. */
 double followed_modulator(const struct followed *followed, uint32_t place,
                           const struct motion *motion);
-/* Sum of all lanes of an order, arcsec. */
+/* Returns the sum of all lanes of an order, arcsec. */
 struct vector followed_components(const struct followed *followed, uint32_t order,
                                   uint32_t counts_per_rev, const struct motion *motion);
-/* True if turns of two heads can show the lane. */
+/* Tells whether turns of two heads can show the lane. */
 bool followed_lane_is_seen(const struct followed_lane *lane);
 
 bool followed_lane_is_valid(const struct followed_lane *lane);
 bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t nominal_speed);
 
-/* Upper bound of |d eps / d R|: the sum for whole and real orders and for the direction during its transition. */
+/* Returns an upper bound of |d eps / d R|: the sum for whole and real orders and for the direction during its
+   transition. */
 double followed_steepest(const struct followed *followed, uint32_t counts_per_rev);
-/* Part of followed_steepest() that is due to the direction; 1/2 or more is too steep. */
+/* Returns the part of followed_steepest() that is due to the direction; 1/2 or more is too steep. */
 double followed_reversal_slope(const struct followed *followed);
 
 #endif

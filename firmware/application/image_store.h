@@ -25,7 +25,7 @@ enum { IMAGE_WORDS_MOST = 6 };
 struct image_map {
     uint32_t golden;
     uint32_t golden_bytes;
-    /* From here on the flash holds no images. */
+    /* Offset from which on the flash holds no images. */
     uint32_t end;
 };
 
@@ -62,15 +62,15 @@ const char *image_answer_name(enum image_answer answer);
 void image_store_prepare(struct image_store *store, const struct flash_access *flash,
                          const struct image_map *map);
 
-/* True if the golden image has a header that the boot ROM would accept. */
+/* Tells whether the golden image has a header that the boot ROM would accept. */
 bool image_store_has_golden(struct image_store *store);
 
-/* Each of these functions begins an operation of the flash. It returns IMAGE_DONE if the operation has begun. */
+/* These functions begin an operation of the flash. They return IMAGE_DONE if the operation has begun. */
 enum image_answer image_store_erase(struct image_store *store, uint32_t address);
 enum image_answer image_store_write(struct image_store *store, uint32_t address,
                                     const uint32_t *words, uint32_t number);
 
-/* CRC-32 of `bytes` from `address` on. */
+/* Computes the CRC-32 of `bytes` bytes from `address` on. */
 enum image_answer image_store_check(struct image_store *store, uint32_t address, uint32_t bytes,
                                     uint32_t *crc);
 

@@ -9,16 +9,17 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* A value is refused if its remaining error exceeds that of the active value by more than NO_WORSE standard
-   uncertainties plus NOISE_SHARE times the noise of a reading. No reading shows a smaller difference. */
+/* A value is refused if its remaining error exceeds the remaining error of the active value by more than NO_WORSE
+   standard uncertainties plus NOISE_SHARE times the noise of a reading. A smaller difference cannot be seen in any
+   reading. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
-/* Two conditions count as different if the modulator, whose range is -1 to 1, differs by at least this value. */
+/* Least difference of a modulator, whose range is -1 to 1, with which two conditions count as different. */
 #define OTHER_CONDITION 0.2
 /* Largest share of the change between two conditions that a lane may leave; at this limit it removes as much as it
    leaves. */
 #define CHANGE_LEFT 0.5
-/* An order below this amplitude, in counts, is less than the rounding of the output. */
+/* Amplitude in counts below which an order is less than the rounding of the output. */
 #define NOTHING_COUNTS 0.5
 
 void judge_look(const struct judge *judge, const struct coefficients *set) {
@@ -39,9 +40,10 @@ static struct sight judge_fitted_sight(const struct harmonic *harmonic, double g
     };
 }
 
-/* Suppose that order 1 grows by c from one end of the turn to the other (heat moves the centre). This sawtooth times
-   a cosine appears in head 2 minus head 1 at order n as c/2pi (1/(n - 1) + 1/(n + 1)), less than c/2n. Order 1
-   itself differs by c/4pi from its value in the middle of the turn. */
+/* Returns the variance at an order due to a change of order 1 during the turn. Suppose that order 1 grows by c from one
+   end of the turn to the other (heat moves the centre). This sawtooth times a cosine appears in head 2 minus head 1 at
+   order n as c/2pi (1/(n - 1) + 1/(n + 1)), less than c/2n. Order 1 itself differs by c/4pi from its value in the
+   middle of the turn. */
 static double judge_by_change(const struct judge *judge, uint32_t order) {
     double separation_rad = judge->estimate->separation_rad;
     double gain = noise_gain(order, separation_rad) / noise_gain(1, separation_rad);
@@ -68,7 +70,7 @@ static struct vector judge_components(const struct coefficients *coefficients, u
                                 : (struct vector){0.0, 0.0};
 }
 
-/* Judges one order. A value below `nothing_arcsec` has no effect now but will have one at another temperature or
+/* Judges one order. A value below `nothing_arcsec` has no effect now but will have an effect at another temperature or
    condition; this limit is 0 if the order follows neither. */
 static enum judgement judge_order(const struct sight *sight, struct vector value,
                                   struct vector present, double noise_arcsec, double nothing_arcsec,
@@ -152,7 +154,7 @@ static bool judge_other_condition(const struct judge *judge, struct load *load, 
     } else if (fabs(modulator - (double)load->shown_at[place]) >= OTHER_CONDITION) {
         double size = vector_length(vector_difference(part, load->shown_part[place]));
         double change = vector_length(vector_difference(left, load->shown_left[place]));
-        /* Each turn has its own uncertainty; the error of the heads' separation is the same in both. */
+        /* The change contains the noise of two turns; the error of the heads' separation is the same in both turns. */
         double u = sqrt(2.0 * sight->variance);
         load->shown_twice |= 1U << place;
         return change <= CHANGE_LEFT * size + NO_WORSE * u + sqrt(2.0 * sight->by_change);
@@ -160,8 +162,8 @@ static bool judge_other_condition(const struct judge *judge, struct load *load, 
     return true;
 }
 
-/* A turn confirms an order together with the lanes that follow this turn's condition. A lane is known once two turns
-   with different modulators have confirmed it. */
+/* Judges the lanes that follow a condition. A turn confirms an order together with the lanes that follow this turn's
+   condition; a lane is known once two turns with different modulators have confirmed it. */
 static enum load_answer judge_followed(const struct judge *judge, struct load *load,
                                        const struct coefficients *active,
                                        const struct coefficients *candidate) {

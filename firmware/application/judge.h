@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Judges lanes that this turn's calibration did not make, order by order, against the turn's own estimate of the
+/* Judges lanes that were not calibrated from this turn, order by order, against the turn's own estimate of the
    order. */
 
 #ifndef ARCTRUE_JUDGE_H
@@ -9,8 +9,9 @@
 #include "further_orders.h"
 #include "load.h"
 
-/* ln 1000: the firmware accepts a value that is a thousand times likelier than no correction, and refuses a value
-   that is a thousand times less likely than no correction. One turn decides about an amplitude of 3.7 u. */
+/* Natural logarithm of 1000: the firmware accepts a value that is a thousand times likelier than no correction, and
+   refuses a value that is a thousand times less likely than no correction. One turn decides about an amplitude of 3.7
+   u. */
 #define EVIDENCE_ENOUGH 6.9
 
 struct judge {
@@ -47,7 +48,8 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
                                 const struct coefficients *active,
                                 const struct coefficients *candidate);
 
-/* Value of an order of `set` in this turn, arcsec, including the lanes that follow the turn's direction and speed. */
+/* Returns the value of an order of `set` in this turn, arcsec, including the lanes that follow the turn's direction and
+   speed. */
 struct vector judge_value(const struct judge *judge, const struct coefficients *set,
                           uint32_t order);
 

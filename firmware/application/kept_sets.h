@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The sets for a missing head in the form in which `save` keeps them.
+/* Converts the sets for a missing head to and from the words in which `save` keeps them.
 
    Words of a set:
      0      missing head, counted from 1, in bits 7 to 0; number of lanes in bits 15 to 8
@@ -38,7 +38,7 @@ bool kept_sets_add(struct kept_sets *kept, uint32_t head, const struct coefficie
 uint32_t kept_sets_next(const struct kept_sets *kept, uint32_t *place, uint32_t heads,
                         uint32_t counts_per_rev, struct coefficients *set);
 
-/* True if all words are sets of different heads of a mean of `heads` heads. */
+/* Tells whether all words are sets of different heads of a mean of `heads` heads. */
 bool kept_sets_are_valid(const struct kept_sets *kept, uint32_t heads, uint32_t counts_per_rev);
 
 #endif

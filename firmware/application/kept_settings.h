@@ -25,7 +25,7 @@ struct settings {
 struct settings_copy {
     /* Size of this structure; a copy of another size is not read. */
     uint32_t size;
-    /* The later copy has the next number, modulo 2^32. */
+    /* Number of the copy; the later copy has the next number, modulo 2^32. */
     uint32_t sequence;
     struct settings settings;
     uint32_t unused;
@@ -37,11 +37,11 @@ struct kept_settings {
     struct settings_copy copy[2];
 };
 
-/* Reads the later of the whole copies whose values the console would accept. Without one it returns false and
-   leaves `settings` unchanged. */
+/* Reads the later of the whole copies whose values the console would accept. If there is no such copy, it returns false
+   and leaves `settings` unchanged. */
 bool kept_settings_read(const struct kept_settings *kept, struct settings *settings);
 
-/* Writes the settings over the other copy, so that the later whole copy stays. */
+/* Writes the settings over the earlier copy, so that a fault during the write leaves the later copy whole. */
 void kept_settings_write(struct kept_settings *kept, const struct settings *settings);
 
 #endif

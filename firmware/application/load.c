@@ -12,7 +12,7 @@
 /* Upper limit of the slope during the transition between directions: below it, the corrected angle moves in the
    direction of the table. */
 #define STEEPEST_REVERSAL 0.5
-/* Limit in counts: magnitude of the most negative word. */
+/* Limit of an amplitude in counts: magnitude of the most negative word. */
 #define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))
 const char *load_state_name(enum load_state state) {
     static const char *const names[] = {"none", "receiving", "waiting", "active", "refused"};
@@ -105,7 +105,7 @@ static void load_seek_phases(struct load *load) {
     }
 }
 
-/* A load in progress at the same time continues. */
+/* Makes a set from elsewhere the loaded set; a reception in progress continues. */
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,
                     const struct load_table *table, uint64_t unjudged) {
@@ -421,7 +421,7 @@ static uint32_t load_step(int32_t one, int32_t other) {
     return (uint32_t)(one > other ? one - other : other - one);
 }
 
-/* Adds a point to the bounds of the slope. The last point of a window is joined to its first one. */
+/* Adds a point to the bounds of the slope. The last point of a window is joined to the first point of the window. */
 static void load_add_point(struct load_table *table, int32_t point) {
     uint32_t each = TABLE_POINTS / load_table_windows(&table->place);
     uint32_t in_window = table->next % each;
@@ -468,8 +468,8 @@ enum load_answer load_points(struct load *load, uint32_t number, const int32_t p
     return LOAD_TAKEN;
 }
 
-/* Upper bound of the table's |d eps / d R|. A window shorter than a turn begins with a step from 0, which counts as a
-   slope over one count. The points that did not arrive are 0. */
+/* Returns an upper bound of the table's |d eps / d R|. A window shorter than a turn begins with a step from 0, which
+   counts as a slope over one count. The points that did not arrive are 0. */
 static double load_table_steepest(const struct load_table *received, uint32_t counts_per_rev) {
     struct load_table table = *received;
     if (table.place.choice == 0) {

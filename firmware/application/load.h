@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Coefficients that the operator loads, in addition to those of the calibration.
+/* Receives coefficients that the operator loads, in addition to those of the calibration.
 
    They arrive in frames, each with its number and a CRC. A set is used as a whole or not at all: it waits until
    captured turns have judged each of its orders. The calibration leaves out every order that has a loaded lane. */
@@ -27,7 +27,7 @@ enum load_state {
     /* Turns judge the received set, or the set that was loaded before a start. */
     LOAD_WAITING,
     LOAD_ACTIVE,
-    /* The received set is refused; the loaded set stays. */
+    /* The received set is refused; the loaded set stays loaded. */
     LOAD_REFUSED,
 };
 
@@ -115,9 +115,9 @@ struct load {
     double table_evidence;
     /* Sets for a missing head: the gateware holds their words. */
     struct load_without without;
-    /* The received set is complete and not yet judged. */
+    /* True if the received set is complete and not yet judged. */
     bool whole;
-    /* The phase of a lane of a real order has become known but is not yet in the core. */
+    /* True if the phase of a lane of a real order has become known but is not yet in the core. */
     bool phase_given;
     /* `forced`: the operator accepts orders of the received set that no turn has judged. `unseen_taken`: the operator
        accepts only orders that no turn of two heads can show. */
@@ -140,7 +140,7 @@ struct load {
     /* Order that caused the refusal; 0: none. */
     uint32_t refused_order;
     /* The loaded set: its state, the lanes that nobody could judge, the CRC of all its frames (0: it came from the
-       flash), and what each turn shows about its lanes. */
+       flash), and the turns' results for its lanes. */
     enum loaded_state loaded_state;
     uint64_t unjudged;
     uint32_t loaded_crc;
@@ -152,14 +152,14 @@ struct load {
     uint32_t probe_edges;
 };
 
-/* Tells whether lanes wait for a turn in the other direction, or for one at another speed. */
+/* Tells whether lanes wait for a turn in the other direction, or for a turn at another speed. */
 bool load_waits_for(const struct load *load, bool other_direction);
 
 const char *load_state_name(enum load_state state);
 const char *load_answer_name(enum load_answer answer);
 
-/* The CRC-32 of a frame covers its numbers as little-endian words, in the order in which they are written. The CRC
-   of the last frame covers the words of all frames before it. */
+/* Begins the reception of a set. The CRC-32 of a frame covers its numbers as little-endian words, in the order in which
+   they are written; the CRC of the last frame covers the words of all frames before it. */
 enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_per_rev,
                             uint32_t lanes, uint32_t crc);
 enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
@@ -170,8 +170,8 @@ enum load_answer load_slope(struct load *load, uint32_t number, const struct the
 /* Sets the temperature at which the lanes have the written values, and the time constant of the thermometer. */
 enum load_answer load_temperature(struct load *load, int32_t reference_mc,
                                   uint32_t time_constant_ms, uint32_t crc);
-/* Sets the range of temperature in which the lanes follow. This frame must come after that of load_temperature(), which
-   presets the range. */
+/* Sets the range of temperature in which the lanes follow. This frame must come after the frame of load_temperature(),
+   which presets the range. */
 enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc);
 /* Adds a lane that follows a condition; lanes are numbered from 0 on. The settings of the conditions come after the
    lanes. */
@@ -207,12 +207,12 @@ enum load_answer load_without_head(struct load *load, uint32_t number, int32_t w
                                    uint32_t offset, uint32_t crc);
 enum load_answer load_without_lane(struct load *load, uint32_t number, const struct lane *lane,
                                    uint32_t crc);
-/* Lanes of the received set that become active without a judgement: either all lanes that turns do not decide, or
-   only lanes that no turn of two heads shows. The frame uses the same values. */
+/* Lanes of the received set that become active without a judgement: either all lanes that no turn has decided, or only
+   lanes that no turn of two heads can show. The frame `load force` uses the same values. */
 enum load_scope { LOAD_FORCES_ALL = 1, LOAD_FORCES_UNSEEN = 2 };
 enum load_answer load_force(struct load *load, uint32_t scope, uint32_t crc);
 bool load_takes_unseen(const struct load *load);
-/* Settings of the device; a set for other settings is refused. */
+/* Settings of the device; load_end() refuses a set for other settings. */
 struct load_place {
     uint32_t counts_per_rev;
     uint32_t heads;
@@ -237,7 +237,7 @@ void load_refuse(struct load *load, enum load_answer reason);
 /* Asserts the conditions that hold between any two calls. */
 void load_assert(const struct load *load);
 
-/* Drops the set that is being received or waits; the loaded set stays. */
+/* Drops the set that is being received or waits; the loaded set stays loaded. */
 void load_abort(struct load *load);
 
 /* Makes the received set, or a set from elsewhere, the loaded set (`unjudged`: its lanes that nobody could judge). */
@@ -267,7 +267,7 @@ void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own);
 
 /* Fills `candidate` with the lanes of `set` (NULL: none), at the temperature `celsius` if `thermal` is not NULL,
-   followed by those lanes of `own` (NULL: none) whose orders `set` does not have, as many as fit. */
+   and then with the lanes of `own` (NULL: none) whose orders `set` does not have, as many as fit. */
 void load_combine(const struct coefficients *set, const struct thermal *thermal, double celsius,
                   const struct coefficients *own, uint32_t lanes, struct coefficients *candidate);
 

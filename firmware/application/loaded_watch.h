@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Compares, in every turn, each loaded order with the order that the turn shows. The result is the remaining error
-   of the order, and whether it exceeds the scatter from turn to turn. */
+/* Compares, in every turn, each loaded order with the order that the turn shows. Its results are the remaining error of
+   the order, and whether this error exceeds the scatter from turn to turn. */
 
 #ifndef ARCTRUE_LOADED_WATCH_H
 #define ARCTRUE_LOADED_WATCH_H
@@ -12,7 +12,7 @@
 #include "coefficients.h"
 #include "sight.h"
 
-/* An order is at fault if its remaining error exceeds WATCH_SIGMAS standard deviations of a turn in WATCH_TURNS
+/* An order counts as wrong if its remaining error exceeds WATCH_SIGMAS standard deviations of a turn in WATCH_TURNS
    turns in a row. For one order, noise alone exceeds the limit with probability e^-18 in one turn, and with probability
    e^-54 in three turns in a row. */
 #define WATCH_SIGMAS 6.0
@@ -38,14 +38,15 @@ struct loaded_watch {
     bool at_fault;
 };
 
-/* Begins a turn. */
+/* Clears the results of the latest turn; call it at the beginning of a turn. */
 void watch_begin(struct loaded_watch *watch);
 
 /* Adds the turn's measurement of the lane at `place`; `applied` is the present value of this lane. */
 void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *sight,
                 struct vector applied);
 
-/* Remaining amplitude at the order of a lane in the latest turn, arcsec; negative if no turn has shown the lane. */
+/* Returns the remaining amplitude at the order of a lane in the latest turn, arcsec; negative if no turn has shown the
+   lane. */
 double watch_left(const struct loaded_watch *watch, uint32_t place);
 
 #endif

@@ -47,7 +47,7 @@ void local_table_complete(struct application *application) {
          number++) {
         core_write_table_point(&application->core, number, 0);
     }
-    /* CRC of the sent points and the zeros after them. */
+    /* The CRC covers the sent points and the zeros after them. */
     for (; table->next < TABLE_POINTS; table->next++) {
         table->crc = crc32_add_word(table->crc, 0);
     }
@@ -83,7 +83,7 @@ bool local_table_is_held(const struct application *application) {
     return local_table_sum(application) == application->load.table.crc;
 }
 
-/* Value of the table, counts; the points are those of the idle bank. */
+/* Returns the value of the table, counts, from the points in the idle bank. */
 static double local_table_value(const struct application *application,
                                 const struct table_place *of_table, int32_t angle,
                                 uint32_t counts_per_rev) {
@@ -105,7 +105,7 @@ static double local_table_value(const struct application *application,
     return 0.0;
 }
 
-/* Error of the fitted orders at a reading, arcsec. */
+/* Returns the error of the fitted orders at a reading, arcsec. */
 static double local_table_fitted(const struct estimate *estimate, double angle_rad) {
     const struct vector step = vector_unit(angle_rad);
     struct vector wave = {1.0, 0.0};
@@ -143,7 +143,7 @@ double local_table_evidence(const struct application *application, const struct 
             reading.difference * arcsec - estimate->measured_separation_rad * ARCSEC_PER_RAD;
         left -= local_table_fitted(estimate, reading.angle2 * rad) -
                 local_table_fitted(estimate, reading.angle1 * rad);
-        /* (left^2 - (left - table)^2)/2 */
+        /* Log odds: (left^2 - (left - table)^2)/2 */
         evidence += table * (left - 0.5 * table) / variance;
     }
     return evidence;
@@ -164,8 +164,8 @@ bool local_table_write(struct application *application) {
         return true;
     }
     const struct table_place place = table.place;
-    /* The idle bank has the place of the active table. That table may have become active before a fault of the
-       firmware. */
+    /* The idle bank has the place of the active table. That table may have become active before the firmware restarted
+       after a fault. */
     bool at_work = core_origin(core).has_local_table && core_table_place(core).choice != 0;
     if (place.choice == 0 && !at_work) {
         return true;

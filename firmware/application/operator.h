@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The operator's commands that change the application's behaviour. */
+/* Carries out the operator's commands that change the application's behaviour. */
 
 #ifndef ARCTRUE_OPERATOR_H
 #define ARCTRUE_OPERATOR_H
 
 #include "state.h"
 
-/* Take the table's temperature from the host, or select the source of this temperature. */
+/* These functions take the table's temperature from the host, and select the source of this temperature. */
 void application_tell_temperature(struct application *application, double celsius);
 void application_choose_temperature(struct application *application,
                                     enum temperature_source source);
 
-/* Commands of the operator. */
+/* These functions carry out a switch or a command of the operator. */
 void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);

@@ -5,8 +5,8 @@
 #include "prepared.h"
 #include "thermal.h"
 
-/* The set keeps the offsets of the mean of all heads, so that the zero stays. Weights, lanes and the constant part of
-   the error are computed for the remaining heads. */
+/* Makes the set without one head. The set keeps the offsets of the mean of all heads, so that the zero does not move;
+   weights, lanes and the constant part of the error are computed for the remaining heads. */
 static bool own_sets_make_one(struct application *application, uint32_t missing) {
     struct heads_workspace *workspace = &application->workspace.heads;
     const struct heads_found *found = &application->found;

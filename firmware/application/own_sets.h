@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The sets for a missing head that the device makes from its own calibration of four heads. */
+/* Makes the sets for a missing head from the device's own calibration of four heads. */
 
 #ifndef ARCTRUE_OWN_SETS_H
 #define ARCTRUE_OWN_SETS_H

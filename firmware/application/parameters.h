@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The parameters of the console, with range and preset. */
+/* Declares the parameters of the console, with range and preset. */
 
 #ifndef ARCTRUE_PARAMETERS_H
 #define ARCTRUE_PARAMETERS_H
@@ -15,7 +15,7 @@ struct parameters {
     double head4_deg;
     /* Standard uncertainty of the difference between the places where the heads detect the mark. */
     double index_detection_arcsec;
-    /* 0: the paper's Fourier transform; 1: least squares at the angles read. */
+    /* 0: the paper's Fourier transform; 1: least squares at the angles that were read. */
     double method;
     double orders;
     double gain_limit;
@@ -38,7 +38,7 @@ struct parameters {
     double head2_input;
     double head3_input;
     double head4_input;
-    /* Clocks by which A, B and Z of a head are delayed, one byte per head, head 1 in the lowest. */
+    /* Clocks by which A, B and Z of a head are delayed, one byte per head, head 1 in the lowest byte. */
     double head_delays;
     double output_pins;
     /* Causes for leaving a head out, as bits of the register `failover` from `illegal` on; 0: no head is left out. */
@@ -111,7 +111,7 @@ enum parameter_answer {
 
 uint32_t parameters_number(void);
 const struct parameter_description *parameters_description(uint32_t place);
-/* True if each parameter is within its range, and whole if it must be. */
+/* Tells whether each parameter is within its range, and whole if it must be. */
 bool parameters_are_valid(const struct parameters *parameters);
 void parameters_preset(struct parameters *parameters);
 double parameters_value(const struct parameters *parameters, uint32_t place);

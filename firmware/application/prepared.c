@@ -111,7 +111,8 @@ void prepared_keep(const struct application *application, struct kept_sets *kept
     }
 }
 
-/* Goes through the saved sets that this core can hold; writes them if `writes`. Returns their heads. */
+/* Reads all saved sets that this core can hold, and writes them to the gateware if `writes` is true. Returns the
+   missing heads of these sets, one bit per head. */
 static uint32_t prepared_each_saved(const struct application *application, bool writes) {
     const struct saved *saved = &application->save->content;
     uint32_t lanes = application->configuration.lanes;

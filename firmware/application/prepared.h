@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The gateware's prepared sets: the firmware writes them while they are being loaded, and switches the failover on when the
-   mean to which they belong is active. The gateware alone holds their words. */
+/* Manages the gateware's prepared sets: the firmware writes them while they are being loaded, and switches the failover
+   on when the mean to which they belong is active. Only the gateware holds the words of the sets. */
 
 #ifndef ARCTRUE_PREPARED_H
 #define ARCTRUE_PREPARED_H
 
 #include "state.h"
 
-/* Take the frames of a set for a missing head, as load_without() and its companions do; accepted words go to the
-   gateware at once. The first frame ends the failover of the former sets. A core without failover refuses these frames;
-   the other frames of the received set are still accepted. */
+/* These functions receive the frames of a set for a missing head, as load_without() and its companions do, and write
+   accepted words to the gateware at once. The first frame switches off the failover to the former sets. A core without
+   failover refuses these frames; the other frames of the received set are still accepted. */
 enum load_answer application_load_without(struct application *application, uint32_t head,
                                           uint32_t lanes, const struct mean_set *mean,
                                           uint32_t crc);
@@ -23,8 +23,8 @@ enum load_answer application_load_without_lane(struct application *application, 
 void prepared_take_over(struct application *application);
 /* Notes the heads for whose absence the gateware now holds a set, and the check sum of their words. */
 void prepared_hold(struct application *application, uint32_t sets);
-/* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware's words differ from
-   the written ones. */
+/* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware's words differ from the
+   written words. */
 void prepared_keep(const struct application *application, struct kept_sets *kept);
 /* Writes the saved sets into the gateware's windows; the failover must be off. Sets that this core cannot hold are left
    out. */

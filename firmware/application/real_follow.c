@@ -61,7 +61,8 @@ void real_follow_turn(struct application *application, const struct turn *turn) 
         if (lane->source != PHASE_BY_HEADS) {
             continue;
         }
-        /* The separation is the nominal one, because the line changes the measured one from turn to turn. */
+        /* The finder uses the nominal separation, because the line changes the measured separation from turn to
+           turn. */
         line_finder_add(finder, &line, turn, first_turn,
                         application->parameters.separation_deg * PI / 180.0,
                         application->measured.noise_arcsec);

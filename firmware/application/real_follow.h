@@ -8,10 +8,11 @@
 
 #include "state.h"
 
-/* Adds a turn that is verified, aligned and estimated. Lanes of a mean get no phase from the heads. */
+/* Adds a verified, aligned and estimated turn to the line finder of each lane whose phase comes from the heads. Lanes
+   of a mean get no phase from the heads. */
 void real_follow_turn(struct application *application, const struct turn *turn);
-/* Takes the last edge of the probe. An edge at which the angle falls is ignored: the pulse has a width, so its rising
-   edge is then at its other end. */
+/* Takes the last edge of the probe. It ignores the edge if the angle has not risen since the edge: in falling motion
+   the rising edge is the opposite end of the index pulse. */
 void real_follow_probe(struct application *application);
 
 #endif

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Lanes whose order is not whole (generic REAL_ORDERS): in turn m of the core the phase of a lane is its phase offset
-   plus m times its turn step. The operator loads these lanes. Their phases are unknown after power-up. A lane has
-   amplitude 0 until the heads or an index of the drive at probe_in show its phase, or the operator gives it. */
+/* Declares lanes whose order is not whole (generic REAL_ORDERS): in turn m of the core the phase of a lane is its phase
+   offset plus m times its turn step. The operator loads these lanes. Their phases are unknown after power-up. A lane
+   has amplitude 0 until the heads or an index of the drive at probe_in show its phase, or the operator states the
+   phase. */
 
 #ifndef ARCTRUE_REAL_LANES_H
 #define ARCTRUE_REAL_LANES_H
@@ -32,17 +33,17 @@ struct real_lane {
 
 bool real_lane_is_valid(const struct real_lane *lane);
 double real_lane_order(const struct real_lane *lane);
-/* Phase step, u0.48 turn per count. */
+/* Returns the phase step, u0.48 turn per count. */
 uint64_t real_lane_phase_step(const struct real_lane *lane, uint32_t counts_per_rev);
-/* Upper bound of the lane's |d eps / d R|. */
+/* Returns an upper bound of the lane's |d eps / d R|. */
 double real_lane_steepest(const struct real_lane *lane, uint32_t counts_per_rev);
 /* Sets the phase so that it is `phase`, u0.24 turn, at angle 0 of turn `turn` of the core. */
 void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn);
-/* Sets the phase so that it is `phase_turns` at the corrected angle `angle_turns`, 0 to 1, of turn `turn`. Changes
-   nothing and returns false if the lane's value would change by `least_counts` or less. */
+/* Sets the phase so that it is `phase_turns` at the corrected angle `angle_turns`, 0 to 1, of turn `turn`. Leaves the
+   lane unchanged and returns false if the lane's value would change by `least_counts` or less. */
 bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double angle_turns,
                           int32_t turn, double least_counts);
-/* True if a core with this many lanes prepares the phases in time. */
+/* Tells whether a core with this many lanes prepares the phases in time. */
 bool real_lanes_counts_suffice(uint32_t lanes, uint32_t counts_per_rev);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Faults of the output: it cannot keep up, or its line drivers are released. */
+/* Reports and ends the faults of the output: it cannot keep up, or its line drivers are released. */
 
 #ifndef ARCTRUE_RELEASE_H
 #define ARCTRUE_RELEASE_H
@@ -19,15 +19,15 @@ enum output_answer {
     OUTPUT_STAYS_RELEASED,
 };
 
-/* Ends the fault of the output and the release of its line drivers. Nothing else in the firmware ends them. */
+/* Ends the fault of the output and the release of its line drivers. No other function of the firmware ends them. */
 enum output_answer application_clear_output(struct application *application);
 
-/* Bits of enum core_fault: the faults that switched the line drivers off (0: the drivers are on), and those of them
-   that are still present. */
+/* Return bits of enum core_fault: the faults that switched the line drivers off (0: the drivers are on), and those of
+   these faults that are still present. */
 uint32_t application_release_causes(const struct application *application);
 uint32_t application_release_present(const struct application *application);
 
-/* Reason why the output stands still now; "none" if it follows. */
+/* Returns the reason why the output stands still now; "none" if it follows. */
 const char *application_output_fault(const struct application *application);
 
 /* Raises an alarm as soon as line drivers are released. It does not wait for the report of a turn, because a table that

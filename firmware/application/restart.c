@@ -9,7 +9,7 @@
 #include "settings.h"
 #include "zeros.h"
 
-/* After this number of faults in a row, the firmware stops calibrating instead of starting again. */
+/* Number of faults in a row after which the firmware stops calibrating and leaves the core unchanged. */
 enum { FAULTS_HELD = 3 };
 
 void restart_with_nothing(struct application *application) {
@@ -68,7 +68,7 @@ static void restart_hold(struct application *application) {
     }
 }
 
-/* Resumes a core that has worked since before the fault: index, coefficients and correction stay. Returns false if
+/* Resumes a core that has worked since before the fault: index, coefficients and correction are kept. Returns false if
    no core answers or it has another number of counts per turn. */
 static bool restart_resume(struct application *application) {
     const struct core_access *core = &application->core;
@@ -100,8 +100,8 @@ void application_recover(struct application *application, bool after_fault) {
     settings_keep(application);
 }
 
-/* Returns true if the settings are lost while a correction is active. Also clears the bypass, which is preset for lost
-   settings, so that this correction stays on. */
+/* Tells whether the settings are lost while a correction is active. If so, it clears the bypass, which is preset for
+   lost settings, so that this correction stays on. */
 static bool restart_must_not_touch(struct application *application) {
     if (application->settings_origin != SETTINGS_LOST ||
         !core_identify(&application->core, &application->configuration) ||

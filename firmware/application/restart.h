@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The first start, the start after a fault, and the operator's re-arm. */
+/* Carries out the first start, the start after a fault, and the operator's re-arm. */
 
 #ifndef ARCTRUE_RESTART_H
 #define ARCTRUE_RESTART_H
@@ -12,12 +12,12 @@
    now on the settings are kept. */
 void application_recover(struct application *application, bool after_fault);
 
-/* Starts the firmware after power-on or after a fault. After a fault, index, coefficients and correction of the core
-   stay. After several faults in a row, and if the settings are lost while a correction is active, nothing is calibrated
-   until application_rearm(), and the core stays as it is. */
+/* Starts the firmware after power-on or after a fault. After a fault, the core keeps index, coefficients and
+   correction. After several faults in a row, and if the settings are lost while a correction is active, the firmware
+   calibrates nothing until application_rearm() and leaves the core unchanged. */
 void application_begin(struct application *application);
 
-/* Finds the core and sets it up; the phase tells whether a core is there. */
+/* Finds the core and sets it up; afterwards `phase` shows whether a core was found. */
 void application_start(struct application *application);
 
 /* Restarts the core on request of the operator and forgets earlier faults. */
@@ -26,8 +26,8 @@ void application_rearm(struct application *application);
 /* Switches the correction off, and forgets the calibration and the loaded set. */
 void application_forget(struct application *application);
 
-/* Discards the results of all turns, and switches the correction off. The loaded set is judged anew and need not be
-   sent again. */
+/* Discards the results of all turns, and switches the correction off. The loaded set is judged again; the operator need
+   not send it again. */
 void restart_with_nothing(struct application *application);
 
 #endif

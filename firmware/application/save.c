@@ -91,7 +91,8 @@ static void save_note_kept(struct save *save) {
     save->kept_counts_per_rev = save->content.own.counts_per_rev;
 }
 
-/* Reads all records. The next record gets the number after the highest one, whatever the version of that record. */
+/* Reads all records. The next record gets the number after the highest number of any record, even of a record of
+   another version. */
 static bool save_read_all(struct save *save) {
     bool numbered = false;
     save->found = SAVED_EMPTY;
@@ -155,7 +156,7 @@ static void save_end(struct save *save, enum save_answer answer) {
     save->fresh = true;
 }
 
-/* Chooses the next sector in turn, but never that of the latest whole record. */
+/* Chooses the next sector in turn, but never the sector of the latest whole record. */
 static bool save_choose_sector(struct save *save) {
     uint32_t sectors = save_sectors(save);
     for (uint32_t step = 1; step <= sectors; step++) {
@@ -223,7 +224,7 @@ static void save_go_on_or_end(struct save *save, enum save_answer answer) {
     }
 }
 
-/* Address and number of words of the page at `place`, and its words. */
+/* Returns the address of the page at `place`, and sets the number of its words and the words. */
 static uint32_t save_page(const struct save *save, uint32_t place, uint32_t *number,
                           uint32_t words[FLASH_PAGE_WORDS]) {
     uint32_t address = save_sector_address(save, save->sector);

@@ -53,7 +53,7 @@ struct save {
     /* Result of the last save; `fresh`: it has not been reported yet. */
     enum save_answer answer;
     bool fresh;
-    /* The latest whole record: its sector and number. If there is none: the reason. */
+    /* Sector and number of the latest whole record; if no record is whole, the reason. */
     enum saved_answer found;
     uint32_t latest;
     uint32_t sequence;
@@ -86,8 +86,9 @@ void save_prepare(struct save *save, const struct flash_access *flash, uint32_t 
    flash does not answer. */
 bool save_find(struct save *save);
 
-/* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another one may
-   be written. Returns SAVE_NOT_READ_AT_START once if it finds a record only now, because that record is not in use. */
+/* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another record
+   may be written. Returns SAVE_NOT_READ_AT_START once if it finds a record only now, because that record is not in
+   use. */
 enum save_answer save_look_again(struct save *save);
 
 /* Begins to write `content` if no save is in progress. Returns SAVE_DONE if the write has begun. A save does not drop
@@ -98,7 +99,7 @@ enum save_answer save_begin(struct save *save, uint32_t least);
 /* Reads points of the latest record. Returns false if the flash does not answer. */
 bool save_read_points(struct save *save, uint32_t first, uint32_t words[FLASH_PAGE_WORDS]);
 
-/* Number of sectors that failed since the start. */
+/* Returns the number of sectors that failed since the start. */
 uint32_t save_worn(const struct save *save);
 
 /* Does a piece of the save in progress. */

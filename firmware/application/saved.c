@@ -85,7 +85,7 @@ static void saved_put_parameters(struct words *words, const struct parameters *p
     }
 }
 
-/* `unjudged`: places of the lanes that nobody could judge, one bit per lane. */
+/* Writes the used lanes with their owner. `unjudged`: places of the lanes that nobody could judge, one bit per lane. */
 static void saved_put_lanes(struct words *words, const struct coefficients *coefficients,
                             uint32_t owner, uint64_t unjudged) {
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
@@ -125,7 +125,8 @@ static void saved_put_followed(struct words *words, const struct followed *follo
     }
 }
 
-/* The phase is not written: it belongs to the core's count of turns, which restarts at power-on. */
+/* Writes the lanes of real orders without their phase, because it belongs to the core's count of turns, which restarts
+   at power-on. */
 static void saved_put_real(struct words *words, const struct followed *followed) {
     if (followed->real_lanes == 0) {
         return;

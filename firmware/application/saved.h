@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The data that `save` stores, settings and coefficients, and their form as words of a record.
+/* Converts the data that `save` stores, settings and coefficients, to and from the words of a record.
 
    Little-endian words:
      0  magic, "ATSV"
@@ -60,7 +60,7 @@ enum {
 
 struct saved {
     struct settings settings;
-    /* Coefficients of the calibration, and those of the operator. */
+    /* Coefficients of the calibration, and coefficients that the operator loaded. */
     struct coefficients own;
     struct coefficients loaded;
     struct thermal thermal;
@@ -92,11 +92,11 @@ const char *saved_answer_name(enum saved_answer answer);
 uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words);
 
 /* Reads a record from `words`, of which SAVED_WORDS_MOST exist. `sequence` is set if the check sum is right. A
-   parameter that the record does not have gets its preset; one that this firmware does not know is ignored. `saved`
-   changes even if the record is refused. */
+   parameter that the record does not have gets its preset; a parameter that this firmware does not know is ignored.
+   `saved` changes even if the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
 
-/* Number of used lanes of both owners, of lanes that follow a condition, and of lanes of real orders. */
+/* Returns the number of used lanes of both owners, of lanes that follow a condition, and of lanes of real orders. */
 uint32_t saved_lanes(const struct saved *saved);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Selects what `save` writes into the flash, and what a start takes from there. */
+/* Selects the data that `save` writes into the flash, and restores them from the flash at a start. */
 
 #ifndef ARCTRUE_SAVING_H
 #define ARCTRUE_SAVING_H

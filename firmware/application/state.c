@@ -49,8 +49,8 @@ const struct coefficients *state_active(const struct application *application) {
     return application->has_active ? &application->active : NULL;
 }
 
-/* The correction is on only with coefficients that this program wrote, or with those from before a fault. The banks
-   may hold others, because they survive a reset of the core. */
+/* Allows the correction only with coefficients that this program wrote, or with coefficients from before a fault. The
+   banks may hold other coefficients, because they survive a reset of the core. */
 bool application_corrects(const struct application *application) {
     return (application->has_active || application->inherited) && !application->bypassed;
 }

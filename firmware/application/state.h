@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The state of the application, and functions about it that several files need: names, active coefficients. */
+/* Declares the state of the application, and the functions that several files need to read it: names, active
+   coefficients. */
 
 #ifndef ARCTRUE_STATE_H
 #define ARCTRUE_STATE_H
@@ -105,8 +106,8 @@ struct turn_report {
     struct gate_prediction prediction;
     /* Remaining error at the loaded orders; both predictions include it. */
     double loaded_arcsec;
-    /* Measurements of lanes that follow a condition. The lanes are those of the set that the turn judges or, without
-       such a set, those of the loaded set. */
+    /* Measurements of lanes that follow a condition. The lanes belong to the set that the turn judges or, without such
+       a set, to the loaded set. */
     struct followed_measured followed[FOLLOWED_LANES_MAX];
     uint32_t followed_lanes;
     /* Largest distance of a head's place from the place that the corrected mean expects; negative if it was not
@@ -118,16 +119,16 @@ struct turn_report {
     /* Reason why the turn did not calibrate the mean, if the device is to calibrate it. */
     enum refusal mean_reason;
     uint32_t alarms;
-    /* A, B and Z stand still, because the output fell too far behind. */
+    /* True if A, B and Z stand still, because the output fell too far behind. */
     bool output_stands;
     /* Faults that released the line drivers, bits of enum core_fault. */
     uint32_t release_causes;
     /* Temperature of the die; the value counts only if has_temperature is true. */
     bool has_temperature;
     double temperature_c;
-    /* The report has not been printed yet. */
+    /* True if the report has not been printed yet. */
     bool fresh;
-    /* The turn has been printed already; only an alarm is new. */
+    /* True if the turn has been printed already and only an alarm is new. */
     bool between_turns;
 };
 
@@ -159,9 +160,9 @@ struct application {
     memory_settle *settle;
     enum settings_origin settings_origin;
     uint32_t faults_in_a_row;
-    /* The release of the line drivers has been reported. */
+    /* True if the release of the line drivers has been reported. */
     bool release_told;
-    /* The bank that is ready. */
+    /* Header and capture of the bank that is ready. */
     struct core_header header;
     struct capture capture;
     enum dump_state dump;
@@ -172,8 +173,8 @@ struct application {
        head 1 the core moves the zero instead; zero_moves is the number of these moves. */
     int32_t head2_zero;
     uint32_t zero_moves;
-    /* True while the angle of head 1 at its index is not 0 and a loss of counts is not proven; and the position at
-       which this began. */
+    /* True while the angle of head 1 at its index is not 0 and a loss of counts is not proven; and the position of head
+       1 at which this state began. */
     bool zero_in_doubt;
     int32_t position_at_doubt;
     uint32_t swaps_before;
@@ -193,11 +194,12 @@ struct application {
     struct table_temperature table;
     struct prepared prepared;
     /* Temperature of the table when the previous bank was taken, and the time at which it was taken. `middle_celsius`:
-       temperature in the middle of this turn or, if no earlier temperature is known, the present one of `table`. */
+       temperature in the middle of this turn or, if no earlier temperature is known, the present temperature of
+       `table`. */
     double before_celsius;
     double before_s;
     double middle_celsius;
-    /* The speed varies too much: samples are taken at equal angles until the next start or dump. */
+    /* True if the speed varies too much: samples are taken at equal angles until the next start or dump. */
     bool by_angle;
     /* Clock rate of the core's time for the thermometer; 0: the rate that the core states. In the virtual instrument a
        second has fewer clocks. */
@@ -208,11 +210,12 @@ struct application {
     struct save *save;
     enum saved_state saved_state;
     enum candidate_origin candidate_origin;
-    /* True if the gateware applies `active`. Otherwise `active` holds what was active before the core restarted. */
+    /* True if the gateware applies `active`. Otherwise `active` holds the coefficients that were active before the core
+       restarted. */
     bool has_active;
-    /* The operator has ordered the firmware to forget all results. */
+    /* True if the operator has ordered the firmware to forget all results. */
     bool forgotten;
-    /* A correction from before a fault is still active; its coefficients are not known to the firmware. */
+    /* True if a correction from before a fault is still active; the firmware does not know its coefficients. */
     bool inherited;
     double usual_noise_arcsec;
     uint32_t noisy_turns;
@@ -242,7 +245,7 @@ const char *turn_result_name(enum turn_result result);
 const struct thermal *application_thermal(const struct application *application,
                                           const struct thermal *thermal);
 
-/* True if operator and coefficients allow the correction. */
+/* Tells whether operator and coefficients allow the correction. */
 bool application_corrects(const struct application *application);
 
 /* Returns when the core takes its samples. */
@@ -251,10 +254,10 @@ enum core_capture application_capture(const struct application *application);
 /* Asserts the conditions that hold between any two calls. */
 void state_assert(const struct application *application);
 
-/* True if there is a core and the firmware uses it. */
+/* Tells whether there is a core and the firmware uses it. */
 bool state_works(const struct application *application);
 
-/* Time of the core's own clock, s; 0 if its rate is not known. */
+/* Returns the time of the core's own clock, s; 0 if its rate is not known. */
 double state_seconds(const struct application *application);
 
 /* Returns the active coefficients, NULL if there are none. */

@@ -10,7 +10,8 @@
 #include "prepared.h"
 #include "restart.h"
 
-/* A swap ends within some hundred clocks of the core; each look at the swap counter takes at least one bus access. */
+/* Largest number of reads of the swap counter: a swap ends within some hundred clocks of the core, and each read takes
+   at least one bus access. */
 enum { SWAP_LOOKS_MOST = 1000 };
 
 /* Returns the heads, one bit per head, for whose absence the gateware holds a set that belongs to the candidate. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Place of the windows of the local table in the turn. */
+/* Declares the place of the windows of the local table in the turn. */
 
 #ifndef ARCTRUE_TABLE_PLACE_H
 #define ARCTRUE_TABLE_PLACE_H
@@ -32,9 +32,9 @@ struct load_table {
     uint32_t leap;
 };
 
-/* True if the words are within their ranges. */
+/* Tells whether the words are within their ranges. */
 bool load_table_is_valid(const struct table_place *place, uint32_t counts_per_rev);
-/* Number of windows, exponent of a window's width, and unit of a point in counts. */
+/* Return the number of windows, the exponent of a window's width, and the unit of a point in counts. */
 uint32_t load_table_windows(const struct table_place *place);
 uint32_t load_table_width(const struct table_place *place);
 double load_table_unit(const struct table_place *place);

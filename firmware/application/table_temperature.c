@@ -12,10 +12,11 @@
 enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 /* Largest rate at which the table may have changed while its thermometer was silent: 3 K per minute. */
 #define SILENT_K_S 0.05
-/* After this many time constants the observer's state has no influence any more, and its gains would divide by 0. */
+/* Number of time constants after which the observer's state has no influence any more; its gains would then divide by
+   0. */
 #define FORGOTTEN_LAGS 30.0
-/* The observer's time constant is that of the thermometer divided by this number. A smaller time constant reduces the
-   delay after a change of slope, and amplifies the thermometer's steps. */
+/* Ratio of the thermometer's time constant to the observer's time constant. A smaller time constant of the observer
+   reduces the delay after a change of slope, and amplifies the thermometer's steps. */
 #define LAG_SHARE 16.0
 #define LEAST_FILTER_S 2.0
 
@@ -69,7 +70,7 @@ static bool table_temperature_read(const struct table_temperature *table, double
            *celsius <= MOST_C;
 }
 
-/* expm1() is linked already; exp() would add a table of 2 KB. */
+/* Returns exp(-times), from expm1(), which is linked already; exp() would add a table of 2 KB. */
 static double table_temperature_decay(double times) {
     return 1.0 + expm1(-times);
 }
@@ -96,7 +97,8 @@ static void table_temperature_observe(struct table_temperature *table, double ce
     table->slope += slope_gain * off;
 }
 
-/* If no lag is given, the observer runs with a short one, so that it corrects a lag as soon as one is given. */
+/* Sets the observer's lag. If no lag is given, the observer runs with a short lag, so that it corrects a lag as soon as
+   the operator states a lag. */
 static void table_temperature_use_lag(struct table_temperature *table, double time_constant_s) {
     double tau = fmax(time_constant_s, LEAST_FILTER_S);
     table->behind_k *= tau / table->time_constant_s;
@@ -124,7 +126,7 @@ static void table_temperature_take(struct table_temperature *table, double celsi
     table->celsius = time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
 }
 
-/* A thermometer reads 0 before its first conversion, so its first reading must be confirmed by the next ones. The
+/* Confirms the first reading by the next readings, because a thermometer reads 0 before its first conversion. The
    observer begins with the first reading. */
 static void table_temperature_confirm(struct table_temperature *table, double celsius,
                                       double jump_k, double time_constant_s, double now_s) {
@@ -169,7 +171,8 @@ static void table_temperature_read_sensor(struct table_temperature *table,
     table_temperature_take(table, celsius, time_constant_s, now_s);
 }
 
-/* The clock restarted with a new bitstream or a reset of the fabric: the age of earlier readings is unknown. */
+/* Restarts all times after the clock restarted with a new bitstream or a reset of the fabric: the age of earlier
+   readings is unknown. */
 static void table_temperature_time_again(struct table_temperature *table, double now_s) {
     table->tried_s = now_s - READING_S;
     table->read_s = table->changed_s = now_s;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The temperature of the table: from a thermometer, from the host, or not known. An implausible reading is ignored,
-   and the model keeps the last plausible temperature. */
+/* Determines the temperature of the table: from a thermometer, from the host, or not known. An implausible reading is
+   ignored, and the model keeps the last plausible temperature. */
 
 #ifndef ARCTRUE_TABLE_TEMPERATURE_H
 #define ARCTRUE_TABLE_TEMPERATURE_H
@@ -38,10 +38,10 @@ struct table_temperature {
     /* NULL: there is no thermometer. */
     temperature_read *read;
     void *context;
-    /* Temperature as read. */
+    /* Temperature that the thermometer showed last. */
     double shown_c;
     /* Observer of the thermometer with this time constant. Its state: temperature of the thermometer; temperature of
-       the table minus that of the thermometer; slope of the table's temperature, K/s. */
+       the table minus temperature of the thermometer; slope of the table's temperature, K/s. */
     double time_constant_s;
     double followed_c;
     double behind_k;
@@ -51,8 +51,8 @@ struct table_temperature {
     double tried_s;
     double read_s;
     double changed_s;
-    /* Counters of events in a row: readings without an answer; readings too far from the last good one or, before there
-       is a good one, readings that agree. */
+    /* Counters of events in a row: readings without an answer; readings too far from the last good reading or, before
+       the first good reading, readings that agree. */
     uint32_t failures;
     uint32_t in_a_row;
 };
@@ -64,14 +64,14 @@ void table_temperature_choose(struct table_temperature *table, enum temperature_
 /* Takes a temperature from the host, at a time in seconds of a clock that never stops. */
 void table_temperature_tell(struct table_temperature *table, double celsius, double now_s);
 
-/* Reads the thermometer when it is time; `time_constant_s`: the lag to remove. */
+/* Reads the thermometer when the interval between two readings has passed; `time_constant_s`: the lag to remove. */
 void table_temperature_follow(struct table_temperature *table,
                               const struct temperature_limits *limits, double time_constant_s,
                               double now_s);
 
-/* True if `celsius` has a value, also a held one. */
+/* Tells whether `celsius` has a value; a held value counts too. */
 bool table_temperature_is_known(const struct table_temperature *table);
-/* True if the value is held at the last good one. */
+/* Tells whether `celsius` is held at the last good value. */
 bool table_temperature_is_held(const struct table_temperature *table);
 
 const char *temperature_source_name(enum temperature_source source);

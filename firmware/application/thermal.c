@@ -55,14 +55,14 @@ bool thermal_follows(const struct thermal *thermal, uint32_t order) {
     return thermal_slope_of(thermal, order) != NULL;
 }
 
-/* Vector in counts: eps = re cos(n R) - im sin(n R), as in equation (9) with Phi. */
+/* Returns the vector in counts: eps = re cos(n R) - im sin(n R), as in equation (9) with Phi. */
 static struct vector thermal_vector_of(const struct lane *lane) {
     struct vector unit = vector_unit(2.0 * PI * lane->phase_offset / PHASE_STEPS);
     double amplitude = lane->amplitude / AMPLITUDE_STEPS;
     return (struct vector){amplitude * unit.re, amplitude * unit.im};
 }
 
-/* Vector of a lane at T0 + `warmth`. */
+/* Returns the vector of a lane at T0 + `warmth`. */
 static struct vector thermal_vector_at(const struct lane *lane, const struct thermal_lane *slope,
                                        double warmth) {
     struct vector value = thermal_vector_of(lane);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Loaded lanes that follow the temperature of the table: cosine and sine of an order are c0 + c1 (T - T0) + c2 (T -
-   T0)^2, where c0 is the value of the lane itself. */
+/* Computes loaded lanes that follow the temperature of the table: cosine and sine of an order are c0 + c1 (T - T0) + c2
+   (T - T0)^2, where c0 is the loaded value of the lane. */
 
 #ifndef ARCTRUE_THERMAL_H
 #define ARCTRUE_THERMAL_H
@@ -39,7 +39,7 @@ struct thermal_extent {
     double largest_counts;
 };
 
-/* True if the range lies within -273.15 to 1000 degrees, T0 within the range, and the time constant is at most an
+/* Tells whether the range lies within -273.15 to 1000 degrees, T0 within the range, and the time constant is at most an
    hour. */
 bool thermal_is_valid(const struct thermal *thermal);
 
@@ -52,18 +52,18 @@ bool thermal_has_preset_range(const struct thermal *thermal);
 struct thermal_extent thermal_extent(const struct thermal *thermal,
                                      const struct coefficients *coefficients);
 
-/* True if the order depends on the temperature. */
+/* Tells whether the order depends on the temperature. */
 bool thermal_follows(const struct thermal *thermal, uint32_t order);
 
 /* Returns `lane` at a temperature, unchanged if its order does not depend on it. */
 struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *lane, double celsius);
 
-/* Sum of the amplitudes by which lanes change from one temperature to another, counts. */
+/* Returns the sum of the amplitudes by which lanes change from one temperature to another, counts. */
 double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
                              double from_celsius, double to_celsius);
 
-/* Largest difference between the corrections of two banks with lanes at the same places, counts. A lane that only
-   one bank uses counts with its whole amplitude. */
+/* Returns the largest difference between the corrections of two banks with lanes at the same places, counts. A lane
+   that only one bank uses counts with its whole amplitude. */
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second);
 
 #endif

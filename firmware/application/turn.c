@@ -14,7 +14,7 @@
 #include "swap.h"
 #include "zeros.h"
 
-/* After this many turns without a fault the count of faults in a row restarts. */
+/* Number of turns without a fault after which the count of faults in a row restarts. */
 enum { FAULT_FORGOTTEN_TURNS = 20 };
 
 static enum turn_result turn_result_of(enum refusal reason, bool frozen) {
@@ -31,8 +31,8 @@ static void turn_take_temperature(struct application *application) {
         application->read_temperature(application->temperature_context, &report->temperature_c);
 }
 
-/* Clears the sticky flags, so that the next turn is judged by itself. Clearing would lose an index error that came
-   after the end of the refused turn, so that error is evaluated first. */
+/* Clears the sticky flags, so that the next turn is judged only by its own faults. Clearing would lose an index error
+   that came after the end of the refused turn, so that error is evaluated first. */
 static void turn_after_refusal(struct application *application) {
     bool in_doubt =
         application->report.reason == REFUSED_INDEX_ERROR || core_index_error(&application->core);

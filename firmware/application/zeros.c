@@ -7,10 +7,10 @@
 #include "alarms.h"
 #include "control.h"
 
-/* Two index marks that agree normally come within two turns. If none agree after this many turns, head 1 loses counts
-   in every turn or has lost its index. */
+/* Number of turns without two agreeing index marks after which the zeros are searched again. Normally two marks agree
+   within two turns; otherwise head 1 loses counts in every turn or has lost its index. */
 enum { DOUBT_TURNS = 4 };
-/* Largest loss of head 1 between two indices, in turns, that sets no other fault. */
+/* Largest loss of counts of head 1 between two indices, in turns, that sets no other fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
 
 int32_t zeros_look(const struct application *application, uint32_t head, int32_t known) {
@@ -31,7 +31,7 @@ void zeros_forget(struct application *application) {
 }
 
 /* Searches the zeros again, because the core could prove no mark for DOUBT_TURNS turns. The correction is off until
-   they are found. The coefficients stay, because they belong to the index. */
+   they are found. The coefficients are kept, because they belong to the index. */
 static void zeros_find_anew(struct application *application) {
     core_rearm(&application->core);
     core_disarm_compare(&application->core);

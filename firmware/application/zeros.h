@@ -7,8 +7,8 @@
 
 #include "state.h"
 
-/* Angle of a head at its last index if it differs from `known` by more than the repeatability of the
-   index; otherwise `known`. */
+/* Returns the angle of a head at its last index if it differs from `known` by more than the repeatability of the index;
+   otherwise `known`. */
 int32_t zeros_look(const struct application *application, uint32_t head, int32_t known);
 
 /* Forgets both heads' zeros; the next index of each head defines them again. */
@@ -19,11 +19,11 @@ void zeros_forget(struct application *application);
    far from the index is probably a false pulse. */
 void zeros_watch_doubt(struct application *application);
 
-/* If an index shows that head 2 lost counts, subtracts the loss from head 2's words from the next turn on. The turn in
-   which the loss changes has an index error and is refused, so that no turn uses the loss of another turn. */
+/* Subtracts the counts that head 2 lost, if its index shows a loss, from head 2's words from the next turn on. The turn
+   in which the loss changes has an index error and is refused, so that no turn uses the loss of another turn. */
 void zeros_follow_head2(struct application *application);
 
-/* True if the core moved the zero of head 1, with the correction on, since the last call. */
+/* Tells whether the core moved the zero of head 1, with the correction on, since the last call. */
 bool zeros_moved(struct application *application);
 
 /* Looks for lost counts between two turns: an index proves them at once, while the bank may become full only minutes

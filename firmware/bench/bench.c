@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A separate image for scripts/bench_firmware.py: it runs both methods and a plain version of each on the capture in
-   the window. It prints the ticks of each run. For each plain version it also prints the largest difference between its
-   values and those of the method, as a share of the largest value. */
+/* Runs both methods and a plain version of each on the capture in the window, as a separate image for
+   scripts/bench_firmware.py. It prints the ticks of each run. For each plain version it also prints the largest
+   difference between its values and the values of the method, as a share of the largest value. */
 
 #include <math.h>
 #include <stddef.h>
@@ -45,7 +45,7 @@ static struct {
 void interrupt_taken(uint32_t instruction);
 bool board_fabric_usable(void);
 
-/* Needed by the start code; no interrupt is enabled. */
+/* Does nothing: the start code needs this function, but no interrupt is enabled. */
 void interrupt_taken(uint32_t instruction) {
     (void)instruction;
 }

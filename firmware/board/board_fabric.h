@@ -15,12 +15,12 @@ const struct register_access *board_registers(void);
    feeds the watchdog meanwhile. */
 enum fabric_state board_fabric_start(void);
 
-/* Returns the present result. */
+/* Returns the present state of the fabric's configuration. */
 enum fabric_state board_fabric_state(void);
 /* Checks, after a refusal, whether the fabric was configured by JTAG meanwhile. */
 enum fabric_state board_fabric_look_again(void);
 
-/* True in an emulator, whose fabric is memory. */
+/* Tells whether the firmware runs in an emulator, whose fabric is memory. */
 bool board_fabric_emulated(void);
 
 /* Returns false if an access to the fabric's window would never end. */

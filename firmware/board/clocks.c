@@ -28,8 +28,8 @@ struct pll {
     uint32_t locked;
 };
 
-/* The factor may change only while the PLL is in bypass and reset. After a restart the PLL has the factor already
-   and is not touched, so that the fabric's clock does not stop. */
+/* Sets the factor of a PLL, which may change only while the PLL is in bypass and reset. After a restart the PLL has the
+   factor already and is not touched, so that the fabric's clock does not stop. */
 static void set_up_pll(const struct pll *pll, uint32_t factor, uint32_t configuration) {
     uint32_t control = factor << SLCR_PLL_FACTOR_SHIFT;
     if (register_read(pll->control) == control) {
@@ -43,7 +43,8 @@ static void set_up_pll(const struct pll *pll, uint32_t factor, uint32_t configur
     register_write(pll->control, control);
 }
 
-/* After a restart a correct clock is not touched, because the fabric is running. */
+/* Writes a register of the clocks only if it differs: after a restart a correct clock is not touched, because the
+   fabric is running. */
 static void set(uint32_t address, uint32_t word) {
     if (register_read(address) != word) {
         register_write(address, word);

@@ -88,7 +88,7 @@ struct fault_record fault_last(void) {
     if (is_valid(&record)) {
         last = record;
     } else if (name != FAULT_NONE && name < FAULTS) {
-        /* The watchdog reset the processor while it handled the fault. */
+        /* The watchdog has reset the processor while the processor handled this fault. */
         last.code = name;
     } else if (resets || status & SLCR_REBOOT_WATCHDOG) {
         last.code = FAULT_WATCHDOG;
@@ -130,7 +130,8 @@ static void tell(void) {
     uart_drain();
 }
 
-/* Reading this address causes no further fault, because the processor has fetched the instruction from it. */
+/* Tells whether a failed ASSERT() caused the fault. Reading the address causes no further fault, because the processor
+   has fetched the instruction from it. */
 static bool is_assertion(uint32_t instruction) {
     return *(const volatile uint16_t *)(uintptr_t)instruction == ASSERTION_INSTRUCTION;
 }
@@ -152,9 +153,9 @@ static struct fault_record record_of(uint32_t code, uint32_t instruction, uint32
     return made;
 }
 
-/* Called by start.S on the stack of the fault's mode. The record is written first: if the code below does not end, the
-   name of the fault is still known after the watchdog's reset. If a record has not been read yet, the handling of its
-   fault has failed, so the handling is not repeated. */
+/* Handles a fault; start.S calls it on the stack of the fault's mode. The record is written first: if the code below
+   does not end, the name of the fault is still known after the watchdog's reset. If a record has not been read yet, the
+   handling of its fault has failed, so the handling is not repeated. */
 void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t state) {
     if (!is_valid(&record)) {
         record = record_of(code, instruction, address, state);

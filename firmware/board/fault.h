@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Handles a fault of the program, or a program that hangs: it writes a record, prints one line on the console, and
+/* Handles a fault of the program, or a program that hangs: writes a record, prints one line on the console, and
    restarts the firmware. The fabric is not touched and continues with the last coefficients. A reset of the system
    clears the on-chip memory with the record; only the name of the fault survives it, in REBOOT_STATUS. */
 
@@ -42,12 +42,13 @@ struct fault_record {
    record, so that a later reset is not attributed to this fault. */
 struct fault_record fault_last(void);
 
-/* The kept settings, in the same memory as the record; a reset of the system clears both. */
+/* Returns the kept settings, which are in the same memory as the record; a reset of the system clears both. */
 struct kept_settings *fault_kept_settings(void);
 /* Writes the kept settings from the cache, which the next start invalidates, to memory. */
 void fault_keep(void);
 
-/* From now on every write that the bus refuses causes a fault, including an earlier refusal that is still pending. */
+/* Makes every write that the bus refuses from now on cause a fault, including an earlier refusal that is still
+   pending. */
 void fault_bus_errors_on(void);
 
 /* Reports that the program hangs at `instruction`, and handles it like any other fault. It does not return. */

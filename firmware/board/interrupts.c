@@ -48,7 +48,7 @@ void interrupts_fabric_on(void) {
     register_write(GIC_ICDISER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
 }
 
-/* WFI also wakes a processor whose interrupts are disabled. */
+/* Sleeps with interrupts disabled: an interrupt also ends the WFI of a processor whose interrupts are disabled. */
 void interrupts_sleep_unless(bool (*work_waits)(void)) {
     __asm__ volatile("cpsid i" ::: "memory");
     if (!work_waits()) {

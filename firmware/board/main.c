@@ -23,7 +23,7 @@
 #define CAPTURE_WINDOW 0x20000U
 #define FURTHER_CAPTURE_WINDOW 0x40000U
 
-/* State of the firmware; large parts that not every step needs are placed in the upper 64 KB. */
+/* State of the firmware; the large parts that only some steps need are placed in the upper 64 KB. */
 static struct {
     struct flash flash;
     struct save save;
@@ -66,8 +66,9 @@ void interrupt_taken(uint32_t instruction) {
     }
 }
 
-/* Without a configured fabric every word reads 0, which is no core. If the fabric contains something else, the bus
-   may answer with an error; the probe of word 0 detects this, and no other word is read then. */
+/* Reads a word of the core. Without a configured fabric every word reads 0, which is no core. If the fabric contains
+   another circuit, the bus may answer with an error; the probe of word 0 detects this, and no other word is read
+   then. */
 static uint32_t read_core(void *context, uint32_t offset) {
     (void)context;
     if (!board_fabric_usable()) {
@@ -84,8 +85,8 @@ static void write_core(void *context, uint32_t offset, uint32_t word) {
     }
 }
 
-/* The pins of the thermometer belong to the fabric. A thermometer that is plugged in later is found at the next
-   `rearm`. */
+/* Searches the thermometer, whose pins belong to the fabric. A thermometer that is plugged in later is found at the
+   next `rearm`. */
 static void use_thermometer(void) {
     if (upper.thermometer.kind != THERMOMETER_NONE || !board_fabric_usable()) {
         return;
@@ -222,7 +223,8 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     text_word(sink, "arctrue " BOARD_NAME ", help tells the commands\r\n");
 }
 
-/* Must come before the fabric is loaded, because the loading reads the flash as memory. */
+/* Prepares the flash for storage. Call it before the fabric is loaded, because the loading reads the flash as
+   memory. */
 static void use_flash(void) {
     flash_prepare(&upper.flash, board_registers());
     struct flash_access access = flash_access_to(&upper.flash);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* memcpy() for the compiler's copies of structures. The library's memcpy() has 1.2 KB, because it is made for speed,
-   which is not needed here. */
+/* Provides memcpy() for the compiler's copies of structures. The library's memcpy() takes 1.2 KB, because it is made
+   for speed, which is not needed here. */
 
 #include <stddef.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Settings of the processor side of the TUL PYNQ-Z2 and the Digilent Arty Z7-20, both with an XC7Z020-1. They hold for
-   every board that has no file of its own in boards/. They were not tried on a board.
+/* Defines the settings of the processor side of the TUL PYNQ-Z2 and the Digilent Arty Z7-20, both with an XC7Z020-1.
+   They hold for every board that has no file of its own in boards/. They were not tried on a board.
 
    They were checked against the makers' own set-ups on github.com, Xilinx/PYNQ,
    boards/Pynq-Z2/petalinux_bsp/hardware_project/pynqz2.tcl, and Digilent/vivado-boards,

@@ -33,7 +33,8 @@ vectors:
 
     .text
 
-    /* The entry address is a multiple of 64, because public tools require that of a boot image. */
+    /* The entry address is a multiple of 64, because public tools require this alignment of a boot
+       image. */
     .balign 64
     /* The firmware also restarts here after a fault, so this code assumes no reset. */
     .global start

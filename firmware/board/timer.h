@@ -5,13 +5,14 @@
 
 #include <stdint.h>
 
-/* Longest time until the firmware finds an event that raises no interrupt. */
+/* Interval of the timer's interrupt, which is the longest time until the firmware finds an event that raises no
+   interrupt itself. */
 #define TIMER_INTERRUPT_MS 5U
 
 /* Starts the global timer and its interrupt. */
 void timer_set_up(void);
 void timer_interrupt(void);
-/* Ticks of CLOCKS_TIMER_HZ. */
+/* Returns the time in ticks of CLOCKS_TIMER_HZ. */
 uint64_t timer_ticks(void);
 
 #endif

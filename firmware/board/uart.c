@@ -65,8 +65,8 @@ static void keep(struct uart *uart, uint8_t character) {
     write_ring(uart, character);
 }
 
-/* The flags are cleared before the FIFO is emptied, so that a character that arrives after the last read interrupts
-   again. */
+/* Moves received characters into the ring. It clears the flags before it empties the FIFO, so that a character that
+   arrives after the last read interrupts again. */
 void uart_interrupt(struct uart *uart) {
     bool overflow = (register_read(UART_ISR) & UART_RECEIVE_OVERFLOW) != 0;
     register_write(UART_ISR, UART_RECEIVE_TRIGGER | UART_RECEIVE_OVERFLOW);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The UART: 8N1, 115200 baud unless BOARD_BAUD sets another rate. Received characters wait in a ring while a
-   calibration runs. */
+/* Sends and receives characters through the UART, with 8N1 and 115200 baud unless BOARD_BAUD sets another rate.
+   Received characters wait in a ring while a calibration runs. */
 
 #ifndef ARCTRUE_UART_H
 #define ARCTRUE_UART_H
@@ -10,8 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The ring is larger than what arrives during the longest calibration; further characters are lost. A 0 marks the place
-   where characters were lost. No line of text contains a 0, so a damaged line is never taken for another line. */
+/* The ring holds more characters than arrive during the longest calibration; further characters are lost. A 0 marks the
+   place where characters were lost. No line of text contains a 0, so a damaged line is never taken for another line. */
 enum { UART_RING = 4096, UART_LOST = 0 };
 
 struct uart {
@@ -21,7 +21,7 @@ struct uart {
     volatile uint32_t overruns;
     /* True while the 0 for lost characters is not yet in the ring. */
     bool lost;
-    /* Also volatile, so that a character is stored before `written` counts it. */
+    /* The characters are volatile too, so that a character is stored before `written` counts it. */
     volatile uint8_t ring[UART_RING];
 };
 
@@ -33,19 +33,19 @@ enum { UART_OUTPUT_RING = 4096 };
 struct uart_output {
     volatile uint32_t written;
     volatile uint32_t sent;
-    /* The main program is filling the FIFO; an interrupt must not fill it meanwhile. */
+    /* True while the main program fills the FIFO; an interrupt must not fill it then. */
     volatile bool filling;
     volatile uint8_t ring[UART_OUTPUT_RING];
 };
 
 void uart_set_up(struct uart *uart);
-/* Called by the interrupt. */
+/* Serves the UART's interrupt. */
 void uart_interrupt(struct uart *uart);
 bool uart_waits(const struct uart *uart);
 bool uart_take(struct uart *uart, uint8_t *character);
-/* True while characters wait in the ring; the main program does not sleep then. */
+/* Tells whether characters wait in the ring; the main program does not sleep then. */
 bool uart_is_sending(const struct uart_output *output);
-/* Number of characters that uart_send() takes without waiting. */
+/* Returns the number of characters that uart_send() takes without waiting. */
 size_t uart_room(const struct uart_output *output);
 /* Sends characters; waits while the ring is full. */
 void uart_send(struct uart_output *output, const char *characters, size_t number);

@@ -14,7 +14,8 @@ void average_clear(struct average *average) {
     memset(average, 0, sizeof *average);
 }
 
-/* x = (1 - s) x + s y has the variance (1 - s)^2 V + s^2 v if the turns are independent. */
+/* Adds the turn's value y with the share s to the average x of an order: x = (1 - s) x + s y has the variance (1 - s)^2
+   V + s^2 v if the turns are independent. */
 static void add_order(struct average_order *average, const struct harmonic *turn, double keep) {
     double own = 0.5 * (turn->variance_cosine + turn->variance_sine);
     double weight = 1.0 / fmax(own, LEAST_VARIANCE);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Running average over turns: each turn is weighted by its inverse variance, and earlier turns lose weight by a
+/* Averages estimates over turns: each turn is weighted by its inverse variance, and earlier turns lose weight by a
    forgetting factor per turn. */
 
 #ifndef ARCTRUE_AVERAGE_H
@@ -29,7 +29,7 @@ void average_clear(struct average *average);
 /* Adds a turn. `keep`: factor, 0 to 1, by which this turn reduces the weight of the earlier turns. */
 void average_add(struct average *average, const struct estimate *turn, double keep);
 
-/* Replaces the turn's own values and covariances by those of the average. */
+/* Replaces the turn's own values and covariances by the values and covariances of the average. */
 void average_apply(const struct average *average, struct estimate *turn);
 
 #endif

@@ -12,11 +12,11 @@
 #include "assertion.h"
 #include "units.h"
 
-/* A step is plausible within 10 % of the median of its turn. A step of few counts may differ by one count, because
-   of rounding. */
+/* Tolerance of a step as a share of the median of its turn. A step of few counts may differ by one count, because of
+   rounding. */
 #define STEP_TOLERANCE 0.10
 #define STEP_ROUNDING_COUNTS 1.0
-/* A step larger than this multiple of the median is a jump: no table moves two steps in the time of one. */
+/* Multiple of the median above which a step is a jump: no table moves two steps in the time of one step. */
 #define JUMP_STEPS 2.0
 /* Tolerance of the interval between two samples when the counts are compared with the limit of one edge per clock. */
 #define INTERVAL_TOLERANCE_S 1e-6
@@ -110,7 +110,7 @@ static int32_t step_of_rank(const struct capture *capture, uint32_t head, struct
     return extent.low;
 }
 
-/* Returns the median, that is the mean of the two middle steps if their number is even. */
+/* Returns the median of the steps; if their number is even, the mean of the two middle steps. */
 static double median_step(const struct capture *capture, uint32_t head) {
     struct extent extent = step_extent(capture, head);
     uint32_t steps = capture->samples - 1;
@@ -141,7 +141,7 @@ static enum refusal kind_of_step(const struct capture_fault *fault, double media
     return (double)fault->found * median < 0.0 ? REFUSED_REVERSAL : REFUSED_WRONG_STEP;
 }
 
-/* Checks the steps of both heads and reports the earlier fault. */
+/* Checks the steps of both heads; if both have a fault, reports the one at the earlier sample. */
 static enum refusal verify_steps(const struct capture *capture, const double median[2],
                                  struct capture_fault *fault) {
     struct capture_fault found[2] = {{0}};
@@ -258,7 +258,8 @@ enum refusal capture_verify_further(const struct capture *capture, const struct 
     return NOT_REFUSED;
 }
 
-/* The counts of two heads differ by less than two turns within a turn, so an integer holds the sum. */
+/* Sums the differences of the heads as integers: the counts of two heads differ by less than two turns within a turn,
+   so an integer holds the sum. */
 bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]) {
     int64_t turn = capture->counts_per_rev;
     ASSERT(samples > 0 && turn > 0 && capture->heads <= HEADS_MOST);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The capture of one turn: its memory, the checks whether it can be used, and its readings. */
+/* Declares the capture of one turn, checks whether the calibration can use it, and computes its readings. */
 
 #ifndef ARCTRUE_CAPTURE_H
 #define ARCTRUE_CAPTURE_H
@@ -73,7 +73,7 @@ struct capture_counts {
     int64_t head2;
 };
 
-/* Word of a head, counted from 0. */
+/* Returns the word of a head, counted from 0. */
 static inline int32_t capture_word(const struct capture *capture, uint32_t sample, uint32_t head) {
     const volatile int32_t *words = head < 2 ? capture->words : capture->further;
     return words[2 * sample + head % 2];
@@ -88,7 +88,8 @@ void capture_all_counts(const struct capture *capture, uint32_t sample, int64_t 
    place < counts_per_rev. Returns false if head 3 or 4 has seen no index or has a fault. */
 bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]);
 
-/* Fills `turn`, or returns the reason why it cannot be used. `most_order`: highest order that will be fitted. */
+/* Verifies a capture and fills `turn`, or returns the reason why the calibration cannot use the capture. `most_order`:
+   highest order that will be fitted. */
 enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,
                             struct capture_fault *fault);
 

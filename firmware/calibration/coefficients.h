@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Coefficients of equation (9) in the form of the gateware. */
+/* Converts coefficients of equation (9) to and from the form of the gateware. */
 
 #ifndef ARCTRUE_COEFFICIENTS_H
 #define ARCTRUE_COEFFICIENTS_H
@@ -13,11 +13,11 @@
 
 /* A lane. Its phase step K follows from order and counts_per_rev and is computed when needed. */
 struct lane {
-    /* Phi, u0.24 turn. */
+    /* Phase Phi, u0.24 turn. */
     uint32_t phase_offset;
-    /* 2 A_n, s13.11 counts. */
+    /* Amplitude 2 A_n, s13.11 counts. */
     int32_t amplitude;
-    /* 0: the lane is unused. */
+    /* Order of the lane; 0: the lane is unused. */
     uint32_t order;
 };
 
@@ -37,12 +37,12 @@ enum refusal coefficients_quantise(const struct estimate *estimate, const enum v
 /* Returns K = round(n 2^48 / counts_per_rev) mod 2^48; `order` below 2^16. */
 uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev);
 
-/* True if a lane can hold order, phase offset and amplitude. */
+/* Tells whether a lane can hold order, phase offset and amplitude. */
 bool coefficients_lane_is_valid(const struct lane *lane);
 
-/* True if a lane has the order; false for NULL. */
+/* Tells whether a lane has the order; returns false if `coefficients` is NULL. */
 bool coefficients_have(const struct coefficients *coefficients, uint32_t order);
-/* Returns the lane of the order, or NULL if there is none or the order is 0. */
+/* Returns the lane of the order; NULL if no lane has the order or the order is 0. */
 const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order);
 /* Returns the highest order that has a lane, or 0 if there is none. */
 uint32_t coefficients_most_order(const struct coefficients *coefficients);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Estimate of the error from one turn: eps = sum of cosine cos(nx) + sine sin(nx), arcseconds. */
+/* Declares the estimate of the error from one turn: eps = sum of cosine cos(nx) + sine sin(nx), arcseconds. */
 
 #ifndef ARCTRUE_ESTIMATE_H
 #define ARCTRUE_ESTIMATE_H
@@ -22,7 +22,7 @@ struct harmonic {
        so averaging does not reduce it. */
     double by_separation_cosine;
     double by_separation_sine;
-    /* |TF|; INFINITY where the order cannot be seen. */
+    /* |TF|; INFINITY for an order that cannot be seen. */
     double noise_gain;
     bool seen;
 };
@@ -49,18 +49,19 @@ struct estimate {
 struct calibration_settings {
     double nominal_separation_rad;
     enum separation_choice separation;
-    /* Standard uncertainty of a constant difference between the places where the heads detect the mark. It is fully
-       contained in a measured separation, and no capture shows it. */
+    /* Standard uncertainty of a constant difference between the places where the heads detect the mark. A measured
+       separation contains this difference in full, and no capture shows it. */
     double index_detection_arcsec;
     /* Highest fitted order, at most ORDERS_MAX; the fit begins at order 1. */
     uint32_t orders;
 };
 
-/* Amplitude of the cosine, 2 A_n of equation (9), arcsec. */
+/* Returns the amplitude of the cosine, 2 A_n of equation (9), arcsec. */
 double harmonic_amplitude(const struct harmonic *harmonic);
-/* Phi_n of equation (9), rad, in (-pi, pi]. */
+/* Returns Phi_n of equation (9), rad, in (-pi, pi]. */
 double harmonic_phase(const struct harmonic *harmonic);
-/* Standard uncertainty of a component: root of the mean of both variances, including the separation's part. */
+/* Returns the standard uncertainty of a component: root of the mean of both variances, including the separation's
+   part. */
 double harmonic_uncertainty(const struct harmonic *harmonic);
 
 bool estimate_is_finite(const struct estimate *estimate);

@@ -66,7 +66,8 @@ static void take_order(struct estimate *estimate, uint32_t order, struct vector 
     harmonic->variance_sine = harmonic->variance_cosine;
 }
 
-/* Returns the part of the sum of squares that the seen orders explain; each has two lines, as the signal is real. */
+/* Returns the part of the sum of squares that the seen orders explain; each order has two lines, because the signal is
+   real. */
 static double squares_of_orders(const struct lines *lines, const struct estimate *estimate) {
     double squares = 0.0;
     for (uint32_t place = 0; place < estimate->orders; place++) {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The Fourier method of the paper, equations (1) to (7).
+/* Implements the Fourier method of the paper, equations (1) to (7).
 
-   It assumes equal steps of the true angle between samples. Sampling at equal times at an uneven speed violates
+   The method assumes equal steps of the true angle between samples. Sampling at equal times at an uneven speed violates
    this; least_squares.h does not need it. */
 
 #ifndef ARCTRUE_FOURIER_H

@@ -118,7 +118,7 @@ void further_orders_look(struct further_workspace *workspace, const struct turn 
     }
     unit_circle_prepare(&workspace->circle);
     follow_steps(workspace, turn);
-    /* If the number is odd, the last sample is left out. */
+    /* If the number of samples is odd, the last sample is left out. */
     workspace->samples -= turn->samples % 2;
     for (uint32_t sample = 0; sample + 1 < turn->samples; sample += 2) {
         struct term a = term_of(workspace, turn, estimate, shift, sample);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Estimates orders that the calibration does not fit, from a turn.
+/* Estimates, from one turn, the orders that the calibration does not fit.
 
    After the fit, head 2 minus head 1 still contains, at order m, Re(G2 e^{jmR2} - G1 e^{jmR1}) with G = cosine - j
    sine of each head. Three sums over the turn form the normal equations
@@ -43,8 +43,8 @@ struct further_workspace {
 void further_orders_look(struct further_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, const struct coefficients *set);
 
-/* Returns the shift of head 2's readings that results because `estimate` uses another separation than the measured
-   one. */
+/* Returns the shift of head 2's readings that results because `estimate` uses a separation that differs from the
+   measured separation. */
 double further_orders_shift_rad(const struct estimate *estimate);
 
 /* Returns the turn's result for one of these orders. If the readings cannot separate the errors of the two heads,

@@ -10,14 +10,15 @@
 
 /* Least 1 - |D|^2 with which the sums separate the errors of the two heads; u then grows by a factor of at most 1.4. */
 #define TOLD_APART 0.5
-/* Above this |<e^{j2mR}>|, cosine and sine are no longer nearly orthogonal. */
+/* Limit of |<e^{j2mR}>|, above which cosine and sine are no longer nearly orthogonal. */
 #define NOT_ORTHOGONAL 0.3
 
 double further_orders_shift_rad(const struct estimate *estimate) {
     return estimate->measured_separation_rad - estimate->separation_rad;
 }
 
-/* Samples s turns apart cannot separate order m from order l if (m - l) s is a whole number. */
+/* Tells whether a whole number, 1 or more, lies between `least` and `most`. Samples s turns apart cannot separate order
+   m from order l if (m - l) s is a whole number. */
 static bool is_whole_between(double least, double most) {
     double whole = floor(most);
     return whole >= 1.0 && whole >= least;
@@ -41,7 +42,7 @@ static bool is_blurred(const struct further_workspace *workspace, const struct f
     return blurred;
 }
 
-/* G = cosine - j sine. */
+/* Converts G = cosine - j sine into a result with its variance. */
 static struct sight sight_of(struct vector g, double variance, double by_separation) {
     return (struct sight){SIGHT_CLEAR, vector_conjugate(g), variance, by_separation, 0.0};
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The acceptance gate: a candidate becomes active only if the error expected with it is less than the error expected
-   with the active coefficients. */
+/* Implements the acceptance gate: a candidate becomes active only if the error expected with it is less than the error
+   expected with the active coefficients. */
 
 #ifndef ARCTRUE_GATE_H
 #define ARCTRUE_GATE_H
@@ -10,7 +10,7 @@
 #include "estimate.h"
 #include "refusal.h"
 
-/* A turn is refused if it is this many times noisier than the turns before it. */
+/* Ratio of a turn's noise to the noise of the turns before it above which the turn is refused. */
 #define NOISE_LIMIT_DEFAULT 3.0
 
 struct gate_prediction {
@@ -19,14 +19,15 @@ struct gate_prediction {
     double candidate_arcsec;
 };
 
-/* `active`: NULL if nothing is applied. `estimate`: the estimate from which `candidate` was made. */
+/* Predicts the error with the active and with the candidate coefficients. `active`: NULL if nothing is applied.
+   `estimate`: the estimate from which `candidate` was made. */
 struct gate_prediction gate_predict(const struct estimate *estimate,
                                     const struct coefficients *active,
                                     const struct coefficients *candidate);
 
 enum refusal gate_judge(const struct gate_prediction *prediction);
 
-/* `usual_arcsec`: noise of the earlier turns; 0: there is no earlier turn. */
+/* Judges the noise of a turn. `usual_arcsec`: noise of the earlier turns; 0: there is no earlier turn. */
 enum refusal gate_judge_noise(double noise_arcsec, double usual_arcsec, double limit);
 
 #endif

@@ -51,7 +51,7 @@ void gram_accumulate(struct gram_sums *sums, const struct unit_circle *circle,
     };
     for (uint32_t sample = 0; sample < turn->samples; sample += 2) {
         struct term term[2] = {{.delta = 0.0}, {.delta = 0.0}};
-        /* If the number is odd, the last sample is added alone. */
+        /* If the number of samples is odd, the last sample is added alone. */
         for (uint32_t place = 0; place < 2 && sample + place < turn->samples; place++) {
             struct reading reading = turn_reading(turn, sample + place);
             double delta = (reading.difference - mean) * rad_per_count;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The normal matrix of the fit, computed from sums of e^{jk theta}, k <= 2N.
+/* Builds the normal matrix of the fit from sums of e^{jk theta}, k <= 2N.
 
    The columns of the design matrix are the real and imaginary parts of d_n = e^{jnR2} - e^{jnR1} and a column of
    ones. With R2 = R1 + beta + delta, beta constant and delta of a few hundred arcseconds, every element is a sum of

@@ -13,7 +13,7 @@
 /* Least length of the parity vector for which the places count as different; its elements are the areas of four
    triangles of heads. */
 #define LEAST_PARITY 1e-6
-/* An order with a larger gain counts as not seen. */
+/* Noise gain above which an order counts as not seen. */
 #define UNSEEN_GAIN 1e3
 /* Largest distance of a tried word from the rounded weight. */
 enum { WORD_REACH = 2, WORD_CHOICES = 2 * WORD_REACH + 1, CONDITIONS = 3 };
@@ -30,8 +30,8 @@ static double triangle(struct vector a, struct vector b, struct vector c) {
     return ab.re * ac.im - ac.re * ab.im;
 }
 
-/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the triangle area
-   of the other three heads. */
+/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the area of the
+   triangle of the other three heads. */
 static bool parity_of(const struct heads_geometry *geometry, double parity[HEADS_MOST]) {
     struct vector sight[HEADS_MOST];
     double square = 0.0;
@@ -58,7 +58,7 @@ uint32_t heads_combinations(const struct heads_geometry *geometry,
     if (heads == HEADS_MOST) {
         return parity_of(geometry, combination[0]) ? 1 : 0;
     }
-    /* Helmert contrasts: each head minus the mean of those before it. */
+    /* Helmert contrasts: each head minus the mean of the heads before it. */
     for (uint32_t row = 0; row + 1 < heads; row++) {
         double before = row + 1;
         double scale = 1.0 / sqrt(before * (before + 1.0));
@@ -87,7 +87,8 @@ double heads_gain(const struct heads_geometry *geometry, uint32_t order) {
     return gain < UNSEEN_GAIN ? gain : (double)INFINITY;
 }
 
-/* w = A^T (A A^T)^-1 e with the rows ones, Re and Im of the sight: the shortest solution of A w = e = (1, 0, 0). */
+/* Computes the weights with the least sum of squares, w = A^T (A A^T)^-1 e, where the rows of A are ones, Re and Im of
+   the sight: the shortest solution of A w = e = (1, 0, 0). */
 static bool shortest_weights(const struct heads_geometry *geometry, uint32_t used,
                              double weight[HEADS_MOST]) {
     double row[CONDITIONS][HEADS_MOST] = {{0.0}};
@@ -128,7 +129,8 @@ double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HE
     return vector_length(leak);
 }
 
-/* Tries words near the exact weights; the word of the last head follows from the sum and may be half a step further away. */
+/* Tries words near the exact weights. The word of the last head follows from the sum of all words, so its distance from
+   the exact weight may be half a step larger. */
 bool heads_weights(const struct heads_geometry *geometry, uint32_t used,
                    int32_t weight[HEADS_MOST]) {
     double exact[HEADS_MOST];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The heads of a table: their places, the combinations of their readings that a calibration uses, and the weights of
-   their mean.
+/* Declares the geometry of a table's heads, and computes the combinations of their readings that a calibration uses and
+   the weights of their mean.
 
    Head i stands at the angle p_i after head 1, on the radius R/rho_i. A displacement c of the axis adds rho_i Im(c
    e^{jp_i}) to its reading. Weights with sum w_i = 1 and sum w_i rho_i e^{jp_i} = 0 form a mean that no motion of
@@ -16,7 +16,8 @@
 #include "mean_set.h"
 #include "vector.h"
 
-/* A mean, of all heads or without one, must have less noise than one reading. */
+/* Limit of a mean's noise over the noise of one reading: a mean of all heads, or without one head, must have less noise
+   than one reading. */
 #define MEAN_NOISE_LIMIT 1.0
 
 enum { COMBINATIONS_MOST = 2 };
@@ -45,8 +46,8 @@ uint32_t heads_combinations(const struct heads_geometry *geometry,
 double heads_gain(const struct heads_geometry *geometry, uint32_t order);
 
 /* Computes the weights with the least noise as s1.16 words whose sum is exactly 1, for the heads whose bits are set in
-   `used`, at least three; the others get 0. Returns false if no weights suppress the motion of the axis, if their noise
-   exceeds MEAN_NOISE_LIMIT, or if a weight does not fit into its word. */
+   `used`, at least three; the other heads get 0. Returns false if no weights suppress the motion of the axis, if their
+   noise exceeds MEAN_NOISE_LIMIT, or if a weight does not fit into its word. */
 bool heads_weights(const struct heads_geometry *geometry, uint32_t used,
                    int32_t weight[HEADS_MOST]);
 

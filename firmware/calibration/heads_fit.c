@@ -15,10 +15,10 @@
    2 s after which the watchdog regards the firmware as hung. */
 enum { PASSES_MOST = 32 };
 #define WORK_MOST (9U * 4U * 12000U * 40U)
-/* The normal matrix uses every k-th sample, at least this many per order: 32 per wave of the highest sum of two
-   orders. */
+/* Least number of samples per order in the normal matrix, which uses every k-th sample: 32 per wave of the highest sum
+   of two orders. */
 enum { MATRIX_SAMPLES_AN_ORDER = 64 };
-/* The passes end when a step is below this share of the largest value. */
+/* Share of the largest value: the passes end when a step is below it. */
 #define REFINED_SHARE 1e-11
 /* Least variance of a reading, arcsec^2, so that readings without noise cause no division by zero. */
 #define LEAST_VARIANCE 1e-6
@@ -46,7 +46,7 @@ struct fit {
     struct vector backward;
 };
 
-/* With three or four heads, order 1 is fitted together with the places. */
+/* Tells whether order 1 is fitted together with the places, which needs three or four heads. */
 static bool fits_places(const struct fit *fit) {
     return fit->geometry->heads > 2;
 }
@@ -135,7 +135,7 @@ static double look_under_head(const struct fit *fit, uint32_t head, struct vecto
     return error;
 }
 
-/* Computes the residual of every head minus that of head 1, arcsec, and the columns; returns e^{jR1}. */
+/* Computes the residual of every head minus the residual of head 1, arcsec, and the columns; returns e^{jR1}. */
 static struct vector look(const struct fit *fit, uint32_t sample, double residual[HEADS_MOST]) {
     const struct turn *turn = fit->turn;
     int32_t word1 = turn->words[2 * sample];
@@ -310,7 +310,7 @@ static struct vector line_of(const struct fit *fit, uint32_t head, uint32_t unkn
     struct vector sight = fit->sight[head];
     struct vector backward = vector_conjugate(sight);
     const struct vector disc = {fit->workspace->values[0], -fit->workspace->values[fit->orders]};
-    /* The line of sin x is that of cos x times -j. */
+    /* The line of sin x is the line of cos x times -j. */
     switch (unknown) {
     case 0:
         return sight;
@@ -329,7 +329,7 @@ static struct vector line_of(const struct fit *fit, uint32_t head, uint32_t unkn
         return (struct vector){0.0, 0.0};
     }
     struct vector seen = vector_product(sight, disc);
-    /* The derivative of the backward circle is neglected: it is a hundredth of that of the disc's error. */
+    /* The derivative of the backward circle is neglected: it is a hundredth of the derivative of the disc's error. */
     return late ? vector_scaled((struct vector){-seen.im, seen.re}, 1.0 / ARCSEC_PER_RAD)
                 : vector_scaled(seen, 1.0 / fit->geometry->ratio[head]);
 }
@@ -400,7 +400,7 @@ static uint32_t place_unknowns(const struct fit *fit) {
     return LATE + 2 * (fit->geometry->heads - 1);
 }
 
-/* Returns NAN if the places cannot be determined. */
+/* Makes a step of the places and returns its size; returns NAN if the places cannot be determined. */
 static double step_of_places(struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
     uint32_t further = fit->geometry->heads - 1;
@@ -451,7 +451,8 @@ static uint32_t passes_of(const struct fit *fit) {
     return passes < PASSES_MOST ? passes : PASSES_MOST;
 }
 
-/* Successive steps shrink by nearly the same factor, so the remaining error is the last step times that factor. */
+/* Repeats the passes over the turn until the remaining error is small. Successive steps shrink by nearly the same
+   factor, so the remaining error is the last step times that factor. */
 static enum refusal converge(struct fit *fit, struct estimate *estimate) {
     double before = 0.0;
     for (estimate->iterations = 1; estimate->iterations <= passes_of(fit); estimate->iterations++) {
@@ -540,7 +541,8 @@ static void take_places(const struct fit *fit, struct heads_found *found,
     }
 }
 
-/* Only four heads show the circles of the orders from 2 on; with fewer, the fitted orders of the disc contain them. */
+/* Computes the circles of the axis. Only four heads show the circles of the orders from 2 on; with fewer heads, the
+   fitted orders of the disc contain them. */
 static void take_circles(const struct fit *fit, struct heads_found *found) {
     found->backward_arcsec[0] = vector_length(fit->backward);
     for (uint32_t order = 2; fit->geometry->heads == HEADS_MOST && order <= CIRCLE_ORDERS;

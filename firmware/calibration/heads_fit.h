@@ -62,8 +62,8 @@ enum {
     PLACE_UNKNOWNS = 4 + 2 * (HEADS_MOST - 1),
 };
 
-/* The disc's estimate, and what follows from the disc's estimate: the estimate of one mean, and the words of the
-   means without one head. */
+/* The disc's estimate, and the results from it: the estimate of one mean, and the words of the means without one
+   head. */
 struct heads_made {
     struct estimate disc;
     struct estimate of_mean;
@@ -78,7 +78,7 @@ struct heads_workspace {
     double right[FIT_UNKNOWNS];
     union {
         double packed[FIT_UNKNOWNS * (FIT_UNKNOWNS + 1) / 2];
-        /* After the fit. */
+        /* Results that are computed after the fit. */
         struct heads_made made;
     };
     double of_places[PLACE_UNKNOWNS * (PLACE_UNKNOWNS + 1) / 2];
@@ -98,8 +98,9 @@ enum refusal heads_estimate(struct heads_workspace *workspace, const struct capt
                             const struct turn *turn, const struct heads_settings *settings,
                             struct heads_found *found, struct estimate *estimate);
 
-/* Converts an estimate of the disc into one of the error of the mean `set` as a function of head 1's reading, and
-   sets the constant part of the error in `set`. The uncertainty of places and radii replaces that of the separation. */
+/* Converts an estimate of the disc into an estimate of the error of the mean `set` as a function of head 1's reading,
+   and sets the constant part of the error in `set`. The uncertainty of places and radii replaces the uncertainty of the
+   separation. */
 void heads_estimate_of_mean(struct heads_workspace *workspace, const struct heads_found *found,
                             uint32_t counts_per_rev, struct mean_set *set,
                             struct estimate *estimate);

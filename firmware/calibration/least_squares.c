@@ -11,7 +11,7 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* Rounds end when moving head 2 would change the error by less than this. */
+/* Change of the error by a further move of head 2 below which the rounds end. */
 #define CONVERGED_ARCSEC 1e-4
 /* Limit of the passes over the turn in all rounds together: one to build the matrix of each round, and one per
    refinement. A usual fit takes 3 to 6. A pass over 12,000 samples with 40 orders takes 23 million instructions
@@ -19,7 +19,7 @@
    the firmware as hung. */
 enum { PASSES_MOST = 64 };
 #define WORK_MOST (14U * 12000U * 40U)
-/* The refinements end when a step is below this share of the largest value. */
+/* Share of the largest value: the refinements end when a step is below it. */
 #define REFINED_SHARE 1e-11
 
 /* Values that the passes over the turn need in addition to the workspace. */
@@ -139,7 +139,8 @@ static bool take_pass(struct fit *fit) {
     return left;
 }
 
-/* Successive steps shrink by nearly the same factor, so the remaining error is the last step times that factor. */
+/* Refines the solution until the remaining error is small. Successive steps shrink by nearly the same factor, so the
+   remaining error is the last step times that factor. */
 static enum refusal refine(struct fit *fit) {
     const struct least_squares_workspace *workspace = fit->workspace;
     double unknowns[UNKNOWNS_MAX];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Sizes of the calibration's workspaces; no memory is allocated. */
+/* Defines the sizes of the calibration's workspaces; no memory is allocated at run time. */
 
 #ifndef ARCTRUE_LIMITS_H
 #define ARCTRUE_LIMITS_H

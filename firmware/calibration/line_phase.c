@@ -12,7 +12,7 @@
 #define SLIP 0.001
 /* Standard deviation of K before the first turn, which is far larger than any error of a table. */
 #define START_ARCSEC 1e4
-/* With |c| below half the loaded amplitude the lane would add more error than it removes. */
+/* Least |c| as a share of the loaded amplitude: below half, the lane would add more error than it removes. */
 #define LEAST_SIZE 0.5
 #define SIGMAS 3.0
 /* Largest standard uncertainty of c over |c|: twice this is a quarter of the line. */

@@ -28,7 +28,7 @@ struct line_finder {
     bool is_known;
 };
 
-/* The order is whole + turn_step/2^48; the amplitude is the loaded one. */
+/* The order is whole + turn_step/2^48; the amplitude is the loaded amplitude. */
 struct line_sought {
     double order;
     uint64_t turn_step;
@@ -40,7 +40,7 @@ struct line_sought {
 void line_finder_add(struct line_finder *finder, const struct line_sought *line,
                      const struct turn *turn, int32_t first_turn, double separation_rad,
                      double noise_arcsec);
-/* Phase at angle 0 of turn 0, turns: the line is |c| cos(2 pi (nu Theta + phase)). */
+/* Returns the phase at angle 0 of turn 0, turns: the line is |c| cos(2 pi (nu Theta + phase)). */
 double line_finder_phase(const struct line_finder *finder);
 
 #endif

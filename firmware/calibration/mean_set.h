@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Words of the weighted mean of two to four heads: theta = r_s + sum of w_i (r_i - r_s) - E(r_s) with r_i = R_i - o_i. */
+/* Declares the words of the weighted mean of two to four heads: theta = r_s + sum of w_i (r_i - r_s) - E(r_s) with r_i
+   = R_i - o_i. */
 
 #ifndef ARCTRUE_MEAN_SET_H
 #define ARCTRUE_MEAN_SET_H
@@ -11,7 +12,7 @@
 enum { HEADS_MOST = 4 };
 
 struct mean_set {
-    /* 0: no mean is formed, head 1 alone is corrected. */
+    /* Number of heads; 0: no mean is formed, head 1 alone is corrected. */
     uint32_t heads;
     /* Head that the mean follows (index s of the equation), counted from 0. */
     uint32_t carrier;
@@ -19,11 +20,11 @@ struct mean_set {
     uint32_t used;
     /* Constant term of E, s13.11 counts. */
     int32_t error_offset;
-    /* One byte per head, head 1 in the lowest: clocks by which the gateware delays its levels. */
+    /* Clocks by which the gateware delays the levels of a head, one byte per head, head 1 in the lowest byte. */
     uint32_t delays;
-    /* s1.16; their sum is 65536. */
+    /* Weights, s1.16; their sum is 65536. */
     int32_t weight[HEADS_MOST];
-    /* u24.4 counts. */
+    /* Offsets, u24.4 counts. */
     uint32_t offset[HEADS_MOST];
 };
 

@@ -9,7 +9,8 @@
 
 /* Largest motion of the axis, as an angle on the paper's radius of the disc: 5 um on 53.975 mm. */
 #define AXIS_LIMIT_RAD (5e-3 / 53.975)
-/* Standard uncertainty of a change of an offset; and the largest RMS of unexplained changes, as a multiple of it. */
+/* Standard uncertainty of a change of an offset; and the largest RMS of unexplained changes, as a multiple of this
+   uncertainty. */
 #define U_CHANGE_RAD (0.1 / ARCSEC_PER_RAD)
 #define UNEXPLAINED_MOST 4.0
 
@@ -17,8 +18,8 @@ static double wrapped(double angle) {
     return angle - 2.0 * PI * rint(angle / (2.0 * PI));
 }
 
-/* Returns |c|, the motion of the axis in change_i = z + Im(c s_i), with the sights s_i and a change z of the zero of all
-   readings. The differences from head 1, which do not contain z, determine c by least squares. */
+/* Returns |c|, the motion of the axis in change_i = z + Im(c s_i), with the sights s_i and a change z of the zero of
+   all readings. The differences from head 1, which do not contain z, determine c by least squares. */
 static double axis_motion(const struct heads_geometry *geometry, const double change[HEADS_MOST]) {
     struct vector first = heads_sight(geometry, 0);
     double re_re = 0.0;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Finds the head that has moved along the scale since the offsets of a mean were set. The calculation is that of
-   sim/arctrue/calibration/moved_head.py. */
+/* Finds the head that has moved along the scale since the offsets of a mean were set.
+   sim/arctrue/calibration/moved_head.py contains the same calculation. */
 
 #ifndef ARCTRUE_MOVED_HEAD_H
 #define ARCTRUE_MOVED_HEAD_H
@@ -14,9 +14,9 @@ struct moved_head {
     double moved_rad;
 };
 
-/* `geometry` comes from a turn of four heads; `offset_rad` holds the earlier offsets of their readings. A head counts
-   as moved if its motion and a motion of the axis below 5 um explain the changes of all offsets, and the motion of no
-   other head explains them. */
+/* Finds the moved head. `geometry` comes from a turn of four heads; `offset_rad` holds the earlier offsets of their
+   readings. A head counts as moved if its motion and a motion of the axis below 5 um explain the changes of all
+   offsets, and the motion of no other head explains them. */
 struct moved_head moved_head_find(const struct heads_geometry *geometry,
                                   const double offset_rad[HEADS_MOST]);
 

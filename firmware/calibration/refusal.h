@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Reasons why a turn did not become coefficients. The last good coefficients stay in every case. */
+/* Declares the reasons why a turn gives no coefficients. The last good coefficients stay active in every case. */
 
 #ifndef ARCTRUE_REFUSAL_H
 #define ARCTRUE_REFUSAL_H

@@ -15,8 +15,9 @@ const char *verdict_name(enum verdict verdict) {
     return (unsigned)verdict <= VERDICT_LOADED ? names[verdict] : "unknown";
 }
 
-/* For noise, A^2/2u^2 has an F distribution with (2, 2m) degrees of freedom, because u is estimated from m lines of
-   the spectrum: P(A > k u) = (1 + k^2/2m)^-m. log1p() replaces log(), whose table has 4 KB. */
+/* Computes the factor from the distribution of noise. For noise, A^2/2u^2 has an F distribution with (2, 2m) degrees of
+   freedom, because u is estimated from m lines of the spectrum: P(A > k u) = (1 + k^2/2m)^-m. log1p() replaces log(),
+   whose table has 4 KB. */
 double significance_factor(uint32_t orders) {
     double chance = FALSE_ALARM / (orders == 0 ? 1 : orders);
     return sqrt(2.0 * NOISE_LINES * expm1(log1p(1.0 / chance - 1.0) / NOISE_LINES));

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Selects the orders that the gateware applies, and states why the others are left out. */
+/* Selects the orders that the gateware applies, and states why each other order is left out. */
 
 #ifndef ARCTRUE_SELECTION_H
 #define ARCTRUE_SELECTION_H
@@ -17,7 +17,8 @@ enum verdict {
     VERDICT_LOADED,
 };
 
-/* At a separation of 33 degrees this limit keeps n = 11 (gain 19) and leaves out the orders next to n = 120. */
+/* Limit of the noise gain: at a separation of 33 degrees it keeps n = 11 (gain 19) and leaves out the orders next to n
+   = 120. */
 #define GAIN_LIMIT_DEFAULT 50.0
 
 const char *verdict_name(enum verdict verdict);
@@ -26,7 +27,8 @@ const char *verdict_name(enum verdict verdict);
    probability of 5 %. */
 double significance_factor(uint32_t orders);
 
-/* Sets one verdict per order, order n at place n - 1. If there are too few lanes, the largest orders get them. */
+/* Sets one verdict per order, order n at place n - 1. If there are too few lanes, the orders with the largest
+   amplitudes get the lanes. */
 void select_orders(const struct estimate *estimate, uint32_t lanes, double gain_limit,
                    enum verdict *verdicts);
 

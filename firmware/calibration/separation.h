@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The angle between the heads: the value from the capture, and whether to use it.
+/* Decides whether to use the angle between the heads that the capture shows, and states its uncertainty.
 
    The mean of head 2 minus head 1 over uniform true angle is the true separation. Its uncertainty comes from the
    repeatability of both indices, one count each, and from the difference between the places where the heads detect
@@ -20,7 +20,8 @@ enum separation_choice { SEPARATION_AUTOMATIC, SEPARATION_MEASURED, SEPARATION_N
 /* Tolerance of the heads' mounting to each side, and its standard uncertainty for a rectangular distribution. */
 #define SEPARATION_TOLERANCE_ARCSEC 50.0
 #define SEPARATION_TOLERANCE_U_ARCSEC (SEPARATION_TOLERANCE_ARCSEC / 1.7320508075688772)
-/* 0.25 degrees, 0.24 mm at the disc: no mounting is that bad, so a larger deviation means a fault of the index. */
+/* Largest believable deviation from nominal, 0.25 degrees or 0.24 mm at the disc: no mounting has such an error, so a
+   larger deviation means a fault of the index. */
 #define SEPARATION_BELIEVABLE_ARCSEC 900.0
 
 /* Decides between the measured and the nominal separation if the choice is automatic. */
@@ -34,8 +35,8 @@ static inline double remainder_of_turn(double angle_rad) {
     return (turns - rint(turns)) * 2.0 * PI;
 }
 
-/* Tells whether the measured separation is the nominal one with the heads exchanged. Always false if both have the
-   same value. */
+/* Tells whether the measured separation is near the value that exchanged heads would give, which is minus the nominal
+   separation. Returns false if both values are near each other. */
 bool separation_is_exchanged(double nominal_rad, double measured_rad);
 
 /* Returns the standard uncertainty of the value that `choice` selects. */

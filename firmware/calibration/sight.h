@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* One turn's result for one order of head 1's error, and how strongly it supports a value. */
+/* Declares one turn's result for one order of head 1's error, and computes how strongly this result supports a
+   value. */
 
 #ifndef ARCTRUE_SIGHT_H
 #define ARCTRUE_SIGHT_H
@@ -9,9 +10,9 @@
 
 enum sight_state {
     SIGHT_CLEAR,
-    /* This turn cannot show the order: its samples cannot separate it from other orders. */
+    /* This turn cannot show the order, because its samples cannot separate the order from other orders. */
     SIGHT_BLURRED,
-    /* No turn can show the order, because it is the same under both heads. */
+    /* No turn can show the order, because its error is the same under both heads. */
     SIGHT_UNSEEN,
 };
 

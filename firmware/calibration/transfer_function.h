@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The transfer function of two read heads, equation (6) of the paper. */
+/* Computes the transfer function of two read heads, equation (6) of the paper. */
 
 #ifndef ARCTRUE_TRANSFER_FUNCTION_H
 #define ARCTRUE_TRANSFER_FUNCTION_H

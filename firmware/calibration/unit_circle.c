@@ -12,7 +12,7 @@ void unit_circle_prepare(struct unit_circle *circle) {
     }
 }
 
-/* The series of cosine and sine for |x| <= pi/64: the first term left out is below 1e-18. */
+/* Returns e^{jx} for |x| <= pi/64 from the series of cosine and sine; the first omitted term is below 1e-18. */
 static struct vector near_one(double x) {
     double s = x * x;
     double cosine = 1.0 + s * (-1.0 / 2 + s * (1.0 / 24 + s * (-1.0 / 720 + s * (1.0 / 40320))));

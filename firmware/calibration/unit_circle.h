@@ -16,7 +16,7 @@ struct unit_circle {
 
 void unit_circle_prepare(struct unit_circle *circle);
 
-/* `turns`: any value below 2^24 in magnitude. */
+/* Returns e^{j 2 pi turns}; `turns`: any value below 2^24 in magnitude. */
 struct vector unit_circle_at(const struct unit_circle *circle, double turns);
 
 #endif

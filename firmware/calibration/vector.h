@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Complex numbers, without the checks for infinity that C's own multiplication makes. */
+/* Declares complex numbers and their operations, without the checks for infinity that C's own multiplication makes. */
 
 #ifndef ARCTRUE_VECTOR_H
 #define ARCTRUE_VECTOR_H
@@ -41,7 +41,7 @@ static inline double vector_square(struct vector a) {
     return a.re * a.re + a.im * a.im;
 }
 
-/* Replaces hypot(), which protects against overflow and has half a kilobyte. */
+/* Returns |a|. It replaces hypot(), which protects against overflow and takes half a kilobyte. */
 static inline double vector_length(struct vector a) {
     return sqrt(vector_square(a));
 }

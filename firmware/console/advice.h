@@ -5,7 +5,7 @@
 #ifndef ARCTRUE_ADVICE_H
 #define ARCTRUE_ADVICE_H
 
-/* Finds the advice for a name that telemetry or status prints; NULL for any other word. */
+/* Returns the advice for a name that telemetry or status prints; NULL for any other word. */
 const char *advice_for(const char *name);
 
 #endif

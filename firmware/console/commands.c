@@ -20,7 +20,7 @@ typedef void command_action(struct console *console, char *const *words, uint32_
 struct command {
     const char *name;
     const char *use;
-    /* Least and greatest number of words, the name included. */
+    /* Least and greatest number of words, including the name. */
     uint32_t least;
     uint32_t most;
     command_action *action;
@@ -178,7 +178,7 @@ static void show_device(struct console *console) {
     named(console, "banks_without_interrupt", application->banks_without_interrupt);
 }
 
-/* Prints position, angle after its index, and index of every head, all of one clock of the core. */
+/* Prints position, angle after its index, and index of every head, all from the same clock of the core. */
 static void heads(struct console *console, char *const *words, uint32_t number) {
     const struct application *application = console->application;
     const struct text_sink *sink = &console->sink;

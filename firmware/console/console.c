@@ -67,8 +67,7 @@ void console_receive(struct console *console, uint8_t character) {
     }
 }
 
-/* Prints the latest turn if the port has room. The next line that is printed contains the alarms of a line that was
-   left out. */
+/* Prints the latest turn if the port has room. If a line is left out, the next printed line contains its alarms. */
 static void tell_turn(struct console *console) {
     uint32_t alarms = console->application->report.alarms | console->unsent_alarms;
     bool sent = telemetry_turn(&console->sink, console->application, alarms);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The console on a serial port. Each line that the operator sends gets one answer; the answer to a line that
-   the console does not understand begins with "error:". */
+/* Executes the commands that the operator sends on a serial port. Each line that the operator sends gets one answer;
+   the answer to a line that the console does not understand begins with "error:". */
 
 #ifndef ARCTRUE_CONSOLE_H
 #define ARCTRUE_CONSOLE_H
@@ -12,7 +12,7 @@
 
 enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 9 };
 
-/* The handler of words that the console itself does not know. */
+/* Returns a word that describes a state which the console itself does not know. */
 typedef const char *console_word(void);
 
 struct console {
@@ -20,7 +20,7 @@ struct console {
     struct text_sink sink;
     char line[CONSOLE_LINE_MOST + 1];
     uint32_t length;
-    /* The line is too long or contains a character that is not text: it is read to its end and refused. */
+    /* True if the line is too long or contains a character that is not text: it is read to its end and refused. */
     bool spoiled;
     /* Rows of a capture that are still to be printed. */
     uint32_t dump_place;
@@ -39,7 +39,7 @@ struct console {
     const char *build;
     /* Cause of the last reset; NULL: none is reported. */
     const char *reset_reason;
-    /* Instruction at which the program was then. */
+    /* Instruction at which the program was before the reset. */
     uint32_t reset_instruction;
     /* Result of the fabric's configuration; NULL: none is reported. */
     console_word *fabric;
@@ -55,7 +55,7 @@ void console_receive(struct console *console, uint8_t character);
 
 /* Prints output without a command: telemetry, and a part of a dump. */
 void console_step(struct console *console);
-/* True while there is more to print at once. */
+/* Tells whether the console has more to print at once. */
 bool console_busy(const struct console *console);
 
 #endif

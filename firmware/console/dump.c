@@ -10,9 +10,9 @@
 const char dump_use[] =
     "dump: the next turn's capture as CSV with a CRC a row | dump rows FIRST NUMBER: repeat rows";
 
-/* Rows that one step prints; the other work of the firmware runs between two steps. */
+/* Number of rows that one step prints; the other work of the firmware runs between two steps. */
 enum { ROWS_A_STEP = 8 };
-/* A row has five digits and a CRC, and a number of 64 bits for each head. */
+/* Largest number of characters of a row: five digits and a CRC, and a number of 64 bits for each head. */
 enum { ROW_CHARACTERS_MOST = 24, HEAD_CHARACTERS_MOST = 20 };
 #define NO_TEMPERATURE 0x80000000U
 

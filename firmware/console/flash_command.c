@@ -20,14 +20,15 @@ static void print_answer(const struct console *console, enum image_answer answer
     text_error(&console->sink, "flash ", image_answer_name(answer));
 }
 
-/* The answer of an operation is printed when the operation has ended. */
+/* Prints the answer of an operation that has not begun; flash_step_told() prints the answer of an operation that has
+   begun, when it has ended. */
 static void begun(const struct console *console, enum image_answer answer) {
     if (answer != IMAGE_DONE) {
         print_answer(console, answer);
     }
 }
 
-/* Parses eight digits per word; 0 if the text is no row of words. */
+/* Parses eight digits per word and returns the number of words; 0 if the text is no row of words. */
 static uint32_t read_words(char *digits, uint32_t words[IMAGE_WORDS_MOST]) {
     uint32_t number = 0;
     while (*digits != '\0') {

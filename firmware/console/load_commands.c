@@ -50,7 +50,7 @@ static void answer(struct console *console, enum load_answer given) {
     text_error(&console->sink, "load ", load_answer_name(given));
 }
 
-/* Parses whole numbers and a final CRC; false if one of them is wrong. */
+/* Parses whole numbers and a final CRC; returns false if one of them is wrong. */
 static bool read_numbers(char *const *words, uint32_t number, int64_t *values, uint32_t *crc) {
     for (uint32_t place = 0; place + 1 < number; place++) {
         if (!text_parse_whole(words[place], WORD_MOST, &values[place])) {

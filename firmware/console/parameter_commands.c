@@ -17,7 +17,8 @@ const char compare_use[] =
     "pulses at an angle after the index and at every interval from there";
 
 enum { NAME_MOST = 32 };
-/* Events that one command prints, and the longest line of one: five numbers, the longest of 20 digits. */
+/* Largest number of events that one command prints, and longest line of an event: five numbers, the longest with 20
+   digits. */
 enum { EVENTS_MOST = 64, EVENT_CHARACTERS_MOST = 64 };
 
 static void named(const struct text_sink *sink, const char *name, int64_t value) {
@@ -94,7 +95,7 @@ static void next_number(const struct text_sink *sink, int64_t value) {
     text_signed(sink, value);
 }
 
-/* Prints the events that wait, as far as the port has room; the operator asks again for the others. */
+/* Prints the waiting events for which the port has room; the operator requests the others by the command again. */
 static void tell_events(const struct console *console) {
     const struct text_sink *sink = &console->sink;
     const struct core_access *core = &console->application->core;

@@ -18,7 +18,7 @@ extern const char compare_use[];
 void parameters_show(const struct console *console, const char *beginning);
 
 void set_command(struct console *console, char *const *words, uint32_t number);
-/* `trigger`, `sync`, `probe`, `compare`: `compare on 1` sets compare_on. */
+/* Executes the commands `trigger`, `sync`, `probe` and `compare`; for example, `compare on 1` sets compare_on. */
 void pins_command(struct console *console, char *const *words, uint32_t number);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* `save`: writes parameters, switches and coefficients into the flash. The answer comes seconds later,
-   after the record has been read back. */
+/* save: writes parameters, switches and coefficients to the flash, from which power-on loads them. The answer comes
+   seconds later, after the record has been read back. */
 
 #ifndef ARCTRUE_SAVE_COMMAND_H
 #define ARCTRUE_SAVE_COMMAND_H

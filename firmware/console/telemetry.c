@@ -344,7 +344,7 @@ bool telemetry_turn(const struct text_sink *sink, const struct application *appl
                     uint32_t alarms) {
     size_t length = 0;
     const struct text_sink counter = {add_length, &length, NULL};
-    /* The state is read once, so that both passes print the same. */
+    /* The state of the failover is read once, so that both passes print the same state. */
     const struct core_failover state =
         application->configuration.has_failover
             ? core_failover(&application->core)

@@ -6,8 +6,8 @@
 #include "application.h"
 #include "text.h"
 
-/* Prints the latest turn as one line of JSON, with these alarms, and with the harmonics if there are any.
-   Prints nothing and returns false if the sink has no room for the whole line. */
+/* Prints the latest turn as one line of JSON, with these alarms, and with the harmonics if the turn has any. Prints
+   nothing and returns false if the sink has no room for the whole line. */
 bool telemetry_turn(const struct text_sink *sink, const struct application *application,
                     uint32_t alarms);
 

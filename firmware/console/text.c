@@ -10,9 +10,9 @@
 enum { DIGITS_MOST = 20, DECIMALS_MOST = 9, HEXADECIMAL_DIGITS = 8 };
 /* FIXED_MOST times 1e9 fits into 64 bits. */
 #define FIXED_MOST 9e8
-/* A double holds every whole number up to 2^53. */
+/* Largest whole number up to which a double holds every whole number, 2^53. */
 #define WHOLE_MOST 9007199254740992.0
-/* A double has no more digits than these. */
+/* Number of decimal digits that a double can hold. */
 enum { PARSED_DIGITS_MOST = 15 };
 
 bool text_has_room(const struct text_sink *sink, size_t number) {
@@ -70,7 +70,7 @@ void text_fixed(const struct text_sink *sink, double value, unsigned decimals) {
     for (unsigned place = 0; place < decimals; place++) {
         scale *= 10;
     }
-    /* This also covers text that is not a number. */
+    /* This also covers a value that is not a number. */
     if (!(fabs(value) < FIXED_MOST)) {
         text_word(sink, "null");
         return;

@@ -13,8 +13,8 @@
 #define AT(register) (offsetof(arctrue_registers_t, register) / 4)
 
 enum { WINDOW_WORDS = 0x2100 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
-/* A calibration takes longer than a line of the console. Few orders and few turns leave the fuzzer time for more
-   lines. */
+/* Few orders and few turns, so that the fuzzer has time for more lines: a calibration takes longer than a line of the
+   console. */
 enum { ORDERS = 6, TURNS_MOST = 4 };
 
 static struct {
@@ -196,7 +196,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         console_receive(&fuzz.console, (uint8_t)question[place]);
     }
     require(fuzz.before == '\n');
-    /* The kept settings must be the ordered ones, because the firmware would restart with them after a fault. */
+    /* The kept settings must equal the ordered settings, because the firmware would restart with them after a fault. */
     struct settings kept;
     require(kept_settings_read(&fuzz.kept, &kept));
     require(memcmp(&kept.parameters, &fuzz.application.parameters, sizeof kept.parameters) == 0);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Entry point that libFuzzer calls with its inputs, and replay.c with the stored inputs. */
+/* Declares the entry point that libFuzzer calls with its inputs, and that replay.c calls with the stored inputs. */
 
 #ifndef ARCTRUE_FUZZ_TARGET_H
 #define ARCTRUE_FUZZ_TARGET_H

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Runs a target once with each of the files in its arguments. */
+/* Runs a fuzz target once with each file in the arguments. */
 
 #include <stdio.h>
 #include <stdlib.h>

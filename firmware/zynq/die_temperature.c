@@ -54,7 +54,8 @@ static bool take_answer(const struct register_access *access, uint32_t *answer) 
     return true;
 }
 
-/* Each command returns the answer to the previous command. */
+/* Sends the command to read and then an empty command, because each command returns the answer to the previous
+   command. */
 bool die_temperature_read(const struct register_access *access, double *celsius) {
     uint32_t before;
     uint32_t status;

@@ -14,8 +14,8 @@
 /* Enables the port; needed once. */
 void die_temperature_prepare(const struct register_access *access);
 
-/* False if the converter does not answer or returns a value that no working die has; `celsius` then stays unchanged.
-   It takes some microseconds, at most DIE_TEMPERATURE_TIMEOUT_US per answer. */
+/* Reads the temperature. Returns false if the converter does not answer or returns a value that no working die has;
+   `celsius` then stays unchanged. The read takes some microseconds, at most DIE_TEMPERATURE_TIMEOUT_US per answer. */
 bool die_temperature_read(const struct register_access *access, double *celsius);
 
 /* Converts the status register, whose upper 12 bits are the code. UG480: T = code 503.975 K / 4096 - 273.15. Returns

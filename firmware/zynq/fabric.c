@@ -14,9 +14,9 @@ enum { WORD_BYTES = 4 };
 #define CLEAR_TIMEOUT_US 500000U
 #define SEND_TIMEOUT_US 2000000U
 #define DONE_TIMEOUT_US 500000U
-/* The DMA may report a piece as done before the piece has left its queue. */
+/* Longest wait for the DMA's queue: the DMA may report a piece as done before the piece has left the queue. */
 #define QUEUE_TIMEOUT_US 10000U
-/* The DMA's destination is the configuration port, not memory. */
+/* Destination address of the DMA for the configuration port, in place of memory. */
 #define DESTINATION_PORT 0xFFFFFFFFU
 /* Flag in an address: the DMA reports done only after the configuration port has taken every word. */
 #define LAST_PIECE 1U
@@ -24,7 +24,7 @@ enum { WORD_BYTES = 4 };
 #define LEVEL_SHIFTERS_TO_FABRIC 0xAU
 #define LEVEL_SHIFTERS_ON 0xFU
 #define FABRIC_RESETS_ALL 0xFU
-/* Linear mode: fast read (0x0B) on one wire with one dummy byte, which every flash knows. */
+/* Setting of the linear mode: fast read (0x0B) on one wire with one dummy byte, a command that every flash knows. */
 #define LINEAR_FAST_READ 0x8000010BU
 
 static const struct {
@@ -118,8 +118,8 @@ static enum fabric_state state_of(enum fabric_image_answer answer) {
     }
 }
 
-/* Newer versions of QEMU set a flag; 7.2 has no device at this address, which then reads as 0. On silicon, bits 13
-   and 14 of the control register are always 1. */
+/* Tells whether QEMU emulates the chip. Newer versions of QEMU set a flag; version 7.2 has no device at this address,
+   which then reads as 0. On silicon, bits 13 and 14 of the control register are always 1. */
 static bool is_emulated(const struct fabric *fabric) {
     return (read_at(fabric, DEVC_MCTRL) & DEVC_MCTRL_QEMU) != 0 ||
            (read_at(fabric, DEVC_CTRL) & DEVC_CTRL_ALWAYS_1) == 0;
@@ -156,7 +156,7 @@ static void program(const struct fabric *fabric, bool high) {
     write_at(fabric, DEVC_CTRL, control);
 }
 
-/* Checks the CRC of the whole bitstream before it disconnects the fabric. */
+/* Checks the CRC of the whole bitstream, and disconnects the fabric only if it is right. */
 static void check(struct fabric *fabric) {
     uint32_t end = fabric->place + left(fabric, CHECK_BYTES);
     for (; fabric->place < end; fabric->place += WORD_BYTES) {

@@ -48,7 +48,7 @@ struct fabric {
     enum fabric_state state;
     /* True in an emulator, whose fabric window is memory. */
     bool emulated;
-    /* Number of bytes checked, then of bytes sent. */
+    /* Number of checked bytes, later number of sent bytes. */
     uint32_t place;
     uint32_t crc;
     /* Time at which the present wait began. */
@@ -63,11 +63,11 @@ bool fabric_step(struct fabric *fabric);
 /* Checks, after a refusal, whether the fabric was configured by JTAG meanwhile. */
 void fabric_look_again(struct fabric *fabric);
 
-/* True if the window of the fabric answers. */
+/* Tells whether the window of the fabric answers. */
 bool fabric_usable(const struct fabric *fabric);
 
 const char *fabric_state_name(enum fabric_state state);
-/* Returns the meaning of the state, and what to do, as text. */
+/* Returns a text with the meaning of the state and the action that the operator should take. */
 const char *fabric_state_meaning(enum fabric_state state);
 
 #endif

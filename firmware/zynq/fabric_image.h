@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The fabric's bitstream in the flash: a header of 64 bytes, then the bitstream.
+/* Reads the header of the fabric's bitstream in the flash: 64 bytes, which the bitstream follows.
 
    Little-endian words:
      0  magic, "ATBS"
      1  version of this header, 1
      2  length of the bitstream in bytes, a multiple of 4
      3  CRC-32 (IEEE 802.3, as zlib.crc32) of the bitstream
-     4 to 15  nothing, 0
+     4 to 15  unused, 0
    The bitstream is a raw .bin without the text header of a .bit. The bytes of each word are swapped as the
    configuration port takes them: read as a word, the synchronisation word is 0xAA995566. */
 
@@ -25,7 +25,7 @@
 /* Largest length; the bitstream of the XC7Z020 has 4,045,564 bytes. */
 #define FABRIC_IMAGE_LENGTH_MOST (FLASH_MAP_BITSTREAM_BYTES - FABRIC_IMAGE_HEADER_BYTES)
 #define FABRIC_IMAGE_SYNC_WORD 0xAA995566U
-/* The synchronisation word must be among this number of first words. */
+/* Number of first words among which the synchronisation word must be. */
 #define FABRIC_IMAGE_SYNC_WITHIN 64U
 
 struct fabric_image {

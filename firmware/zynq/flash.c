@@ -18,9 +18,10 @@
 /* Error flags of a Spansion flash after an erase or a programming; the flash stays busy until these flags are
    cleared. */
 #define STATUS_WENT_WRONG 0x60U
-/* A word takes 1.3 us at 25 MHz. */
+/* Longest time for a word, which takes 1.3 us at 25 MHz. */
 #define WORD_TIMEOUT_US 1000U
-/* Longer than the times in all data sheets: 2.6 s for a sector of 256 KB, 3 s for one of 64 KB, 5 ms for a page. */
+/* Longer than the times in all data sheets: 2.6 s for a sector of 256 KB, 3 s for a sector of 64 KB, 5 ms for a
+   page. */
 #define ERASE_TIMEOUT_US 8000000U
 #define PROGRAM_TIMEOUT_US 50000U
 #define QUEUE_WORDS 63U
@@ -82,7 +83,7 @@ static void drop_received(const struct flash *flash) {
     }
 }
 
-/* Sends four bytes, or one through QSPI_TXD1, and receives as many. */
+/* Sends four bytes, or one byte through QSPI_TXD1, and receives as many bytes. */
 static bool exchange(const struct flash *flash, uint32_t place, uint32_t sent, uint32_t *word) {
     uint32_t start = now_us(flash);
     write_at(flash, place, sent);
@@ -95,7 +96,7 @@ static bool exchange(const struct flash *flash, uint32_t place, uint32_t sent, u
     return true;
 }
 
-/* The command is sent first, then the address, upper byte first. */
+/* Returns the word that sends a command, then the address with the upper byte first. */
 static uint32_t command_word(uint32_t command, uint32_t address) {
     return command | (address >> 16 & 0xFFU) << 8 | (address >> 8 & 0xFFU) << 16 |
            (address & 0xFFU) << 24;
@@ -124,7 +125,8 @@ static bool run_byte(const struct flash *flash, uint32_t command) {
     return answers;
 }
 
-/* The boot ROM connects the pins only if it starts from the flash, not if a debugger starts the firmware. */
+/* Connects the controller's pins. The boot ROM connects them only if it starts from the flash, not if a debugger starts
+   the firmware. */
 static void connect_pins(const struct flash *flash) {
     write_at(flash, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
     for (uint32_t pin = FIRST_PIN; pin <= LAST_PIN; pin++) {
@@ -165,7 +167,7 @@ uint32_t flash_open(void *context) {
     flash->id = 0;
     flash->sector_bytes = 0;
     select(flash, true);
-    /* The first byte was received during the command; the others are the ID. */
+    /* The first byte was received during the command; the other bytes are the ID. */
     bool answers =
         exchange(flash, QSPI_TXD0, COMMAND_ID, &id[0]) && exchange(flash, QSPI_TXD0, 0, &id[1]);
     select(flash, false);

@@ -11,7 +11,7 @@
 
 struct flash {
     struct register_access access;
-    /* JEDEC ID: maker, kind and size, in three bytes, the maker in the most significant one. */
+    /* JEDEC ID: maker, kind and size, in three bytes, the maker in the most significant byte. */
     uint32_t id;
     uint32_t sector_bytes;
     /* Time at which the present erase or programming began. */

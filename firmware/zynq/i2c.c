@@ -5,7 +5,7 @@
 #include "registers.h"
 
 #define SCL_HZ 100000U
-/* A period of SCL has 22 periods of the divided clock. */
+/* Number of periods of the divided clock in a period of SCL. */
 #define CLOCKS_A_PERIOD 22U
 #define DIVISOR_B_MOST 64U
 #define TIMEOUT_US 5000U
@@ -13,7 +13,7 @@
 #define SCL 1U
 #define SDA 2U
 enum { CLOCKS_OF_A_BYTE = 9 };
-/* At least half a period of 100 kHz; the clock used for waiting has steps of 1 us. */
+/* Time of at least half a period of 100 kHz; the clock for waiting has steps of 1 us. */
 #define HALF_PERIOD_US 6U
 
 static uint32_t read_at(const struct register_access *access, uint32_t address) {
@@ -37,8 +37,8 @@ static void pull_low(const struct register_access *access, uint32_t wires) {
     }
 }
 
-/* A device in the middle of a byte releases SDA within nine clocks; STOP then ends what the device regards as a
-   transfer. */
+/* Frees the bus with up to nine clocks and a STOP: a device in the middle of a byte releases SDA within nine clocks,
+   and STOP then ends the transfer for the device. */
 static void clock_the_bus_free(const struct register_access *access) {
     write_at(access, GPIO_DATA_2, 0);
     write_at(access, GPIO_DIRM_2, 0);
@@ -92,7 +92,8 @@ static uint32_t wait_until_it_ends(const struct register_access *access) {
     }
 }
 
-/* A missing acknowledge is no fault of the bus, so it causes no restart of the bus. */
+/* Waits for the end of a transfer and tells whether it succeeded. After a fault it restarts the bus; a missing
+   acknowledge is no fault of the bus. */
 static bool is_done(const struct register_access *access) {
     uint32_t happened = wait_until_it_ends(access);
     bool done = (happened & I2C_HAPPENED_DONE) != 0 && (happened & I2C_HAPPENED_ERRORS) == 0;

@@ -2,9 +2,9 @@
 
 /* Uses the processor's I2C controller 0 as the master of a bus with few bytes (UG585, chapter 20).
 
-   If a master was reset in the middle of a byte, the device holds SDA low until it gets its remaining clocks, which
-   the controller cannot send then. Two general-purpose pins are wired to the same bus in the fabric: they send up to
-   nine clocks and a STOP (UM10204, 3.1.16), and the controller is reset. */
+   If a master was reset in the middle of a byte, the device holds SDA low until it gets the remaining clocks of the
+   byte, which the controller cannot send while SDA is low. Two general-purpose pins are wired to the same bus in the
+   fabric: they send up to nine clocks and a STOP (UM10204, 3.1.16), and the controller is reset. */
 
 #ifndef ARCTRUE_I2C_H
 #define ARCTRUE_I2C_H

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Access to the processor's own registers and memory through functions, so that the drivers can be tested without
-   the hardware. */
+/* Declares the functions through which the drivers access the processor's own registers and memory, so that the drivers
+   can be tested without the hardware. */
 
 #ifndef ARCTRUE_REGISTER_ACCESS_H
 #define ARCTRUE_REGISTER_ACCESS_H

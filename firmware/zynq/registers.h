@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits as in its technical
-   reference manual (UG585). docs/firmware.md states what they were compared with. */
+/* Defines the registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits as in its
+   technical reference manual (UG585). docs/firmware.md names the sources with which they were compared. */
 
 #ifndef ARCTRUE_ZYNQ_REGISTERS_H
 #define ARCTRUE_ZYNQ_REGISTERS_H
@@ -42,7 +42,7 @@
 #define DEVCFG_MULTIBOOT_ADDR 0xF800702CU
 #define DEVCFG_MULTIBOOT_PLACES 0x1FFFU
 #define DEVCFG_MULTIBOOT_BYTES 0x8000U
-/* This register survives every reset except that of power-on. The boot ROM uses the lower half and, after a failed
+/* This register survives every reset except the reset at power-on. The boot ROM uses the lower half and, after a failed
    boot, the four upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
 #define SLCR_REBOOT_WATCHDOG 0x00030000U
@@ -141,7 +141,7 @@
 #define I2C_HAPPENED_ALL 0x02FFU
 #define I2C_HAPPENED_DONE 0x0001U
 #define I2C_HAPPENED_NO_ACKNOWLEDGE 0x0004U
-/* No acknowledge, time-out, overflow or underflow of a queue, bus lost to another master. */
+/* Flags of errors: no acknowledge, time-out, overflow or underflow of a queue, bus lost to another master. */
 #define I2C_HAPPENED_ERRORS 0x02ECU
 
 /* General-purpose pins that leave through the fabric, bank 2: output values, input values, direction (1: out),
@@ -168,7 +168,7 @@
 #define UART_SR_TRANSMIT_FULL 0x10U
 #define UART_SR_TRANSMIT_ACTIVE 0x800U
 #define UART_RECEIVE_TRIGGER 0x01U
-/* A character came while the FIFO was full. */
+/* Flag: a character came while the FIFO was full. */
 #define UART_RECEIVE_OVERFLOW 0x20U
 
 /* Private to a processor: interrupt controller, global timer, watchdog. */

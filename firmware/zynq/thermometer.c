@@ -10,7 +10,7 @@ enum { ADT7420_TEMPERATURE = 0x00, ADT7420_CONFIGURATION = 0x03, ADT7420_ID = 0x
 #define ADT7420_SIXTEEN_BITS 0x80U
 #define ADT7420_ID_VALUE 0xCBU
 enum { TMP117_TEMPERATURE = 0x00, TMP117_ID = 0x0F };
-/* The four upper bits are the revision. */
+/* Mask that removes the revision, the four upper bits. */
 #define TMP117_ID_MASK 0x0FFFU
 #define TMP117_ID_VALUE 0x0117U
 /* Value before the first conversion. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The thermometer of the table on the I2C bus: an ADT7420 or a TMP117, whichever answers first. */
+/* Reads the thermometer of the table on the I2C bus: an ADT7420 or a TMP117, whichever answers first. */
 
 #ifndef ARCTRUE_THERMOMETER_H
 #define ARCTRUE_THERMOMETER_H
@@ -23,8 +23,8 @@ const char *thermometer_name(enum thermometer_kind kind);
 /* Searches for a thermometer at the addresses 0x48 to 0x4B; the bus must be prepared. */
 void thermometer_find(struct thermometer *thermometer, const struct register_access *access);
 
-/* Reads the temperature; the context is a struct thermometer. A thermometer that does not answer is searched again,
-   because it loses its settings with its supply. */
+/* Reads the temperature; the context is a struct thermometer. If the thermometer does not answer, the function searches
+   for it again, because a thermometer without supply loses its settings. */
 bool thermometer_read(void *context, double *celsius);
 
 #endif

@@ -5,14 +5,16 @@
 -- Multiplies the amplitude of each lane by its modulator and writes the effective amplitude, for all lanes of both banks one
 -- after the other with one multiplier. It stores the nominal amplitudes of both banks and the choice of the modulator.
 --
--- **Sweep.** `sweep_step` counts 0 to SWEEP_CLOCKS - 1 again and again. Steps 0 to 127 belong to the lanes of bank 0
--- and then to those of bank 1; lanes that are not built write nothing. The last step latches the modulators for the
--- whole next sweep. In SQUARE_STEP the speed is multiplied by itself.
+-- **Sweep.** `sweep_step` counts from 0 to SWEEP_CLOCKS - 1 repeatedly. Steps 0 to 63 process the lanes of bank 0,
+-- steps 64 to 127 the lanes of bank 1; steps of lanes that are not built write nothing. The last step latches the
+-- modulators for the whole next sweep. In SQUARE_STEP the entity multiplies the speed by itself.
 --
--- **Swap.** `swept` is high while a whole sweep has followed the last write of a nominal word: then the effective
--- amplitudes of the idle bank are complete. At most 2 · SWEEP_CLOCKS + 1 clocks pass until it is high again.
+-- **Swap.** `swept` is high from the end of the first whole sweep after the last write of a nominal word until the next
+-- write; during this time the effective amplitudes of the idle bank are complete. After a write it is high again within
+-- 2 · SWEEP_CLOCKS + 1 clocks.
 --
--- **Latency.** 5 clocks from `sweep_step` to the write of its effective amplitude; the memory holds it a clock later.
+-- **Latency.** The effective amplitude of a step is written 5 clocks after `sweep_step`; the memory holds it a clock
+-- later.
 --
 -- **Number formats.** amplitudes s13.11 counts; modulators s1.16, of magnitude 1 at most.
 --
@@ -47,7 +49,7 @@ entity amplitude_sweep is
     write_bank      : in    std_ulogic;
     write_lane      : in    u_unsigned(5 downto 0);
     write_word      : in    std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
-    swept           : out   std_ulogic := '0';                           -- a whole sweep has followed the last write
+    swept           : out   std_ulogic := '0';                           -- level: a sweep has followed the last write
     -- Effective amplitudes
     selected        : out   std_ulogic_vector(0 to LANES / FOLD - 1) := (others => '0');
     bank            : out   std_ulogic                               := '0';

@@ -4,33 +4,33 @@
 --
 -- Stores two banks of coefficients for every lane of equation (9): the pipeline reads the active bank,
 -- the processor writes the idle one. A pulse of `swap` makes the idle bank the active one for all
--- lanes at once. Then the new idle bank is filled with the same values, from the block RAM
--- that also serves the read-back, so that single words can be changed and swapped in again.
+-- lanes at once. Then the entity copies the active values into the new idle bank, from the block RAM that also serves
+-- the read-back; so the processor can change single words and swap again.
 --
 -- **Words.** `write_address` = lane * 4 + word. Word 0: phase step, bits 31..0; word 1: phase
 -- step, bits 47..32; word 2: phase offset; word 3: amplitude, sign-extended to 32 bits. A word
 -- of a lane that is not built is acknowledged, not stored, and reads as 0. `write_offset` writes
--- the offset, a constant added to the correction. Only the bits of the format are stored; the
--- read-back shows what is stored.
+-- the offset, a constant added to the correction. Only the bits of the format are stored; the read-back shows the
+-- stored bits.
 --
--- **One bank for one angle.** An angle meets its phase step when it enters the pipeline, its phase offset
--- PHASE_OFFSET_DELAY clocks later, its amplitude AMPLITUDE_DELAY clocks later and the offset OFFSET_DELAY clocks later.
--- Each part changes its bank with exactly that delay, so that every angle meets the coefficients of one bank.
--- `swap_marker` is high in the clock of the first angle that meets the new bank: the clock after a `swap` that need not
--- wait.
+-- **One bank for one angle.** The pipeline uses the phase step of an angle when the angle enters, the phase offset
+-- PHASE_OFFSET_DELAY clocks later, the amplitude AMPLITUDE_DELAY clocks later and the offset OFFSET_DELAY clocks later.
+-- After a swap each of these four outputs changes its bank with its own delay, so that all coefficients of one angle
+-- come from one bank. `swap_marker` is high in the clock of the first angle of the new bank; if the swap need not wait,
+-- this is the clock after `swap`.
 --
--- **Folding.** FOLD lanes share one pipeline, and in each clock an output carries the words of one block, that is of
--- LANES / FOLD neighbouring lanes. The phase steps are those of block s in the clock in which `slot` is s; the phase
--- offsets and amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. It
--- holds `swap_allowed` high in the clock before each new angle only; a swap waits for it, and swaps that wait together
+-- **Folding.** FOLD lanes share one pipeline, and in each clock an output carries the words of one block of LANES /
+-- FOLD neighbouring lanes. `phase_steps` carries block s in the clock in which `slot` is s; the phase offsets and
+-- amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. It holds
+-- `swap_allowed` high only in the clock before each new angle; a swap waits for this clock, and several waiting swaps
 -- count as one.
 --
 -- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the
 -- write is finished with the pulse of `write_acknowledge`, which comes 3 clocks later. While a swap waits or the idle
 -- bank is being filled, the write waits too: at most until the largest delay + 4 * LANES + 5 clocks after the swap took
 -- place. Start no other write before the acknowledge. A swap takes over all acknowledged writes and no part of a
--- pending one. `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
--- allowed at any time; it waits until then, and until a write in progress has ended.
+-- pending write. `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
+-- allowed at any time; it waits until the idle bank is filled and a write in progress has ended.
 --
 -- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.
 --
@@ -38,8 +38,9 @@
 -- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
 --
 -- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose the modulator of the lane's amplitude
--- (amplitude_sweep): `amplitudes` are the effective amplitudes, read-back and fill have the nominal ones. A swap also
--- waits until a whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS clocks at the most.
+-- (amplitude_sweep): `amplitudes` carries the effective amplitudes; the read-back and the copy into the idle bank use
+-- the nominal ones. A swap also waits until a whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS
+-- clocks at the most.
 --
 -- **Real orders.** With REAL_ORDERS a lane also has a turn step, written with `write_turn_step`:
 -- `write_address` = lane * 2 + word; word 0 bits 31..0, word 1 bits 47..32; `read_turn_step` reads them.
@@ -47,8 +48,8 @@
 -- (turn_counter). A swap also waits until a whole sweep has followed the last write or the fill, 36 · LANES + 12
 -- clocks, and the turn steps add 18 · LANES clocks to the fill.
 --
--- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. It keeps both banks and
--- lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
+-- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. The reset keeps both banks
+-- and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -74,7 +75,7 @@ entity coefficient_memory is
     write_offset      : in    std_ulogic;                     -- pulse: write the offset
     write_address     : in    u_unsigned(7 downto 0);         -- lane * 4 + word
     write_data        : in    std_ulogic_vector(31 downto 0); -- the word
-    write_acknowledge : out   std_ulogic;                     -- pulse: written
+    write_acknowledge : out   std_ulogic;                     -- pulse: the word is written
     read_address      : in    u_unsigned(7 downto 0);         -- lane * 4 + word
     read_data         : out   std_ulogic_vector(31 downto 0); -- the word in the idle bank
     idle_offset       : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0); -- counts, s13.11, idle bank
@@ -97,7 +98,7 @@ entity coefficient_memory is
     speed_squared     : out   modulator;
     -- With REAL_ORDERS, see turn_offset_sweep and turn_counter
     write_turn_step   : in    std_ulogic                                := '0';             -- pulse: write a word of a turn step
-    read_turn_step    : in    std_ulogic                                := '0';             -- address of a turn step
+    read_turn_step    : in    std_ulogic                                := '0';             -- read_address is the address of a turn step
     turn              : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0'); -- turns
     turn_select       : in    u_unsigned(1 downto 0)                    := "00"             -- turn modulo 4, a clock after the angle
   );
@@ -233,7 +234,8 @@ begin
       if swap_now = '1' then
         active <= not active;
       end if;
-      -- All parts take the bank of the phase steps, so that after a swap all of them have the same bank.
+      -- Phase offsets and amplitudes copy the bank of the phase steps, so that after a swap all three use the same
+      -- bank.
       if swapped(PHASE_OFFSET_DELAY - 1) = '1' then
         phase_bank <= step_bank;
       end if;

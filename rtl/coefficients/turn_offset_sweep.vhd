@@ -5,26 +5,28 @@
 -- Prepares the phase offsets of lanes of a real order n: within a turn a lane's phase is Φ + n·θ, and from turn to turn
 -- it advances by the fraction ν of n. The offset of turn m is Φ + frac(m·ν); one multiplier computes it for the turns
 -- m - 1, m and m + 1 of all lanes of both banks, one after the other, in an endless sweep. The entity stores the turn
--- steps ν and the offsets Φ of both banks. A lane with ν = 0, of a whole order, has the offset Φ in every turn.
+-- steps ν and the offsets Φ of both banks. A lane of a whole order has ν = 0, and so the offset Φ in every turn.
 --
--- **Turns.** An offset is written to the place m modulo 4 of its lane. A sweep takes 18 · LANES clocks and holds the turn of its
--- start as m, so that it writes the offsets of three neighbouring turns even if the angle moves meanwhile. While the
--- angle crosses a wrap back and forth, these offsets do not change. After a wrap the offsets of the next turn are
--- complete within two sweeps, 36 · LANES + 12 clocks after the first angle behind the wrap. Before the next wrap in the
--- same direction the angle moves at least half a turn, even if the zero moves, and at most one count per clock: so 72 ·
--- LANES + 48 counts a turn are enough at every speed.
+-- **Turns.** An offset is written to the place m modulo 4 of its lane. A sweep takes 18 · LANES clocks and uses the
+-- turn at its start as m throughout, so that it writes the offsets of three neighbouring turns even if the angle moves
+-- meanwhile. While the angle crosses a wrap back and forth, these offsets do not change. After a wrap the offsets of
+-- the next turn are complete within two sweeps, 36 · LANES + 12 clocks after the first angle behind the wrap. Before
+-- the next wrap in the same direction the angle moves at least half a turn, even if the zero moves, and at most one
+-- count per clock. Therefore a turn of 72 · LANES + 48 counts or more is long enough at every speed.
 --
 -- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads
--- (FAILOVER) hold no turn steps: the lanes of a set keep those of the idle bank.
+-- (FAILOVER) hold no turn steps: the lanes of a set keep the turn steps of the idle bank.
 --
 -- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error accumulates from turn to turn, and the offset
 -- does not depend on the path to turn m. The offset is rounded once, half up, to 24 bits.
 --
--- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of
--- the idle bank are complete. After a swap, `take_over` starts the copy of the active bank's turn steps into the idle
--- bank; `copies` is high during this copy, for 18 · LANES + 4 clocks: write no turn step then.
+-- **Swap.** `swept` is high from the end of the first whole sweep after the last write (at most 36 · LANES + 12 clocks)
+-- until the next write; during this time the offsets of the idle bank are complete. After a swap, `take_over` starts
+-- the copy of the active bank's turn steps into the idle bank; `copies` is high during this copy, for 18 · LANES + 4
+-- clocks: write no turn step then.
 --
--- **Latency.** 1 clock from `read_address` to `read_word`; 8 clocks from a step of the sweep to the memory that holds its offset.
+-- **Latency.** 1 clock from `read_address` to `read_word`. The memory holds an offset 8 clocks after the step of the
+-- sweep that computes it.
 --
 -- **Number formats.** turn s23.0 turns; turn steps u0.48 turn a turn; offsets u0.24 turn.
 --
@@ -53,9 +55,9 @@ entity turn_offset_sweep is
     write_word   : in    std_ulogic_vector(31 downto 0);
     take_over    : in    std_ulogic;                                                    -- pulse: fill the idle bank's turn steps
     copies       : out   std_ulogic;
-    swept        : out   std_ulogic                               := '0';               -- a whole sweep has followed the last write
+    swept        : out   std_ulogic                               := '0';               -- level: a sweep has followed the last write
     read_address : in    u_unsigned(6 downto 0);                                        -- lane * 2 + word
-    read_word    : out   std_ulogic_vector(31 downto 0);                                -- of the idle bank's turn step
+    read_word    : out   std_ulogic_vector(31 downto 0);                                -- word of the idle bank's turn step
     -- Prepared offsets
     selected     : out   std_ulogic_vector(0 to LANES / FOLD - 1) := (others => '0');
     bank         : out   std_ulogic                               := '0';
@@ -185,7 +187,8 @@ begin
                write_word;
   to_high   <= copied_high when copied = '1' else
                write_word(high_word'range);
-  -- Until they are copied, the words of the active bank are those that the idle bank will have.
+  -- Until the copy of the turn steps has ended, `read_word` comes from the active bank, because the idle bank gets the
+  -- same words.
   read_bank <= idle_bank xor (copying or copied);
   read_word <= std_ulogic_vector(resize(u_unsigned(read_high), 32)) when read_is_high = '1' else
                read_low;
@@ -304,8 +307,8 @@ begin
       item_1_to_4 := now & item_1_to_4(1 to 3);
       now         <= next_item(now);
 
-      -- The turn is held for the whole sweep. Otherwise small movements of the angle back and forth could leave one of
-      -- the three turns out.
+      -- The turn is held for the whole sweep. Otherwise, if the angle moved back and forth, the sweep could omit one of
+      -- the three turns.
       if now = FIRST then
         middle := turn;
         above  := turn + 1;

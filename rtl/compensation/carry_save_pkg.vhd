@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- Carry-save addition: three numbers become two with the same sum, without a carry chain, so that
--- several numbers can be added in one clock at the cost of one chain.
+-- Declares functions for carry-save addition: they reduce three numbers to two with the same sum, without a carry
+-- chain, so that several numbers can be added in one clock at the cost of one chain.
 -- a + b + c + carry_in = saved_sum(a, b, c) + saved_carry(a, b, c, carry_in) modulo 2**length.
 
 library ieee;
@@ -32,8 +32,9 @@ package carry_save_pkg is
     more : std_ulogic
   ) return u_signed;
 
-  -- Returns a < b for numbers of the same width, from the sign of a - b: a carry chain with one bit of each number per
-  -- LUT. For "<" Yosys makes a chain with two or three bits in two LUTs, which nextpnr places apart from the chain.
+  -- Tells whether a < b for numbers of the same width, from the sign of a - b: a carry chain with one bit of each
+  -- number per LUT. For "<" Yosys makes a chain with two or three bits in two LUTs, which nextpnr places apart from the
+  -- chain.
   function is_less (
     a, b : u_signed
   ) return std_ulogic;
@@ -46,7 +47,8 @@ package carry_save_pkg is
     width, left : positive
   ) return u_signed;
 
-  -- Returns the sum of such numbers on one carry chain, after the levels that leave 2 numbers.
+  -- Returns the sum of numbers that lie side by side: carry-save levels reduce them to 2 numbers, which one carry chain
+  -- adds.
   function sum_of_all (
     numbers : u_signed;
     width   : positive

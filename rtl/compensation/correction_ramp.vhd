@@ -2,33 +2,35 @@
 --
 -- # correction_ramp
 --
--- Avoids a step of the correction when the coefficients are swapped or the compensation is switched on or off, so that
--- a servo that reads the output sees no jump. The applied correction is total = ε + r. In the clock of a `marker` the
--- total is held and the remainder r = held total − ε is latched; from then on |r| decays to 0, while the total follows
--- ε at once. The rate of ε itself is never limited, because a limit would clip a correction that must be fast.
+-- Adds a decaying remainder r to the correction ε, so that the applied correction, total = ε + r, makes no step when
+-- the coefficients are swapped or the compensation is switched on or off; a servo that reads the output sees no jump.
+-- In the clock of a `marker` the entity holds the total and latches the remainder r = held total − ε; from then on |r|
+-- decays to 0, while the total follows ε at once. The rate of ε itself is never limited, because a limit would clip a
+-- correction that must be fast.
 --
 -- **Velocity.** r begins and ends with velocity 0 (ramp_velocity): its velocity changes by `ramp_acceleration` in 256
--- clocks, up to `ramp_rate`. A marker changes r and not its velocity. So the velocity of the total steps only by the
--- velocity of ε. A marker holds the total for three clocks and r for two more; r is latched in the second of the three,
--- so the change of ε in two clocks comes at once. At its end r steps to 0 by less than 2⁻¹¹ count. A rate of 0 stops r
--- and keeps its value.
+-- clocks, up to `ramp_rate`. A marker changes r but not the velocity of r, so the velocity of the total steps only by
+-- the change of the velocity of ε. A marker holds the total for three clocks and r for two more; r is latched in the
+-- second of the three clocks, so after them the total steps by the change of ε in two clocks. At its end r steps to 0
+-- by less than 2⁻¹¹ count. A rate of 0 stops r and keeps its value.
 --
--- **Acceleration 0** sets the velocity to `ramp_rate` at once: k ≥ 5 clocks after the marker r has lost floor((k −
--- 5)·rate), in 2⁻ᶠ count, and it stops at 0 exactly. Change the acceleration to or from 0, or reduce it, only while r
--- is 0: otherwise r may pass 0 and return.
+-- **Acceleration 0** sets the velocity to `ramp_rate` at once: k ≥ 5 clocks after the marker |r| has decreased by
+-- floor((k − 5)·rate), in 2⁻ᶠ count, and r stops at 0 exactly. Change the acceleration to or from 0, or reduce it, only
+-- while r is 0: otherwise r may pass 0 and return.
 --
--- **Inserted counts.** Where the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
+-- **Inserted counts.** If the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
 -- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump, so that reading -
--- total makes no step and gains these counts as r decays. Counts beyond the range of the total (2¹⁹, where counts are
--- put back much faster than r decays) are sent at once: the total stays at its limit, and `limited` is high.
+-- total makes no step and gains these counts as r decays. If counts are put back much faster than r decays, the total
+-- reaches the end of its range, 2¹⁹ counts; further counts are then sent at once: the total stays at its limit, and
+-- `limited` is high.
 --
--- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high with a total that was beyond ±`limit`.
--- A marker holds the clipped total, so r stays bounded however often the bank is swapped. A change of `limit` acts two
--- clocks later.
+-- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high in the clock of each total that
+-- would exceed ±`limit` without the clipping. A marker holds the clipped total, so r stays bounded however often the
+-- bank is swapped. A change of `limit` acts two clocks later.
 --
--- **One chain per clock.** r is computed a clock ahead (`next_excess`), and with it the bounds r ± limit that ε is
--- compared with; where r ends, both are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, so that one look-up table
--- chooses a bit of the total.
+-- **One chain per clock.** The entity computes r a clock ahead (`next_excess`), and with r the bounds r ± limit, with
+-- which ε is compared; when r ends, r and the bounds are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, so that
+-- one look-up table chooses a bit of the total.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --
@@ -51,7 +53,7 @@ entity correction_ramp is
     clock      : in    std_ulogic;
     reset      : in    std_ulogic;
     correction : in    u_signed(20 + PAIR_FRACTION downto 0);                    -- ε, counts, s20.F
-    marker     : in    std_ulogic;                                               -- with the first ε of another origin
+    marker     : in    std_ulogic;                                               -- with the first ε from another bank or setting
     withdrawn  : in    u_signed(15 downto 0);                                    -- counts that the reading loses at the marker
     limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
     ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
@@ -179,8 +181,8 @@ begin
       lower_bound <= (whole - top) & next_excess(PAIR_FRACTION - 1 downto 0);
       if ends_now = '1' then
         upper_bound <= top & (PAIR_FRACTION - 1 downto 0 => '0');
-        -- The negative limit, in a form that Yosys does not share with the difference above, which would wait for
-        -- ends_now.
+        -- The negative limit is written in a form that Yosys does not merge with the difference above: the merged logic
+        -- would have to wait for ends_now.
         lower_bound <= (not (top - 1)) & (PAIR_FRACTION - 1 downto 0 => '0');
       end if;
 

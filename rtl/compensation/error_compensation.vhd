@@ -3,48 +3,49 @@
 -- # error_compensation
 --
 -- Computes the compensated reading of equation (8), θ_com = R − ε(R), modulo the turn. Adds the pair sums of the
--- harmonics and the offset to ε, passes it through the correction_ramp (no step at a swap or when `apply` changes) and
--- subtracts it from the delayed reading.
+-- harmonics and the offset, which gives ε, passes ε through the correction_ramp (no step at a swap or when `apply`
+-- changes) and subtracts the result from the delayed reading.
 --
 -- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two clocks for the adder
 -- tree, one for the ramp, one for the subtraction, which folds the result into the turn.
 --
 -- **Folding.** With FOLD > 1 the pair sums of an angle arrive in FOLD clocks, from `first_sums` to
--- `last_sums`, and are added up; the reading and everything else belongs to the clock of `last_sums`,
--- from which the latency counts. Between two angles the reading and ε do not change, and the ramp continues at its rate
--- per clock. The sums are exact, so they are the same for every FOLD.
+-- `last_sums`, and are added up; the reading and all other inputs of the angle belong to the clock of `last_sums`, from
+-- which the latency counts. Between two angles the reading and ε do not change, and the ramp continues at its rate per
+-- clock. The sums are exact, so they are the same for every FOLD.
 --
--- **Rounding.** All fraction bits are kept up to the last clock; there the total correction is
--- rounded once, to whole counts: corrected = R − floor(total + ½), the same number for angle and
--- position. `correction` shows the total cut off to 11 fraction bits.
+-- **Rounding.** All fraction bits are kept up to the last clock; in that clock the total correction is rounded once, to
+-- whole counts: corrected = R − floor(total + ½), the same number for angle and position. `correction` shows the total
+-- cut off to 11 fraction bits.
 --
--- **Apply.** With `apply` low ε counts as 0. A change of `apply` is a marker of the ramp just as
--- a swap is. `apply`, `swap_marker`, `zero_moved`, `put_back`, `referenced`, `angle` and `position` belong to the angle whose pair
--- sums arrive in the same clock. `referenced` is output with the corrected angle to which it belongs.
+-- **Apply.** While `apply` is low, 0 replaces ε. A change of `apply` is a marker of the ramp, as a swap is. `apply`,
+-- `swap_marker`, `zero_moved`, `put_back`, `referenced`, `angle` and `position` belong to the angle whose pair sums
+-- arrive in the same clock. `referenced` is output with the corrected angle to which it belongs.
 --
--- **Put back.** `position` contains `put_back` counts that no edge brought (modulo 2¹⁶). If `put_back` changes with an
--- angle whose `zero_moved` differs from that of the previous angle, the ramp absorbs the change: the corrected reading
--- makes no step and gains these counts as the ramp decays. A change of `zero_moved` alone is a marker of the ramp too:
--- ε of the new place follows without a step.
+-- **Put back.** `position` contains `put_back` counts (modulo 2¹⁶) that replace lost counts and do not come from edges.
+-- If `put_back` changes with an angle whose `zero_moved` differs from that of the previous angle, the ramp absorbs the
+-- change: the corrected reading makes no step and gains these counts as the ramp decays. A change of `zero_moved`
+-- without a change of `put_back` is a marker of the ramp too: the total changes to the ε of the new place without a
+-- step.
 --
--- **Mean.** With MEAN, `mean_term` of the same angle joins the sum with all its bits (weighted_mean). Where another head
--- becomes the carrier, `jumped` is high with its first angle and `jump` is the jump of the reading: the ramp absorbs it
--- like counts that are put back, so the corrected reading makes no step.
+-- **Mean.** With MEAN, `mean_term` of the same angle is added to ε with all its bits (weighted_mean). When another head
+-- becomes the carrier, `jumped` is high with the first angle of this head, and `jump` is the jump of the reading: the
+-- ramp absorbs it like counts that are put back, so the corrected reading makes no step.
 --
--- **Local table.** With LOCAL_TABLE, `local_value` of the same angle joins the sum with all its bits (local_table).
+-- **Local table.** With LOCAL_TABLE, `local_value` of the same angle is added to ε with all its bits (local_table).
 --
 -- **Limit.** The total is clipped to whole counts strictly below half a turn, at
 -- ±min(floor((counts_per_rev − 1) / 2), 2¹⁹ − 1) counts; `correction_limited` is high with each
--- output that was clipped. Since angle < counts_per_rev, one fold then gives
--- 0 <= corrected_angle < counts_per_rev.
+-- output that was clipped. Since angle < counts_per_rev, adding or subtracting at most one turn then gives 0 <=
+-- corrected_angle < counts_per_rev.
 --
 -- **Number formats.** pair sums s15.F, F = PAIR_FRACTION, in magnitude at most 2¹⁴ + 2; offset s13.11 counts; mean_term s19.20
--- counts, in magnitude at most 2¹⁸·1.5 + 1; local_value s13.22 counts; so that the sum of all stays below 2²⁰; ε s20.F; total s19.F;
--- correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
+-- counts, in magnitude at most 2¹⁸·1.5 + 1; local_value s13.22 counts; the sum of all terms stays below 2²⁰; ε s20.F;
+-- total s19.F; correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
 --
--- **Reset.** The total, r and the last `apply` are 0: the first angle with `apply` high starts a
--- ramp from no correction. Angles in the pipeline are not cleared. While `counts_per_rev` changes,
--- all angles in the pipeline must be below the old and the new value.
+-- **Reset.** The total, r and the last `apply` are 0: the first angle with `apply` high starts a ramp from the
+-- correction 0. Angles in the pipeline are not cleared. While `counts_per_rev` changes, all angles in the pipeline must
+-- be below the old and the new value.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -59,7 +60,7 @@ entity error_compensation is
     LANES       : positive range 1 to LANES_MAX := LANES_DEFAULT; -- lanes whose pair sums arrive in one clock
     FOLD        : positive range 1 to 8         := 1;             -- clocks in which an angle's pair sums arrive
     MEAN        : boolean                       := false;         -- the mean of the heads is corrected
-    LOCAL_TABLE : boolean                       := false          -- a local table corrects too
+    LOCAL_TABLE : boolean                       := false          -- the value of a local table is added
   );
   port (
     clock              : in    std_ulogic;
@@ -71,9 +72,9 @@ entity error_compensation is
     apply              : in    std_ulogic;                                                     -- '0': no correction
     swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
     zero_moved         : in    std_ulogic                               := '0';                -- toggles when the zero moves
-    put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position that no edge brought
+    put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position without an edge
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
-    jumped             : in    std_ulogic                               := '0';                -- with swap_marker: another carrier
+    jumped             : in    std_ulogic                               := '0';                -- the first angle of another carrier
     jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts by which the reading then jumps
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index
@@ -81,14 +82,14 @@ entity error_compensation is
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count per clock, u8.24
     ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
     first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
-    last_sums          : in    std_ulogic                               := '1';                -- with the last of them
+    last_sums          : in    std_ulogic                               := '1';                -- with the last pair sums of an angle
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
     corrected_referenced : out   std_ulogic                               := '0';                -- corrected_angle counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0)  := (others => '0');    -- counts, s19.11
-    correction_limited : out   std_ulogic                               := '0';                -- this output was clipped
-    ramp_busy          : out   std_ulogic                               := '0';                -- this output is held or has a remainder
-    swap_done          : out   std_ulogic                               := '0'                 -- the first output of a new bank
+    correction_limited : out   std_ulogic                               := '0';                -- the correction of this output was clipped
+    ramp_busy          : out   std_ulogic                               := '0';                -- the ramp of this output has not ended
+    swap_done          : out   std_ulogic                               := '0'                 -- strobe: the first output of a new bank
   );
 end entity error_compensation;
 
@@ -96,8 +97,8 @@ architecture rtl of error_compensation is
 
   constant PAIRS : positive := (LANES + 1) / 2;
   constant TERMS        : positive := PAIRS + 1 + boolean'pos(MEAN) + boolean'pos(LOCAL_TABLE);
-  -- Number of numbers that the carry-save levels of the first clock leave, so that the second clock needs one such
-  -- level before its carry chain. With FOLD > 1 the third number is the sum of the angle so far.
+  -- Number of sums that the carry-save levels of the first clock leave, so that the second clock needs one more such
+  -- level before its carry chain. With FOLD > 1 the third number is the sum over the earlier blocks of the angle.
   constant SAVED        : positive := 3 - boolean'pos(FOLD > 1);
   constant SUM_WIDTH    : positive := 21 + PAIR_FRACTION;
   constant TURN_WIDTH   : positive := ANGLE_WIDTH + 3;
@@ -194,7 +195,7 @@ begin
       position_1_to_3(3) := position_1_to_3(2);
       referenced_1_to_3(3) := referenced_1_to_3(2);
 
-      -- Second clock: reduce to one number.
+      -- Second clock: reduce the numbers to one sum.
       terms_2(terms_2'high downto 2 * SUM_WIDTH) := sum_so_far;
       terms_2(saved_sums'range)                  := saved_sums;
 
@@ -259,7 +260,7 @@ begin
       end if;
       last_1 := last_sums;
 
-      -- The limit does not change while angles are corrected, so each clock computes a part of it.
+      -- The limit does not change while angles are corrected, so each clock computes a part of the limit.
       if (or half_turn(half_turn'high downto limit'length)) = '1' then
         limit <= LIMIT_MAX;
       else

@@ -2,32 +2,32 @@
 --
 -- # ramp_velocity
 --
--- Computes how far the remainder of a ramp moves in each clock, so that it reaches 0 without a step of its velocity:
--- the velocity rises by `acceleration` every 256 clocks, up to `rate`, and falls by as much, early enough for remainder
--- and velocity to reach 0 together. The velocity rises, or stays, only if the remainder is longer than the braking
--- distance from the resulting velocity: so the remainder does not pass 0.
+-- Computes the step of a ramp's remainder in each clock, so that the remainder reaches 0 without a step of its
+-- velocity: every 256 clocks the velocity rises by `acceleration`, up to `rate`, or falls by `acceleration`, early
+-- enough that remainder and velocity reach 0 together. The velocity rises, or stays, only if the remainder is longer
+-- than the braking distance from the resulting velocity: so the remainder does not pass 0.
 --
--- **Changes of the remainder** at any time (`marker`) make no step of the velocity. If the remainder then has the other
--- sign, or is shorter than the braking distance, the velocity falls first, and the remainder passes 0 and returns.
--- After a marker in the 15 clocks between the reading of the remainder and the change of the velocity the remainder is
--- unknown: the velocity falls by a step. So a series of markers in these clocks of every 256 stops the ramp until the
--- series ends, and such markers never make the remainder pass 0.
+-- **Changes of the remainder** at any time (`marker`) cause no step of the velocity. If the changed remainder has the
+-- other sign, or is shorter than the braking distance, the velocity falls first, and the remainder passes 0 and
+-- returns. If a marker comes in the 15 clocks between the reading of the remainder and the change of the velocity, the
+-- new remainder is unknown, and the velocity falls by one `acceleration`. A series of markers in these 15 of every 256
+-- clocks therefore stops the ramp until the series ends; such markers never make the remainder pass 0.
 --
--- **Acceleration 0** gives the velocity `rate` from the first clock on; the excess must then stop at 0 if a step would
--- take it past 0: `stops_at_zero` is high for this, from the second clock after a marker on.
+-- **Acceleration 0** gives the velocity `rate` from the first clock on. The user of `step` must then stop the excess at
+-- 0 if a step would take it past 0: `stops_at_zero` requests this, from the second clock after a marker on.
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder.
 --
 -- **Latency.** `step`, `ends` and `falling` belong to the clock in which they are output. The remainder is read once in
--- 256 clocks, 15 clocks before the velocity changes; an eighth of the distance of 256 clocks is kept as a margin for
--- that. After a `marker` `step` is 0 for two clocks.
+-- 256 clocks, 15 clocks before the velocity changes; an eighth of the distance that the remainder covers in 256 clocks
+-- is kept as a margin for these 15 clocks. After a `marker` `step` is 0 for two clocks.
 --
 -- **Number formats.** excess s22.F counts, F = PAIR_FRACTION, the negative remainder; rate u8.24 in 2⁻¹¹ count a clock;
--- acceleration u32 in 2⁻⁵⁹ count per clock²; step s-2.F counts; the excess gains one unit more than `step` where it
--- falls. Internal formats: velocity u-3.51 counts a clock, whose bits from 2⁻³⁵ upwards are the distance of 256 clocks
+-- acceleration u32 in 2⁻⁵⁹ count per clock²; step s-2.F counts; while the excess falls, its change is `step` plus one
+-- unit. Internal formats: velocity u-3.51 counts a clock, whose bits from 2⁻³⁵ upwards are the distance of 256 clocks
 -- in 2⁻²⁷ count; braking distance u22.F counts, the sum of such distances down to velocity 0.
 --
--- **Reset.** No velocity.
+-- **Reset.** The velocity is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -45,7 +45,7 @@ entity ramp_velocity is
     rate         : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
     acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count per clock²
     step         : out   u_signed(25 downto 0)              := (others => '0');    -- counts, s-2.F, to be added to the excess
-    step_rises   : out   std_ulogic                         := '1';                -- low: a unit of 2⁻ᶠ count more
+    step_rises   : out   std_ulogic                         := '1';                -- low: add 2⁻ᶠ count to step
     falling      : out   std_ulogic                         := '0';                -- the excess falls, else it rises
     ends         : out   std_ulogic                         := '0';                -- strobe: the excess must become 0
     moves        : out   std_ulogic                         := '0';                -- the velocity is not 0
@@ -73,7 +73,7 @@ architecture rtl of ramp_velocity is
 
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
 
-  -- Returns the action of the clock after that of `tick`.
+  -- Returns the action of the clock that follows clock `tick`.
   function moment_after (
     tick : natural range 0 to 255
   ) return moment_of_tick is
@@ -126,7 +126,7 @@ begin
     variable moment         : moment_of_tick                          := ADD;
     variable whole          : u_unsigned(31 downto 0);
     variable limit          : u_unsigned(VELOCITY_WIDTH - 1 downto 0);
-    -- Distance that braking from the present velocity takes
+    -- Braking distance from the present velocity
     variable way            : way_count                               := (others => '0');
     -- The velocity one step up and one step down; the highest bit of the latter is high if it would pass 0
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
@@ -229,7 +229,8 @@ begin
 
       end case;
 
-      -- A separate register: otherwise Yosys makes one adder wait for the first look-up table of the other.
+      -- This is a separate register, because Yosys would otherwise make one adder wait for the first look-up table of
+      -- the other adder.
       to_take_off := acceleration;
 
       moment   := moment_after(to_integer(tick));
@@ -260,7 +261,8 @@ begin
 
   end process choose_velocity;
 
-  -- Each clock carries the part of its travel that is below the last bit of the excess on to the next clock.
+  -- Adds the velocity in each clock and outputs the part that the excess can hold; the fraction below the last bit of
+  -- the excess is added in the next clock.
   hand_out : process (clock) is
 
     variable fraction : u_unsigned(TICK_WIDTH - 1 downto 0) := (others => '0');

@@ -2,8 +2,8 @@
 --
 -- # conditions_pkg
 --
--- Formats of the conditions that multiply the amplitudes of lanes, and the moments of a sweep: in SWEEP_CLOCKS clocks each
--- lane of both banks gets a new effective amplitude (amplitude_sweep).
+-- Declares the formats of the conditions that multiply the amplitudes of lanes, and the steps of a sweep: in
+-- SWEEP_CLOCKS clocks each lane of both banks gets a new effective amplitude (amplitude_sweep).
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -28,15 +28,15 @@ package conditions_pkg is
 
   -- A sweep: steps 0 to 127 are the lanes of both banks.
   constant SWEEP_CLOCKS       : positive := 144;
-  constant DIRECTION_STEP     : natural  := 0;   -- the division of the direction begins
-  constant SPEED_STEP         : natural  := 32;  -- the division of the speed begins
-  constant SQUARE_STEP        : natural  := 128; -- the speed is multiplied by itself
+  constant DIRECTION_STEP     : natural  := 0;   -- step in which the division of the direction begins
+  constant SPEED_STEP         : natural  := 32;  -- step in which the division of the speed begins
+  constant SQUARE_STEP        : natural  := 128; -- step in which the speed is multiplied by itself
 
   -- Stop operator
   constant STOP_FRACTION      : positive := 4;
   constant STOP_WIDTH         : positive := 24;  -- u20.4 counts
   constant DEAD_ZONE_WIDTH    : positive := 8;
-  constant MOST_STEP          : positive := 8;   -- counts per clock; a larger step is no motion
+  constant MOST_STEP          : positive := 8;   -- counts per clock; a larger step does not count as motion
 
   -- Speed
   constant TRAVEL_WIDTH       : positive := 31;  -- u20.11 counts

@@ -2,7 +2,8 @@
 --
 -- # slewed_word
 --
--- Moves a word towards its target by at most `slew` per step, so that a value that follows the word makes no jump.
+-- Moves `word` towards `target` by at most `slew` per strobe of `step`, so that an amplitude that is multiplied by the
+-- word makes no jump.
 --
 -- **Latency.** 1 clock from `step` to `word`.
 --
@@ -24,7 +25,7 @@ entity slewed_word is
     slew    : in    u_unsigned(31 downto 0);  -- u0.32
     target  : in    modulator;                -- s1.16
     word    : out   modulator;                -- s1.16
-    reached : out   std_ulogic := '0'         -- word is the target of the last step
+    reached : out   std_ulogic := '0'         -- word equals the target of the last step
   );
 end entity slewed_word;
 

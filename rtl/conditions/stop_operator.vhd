@@ -2,21 +2,21 @@
 --
 -- # stop_operator
 --
--- Follows the direction of motion as friction does: Prandtl's stop operator. Its place moves with the table and stops at
--- ±width. Place / width is the direction h: +1 after a long motion upwards, -1 after a long motion downwards; in
--- between h changes linearly. Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989), stop; x =
--- min(max(x + dR, -W), W).
+-- Computes the direction of motion with the hysteresis of friction (Prandtl's stop operator): a place moves with the
+-- table and stops at ±width. Place / width is the direction h: +1 after a long motion upwards, -1 after a long motion
+-- downwards; in between h changes linearly. Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989),
+-- stop; x = min(max(x + dR, -W), W).
 --
--- **Dead zone.** The place does not change while the table moves back and forth by up to `dead_zone` counts (play
--- operator before the stop).
+-- **Dead zone.** The place does not change while the table moves back and forth by up to `dead_zone` counts (a play
+-- operator in front of the stop operator).
 --
 -- **Unknown.** At reset, and after a change of `width`, the place may be anywhere from -width to width. Two operators
 -- begin at these ends; once their places are equal, the place is known. That takes at most 2·width counts of motion to
 -- one side, plus the dead zone.
 --
 -- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a
--- clock is a change of the carrier or a reset of the decoder, and counts as no motion. Counts that head 1 lost are
--- missing here too.
+-- clock is a change of the carrier or a reset of the decoder; it is ignored. Counts that head 1 lost are missing in
+-- this sum too.
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --
@@ -37,11 +37,11 @@ entity stop_operator is
     clock     : in    std_ulogic;
     reset     : in    std_ulogic;
     position  : in    u_signed(POSITION_WIDTH - 1 downto 0);       -- counts
-    put_back  : in    u_signed(15 downto 0);                       -- counts in position that no edge brought
+    put_back  : in    u_signed(15 downto 0);                       -- counts in position without an edge
     width     : in    u_unsigned(STOP_WIDTH - 1 downto 0);         -- counts, u20.4
     dead_zone : in    u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0);    -- counts
     place     : out   u_signed(STOP_WIDTH downto 0);               -- counts, s20.4, -width to width
-    known     : out   std_ulogic                            := '0' -- the place does not depend on where it began
+    known     : out   std_ulogic                            := '0' -- the place no longer depends on its unknown start
   );
 end entity stop_operator;
 
@@ -119,7 +119,7 @@ begin
         slack    := u_unsigned(moved(slack'range));
       end if;
 
-      -- Third clock: steps that no table can make count as no motion.
+      -- Third clock: steps that are too large for a table are ignored.
       step_3 := step_2(step_3'range);
       if step_2 > MOST_STEP or step_2 < -MOST_STEP then
         step_3 := (others => '0');

@@ -2,10 +2,10 @@
 --
 -- # table_conditions
 --
--- Computes the conditions that multiply the amplitudes of lanes, and answers the window of registers that sets them:
--- direction h (stop_operator), speed over nominal speed (table_speed) and two words of the processor (slewed_word). It
--- also counts the steps of the sweep in which amplitude_sweep multiplies the amplitudes by them. One divider serves
--- direction and speed, each in its part of the sweep.
+-- Computes the conditions, that is the factors by which amplitude_sweep multiplies the amplitudes of lanes, and serves
+-- the registers that set them: direction h (stop_operator), speed over nominal speed (table_speed) and two words of the
+-- processor (slewed_word). It also counts `sweep_step`, the steps of amplitude_sweep. One divider serves direction and
+-- speed, each in its part of the sweep.
 --
 -- **Unknown direction.** While the direction is not known h is 0. Once it is known, h moves towards it by `slew` per
 -- sweep, so that the output makes no step, and then follows it at once.
@@ -19,7 +19,7 @@
 --
 -- **Number formats.** position s31.0 counts; correction s19.11 counts; modulators s1.16, at most 1; see table_speed and stop_operator.
 --
--- **Reset.** All words 0 and slew 2⁻¹⁶: from 0 to 1 in 94 ms.
+-- **Reset.** All words are 0 and slew is 2⁻¹⁶, so that a word moves from 0 to 1 in 94 ms.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -38,7 +38,7 @@ entity table_conditions is
     reset              : in    std_ulogic;
     -- The reading before and after the correction
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
-    put_back           : in    u_signed(15 downto 0);                   -- counts in position that no edge brought
+    put_back           : in    u_signed(15 downto 0);                   -- counts in position without an edge
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     correction         : in    u_signed(CORRECTION_WIDTH - 1 downto 0); -- counts, s19.11
     -- Window of the register map
@@ -54,7 +54,7 @@ entity table_conditions is
     speed              : out   modulator;
     word_a             : out   modulator;
     word_b             : out   modulator;
-    speed_squared      : in    modulator                                -- as the sweep uses it
+    speed_squared      : in    modulator                                -- as amplitude_sweep uses it
   );
 end entity table_conditions;
 
@@ -64,7 +64,7 @@ architecture rtl of table_conditions is
 
   constant SLEW_AT_RESET : bus_word := x"00010000";
 
-  -- Limits a value to -1 to 1: the formats of the lanes hold no more.
+  -- Limits a value to the range -1 to 1, because the formats of the lanes cannot hold larger products.
   function limited (value : bus_word) return modulator is
 
     variable whole : u_signed(31 downto 0);
@@ -222,7 +222,7 @@ begin
     variable place_was_down   : std_ulogic := '0';
     variable place_was_known  : std_ulogic := '0';
     variable serves_speed     : std_ulogic := '0';
-    -- The direction was known before the last step of its slew
+    -- The direction was already known at the last step of `slew`
     variable was_known        : std_ulogic := '0';
     variable size             : u_signed(STOP_WIDTH downto 0);
 

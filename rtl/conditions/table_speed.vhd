@@ -2,9 +2,10 @@
 --
 -- # table_speed
 --
--- Measures how far the table turns in a window of time, and how far it would have turned at the nominal speed: their ratio
--- is the speed of the lanes' modulators. The angle is the corrected one with its fraction; a window begins and ends where
--- the reading passes from one period of A and B to the next, so that unequal places of the four edges cancel.
+-- Measures the travel of the table in a window of time, and computes the travel at the nominal speed in the same time;
+-- the ratio of the two is the speed by which the lanes' modulators multiply. The angle is the corrected angle with its
+-- fraction; a window begins and ends where the reading passes from one period of A and B to the next, so that unequal
+-- places of the four edges cancel.
 --
 -- **Window.** It ends with the first such passage after WINDOW = 2¹⁴ clocks (164 µs at 100 MHz). The mean over the
 -- window is the only filter. If a period of A and B is longer, a window is one period.
@@ -21,7 +22,8 @@
 -- **Lag.** The mean of a window is half a window old when the window ends, and one and a half windows old when the next
 -- window ends: 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
--- **Range.** From a period of A and B in 168 ms up to a count a clock. `nominal` 0 makes every ratio 0.
+-- **Range.** The entity measures speeds from one period of A and B in 168 ms up to one count a clock. `nominal` 0 makes
+-- every ratio 0.
 --
 -- **Latency.** 3 clocks from `position` and `correction` to the outputs, which keep their values until the next
 -- `measured`.
@@ -29,7 +31,7 @@
 -- **Number formats.** position s31.0 counts; correction s19.11 counts; nominal u0.32 counts a clock; travel u20.11 counts;
 -- nominal_travel u24.32 counts.
 --
--- **Reset.** No window, no speed.
+-- **Reset** ends the window; no speed is reported until the next window ends.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -41,18 +43,18 @@ library ieee;
 entity table_speed is
   generic (
     WINDOW         : positive range 4 to 20 := WINDOW_BITS; -- log2 of the clocks of a window
-    LONGEST        : positive range 6 to 24 := 24           -- log2 of the clocks until the table stands
+    LONGEST        : positive range 6 to 24 := 24           -- log2 of the clocks without a passage after which the table counts as standing
   );
   port (
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
     position       : in    u_signed(POSITION_WIDTH - 1 downto 0);             -- counts, corrected
-    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted
+    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted from position
     nominal        : in    u_unsigned(31 downto 0);                           -- counts per clock, u0.32
-    measured       : out   std_ulogic                                := '0';  -- strobe: the others are new
+    measured       : out   std_ulogic                                := '0';  -- strobe: the other outputs are new
     travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; one unit too small if the angle fell
     is_down        : out   std_ulogic                                := '0';  -- the angle fell
-    is_bound       : out   std_ulogic                                := '0';  -- the speed is not above the ratio
+    is_bound       : out   std_ulogic                                := '0';  -- the ratio is an upper bound of the speed
     nominal_travel : out   u_unsigned(NOMINAL_WIDTH - 1 downto 0)             -- counts, u24.32
   );
 end entity table_speed;

@@ -23,8 +23,8 @@ entity unit_divider is
     clock    : in    std_ulogic;
     reset    : in    std_ulogic;
     start    : in    std_ulogic;                                -- strobe
-    dividend : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- with start
-    divisor  : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- with start
+    dividend : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- valid with start
+    divisor  : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- valid with start
     done     : out   std_ulogic                        := '0';  -- strobe
     quotient : out   u_unsigned(MODULATOR_FRACTION downto 0)    -- u1.16
   );
@@ -58,7 +58,7 @@ begin
         left    := STEPS + 1;
         found   := (others => '0');
       elsif left > 0 then
-        -- The first bit has the value 1: if it is found, the quotient is 1. A divisor of 0 gives 0.
+        -- The first bit has the value 1: if it is set, the quotient is 1. A divisor of 0 gives 0.
         found := found(STEPS - 1 downto 0) & not less(less'high);
         if less(less'high) = '0' then
           rest := less(rest'range);

@@ -6,10 +6,10 @@
 -- outputs the corrected position as an encoder signal. A processor accesses it over AXI4-Lite (see the register map)
 -- and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the paper.
 --
--- **Heads.** By default the core has two heads and corrects head 1. With MEAN the weighted mean of all heads is
--- corrected; one of them, chosen at run time, is the carrier (head_mean). With HEADS = 3 or 4 the mean is always built,
--- and the further heads are decoded and captured too. Their settings, faults and snapshot have registers of their own
--- (head_registers), and each head's levels may be delayed.
+-- **Heads.** By default the core has two heads and corrects head 1. With MEAN the core corrects the weighted mean of
+-- all heads; one head, chosen at run time, is the carrier, whose reading enters the pipeline (head_mean). With HEADS =
+-- 3 or 4 the mean is always built, and the further heads are decoded and captured too. Their settings, faults and
+-- snapshot have registers of their own (head_registers), and each head's levels may be delayed.
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads;
 -- quadrature_decoder and quadrature_output, before and after these clocks, state their own latencies. With FOLD > 1 the
@@ -18,29 +18,31 @@
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
 -- **Rotation.** ROTATION selects how a lane computes its cosine: `cordic`, as in the paper, or `table`
--- (table_rotation), in fewer look-up tables. Latency and formats are the same. The register `capability` shows it.
+-- (table_rotation), in fewer look-up tables. Both have the same latency and formats. The register `capability` shows
+-- the choice.
 --
 -- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
--- (table_conditions); the latency is the same. The register `capability` shows it.
+-- (table_conditions); the latency does not change. The register `capability` shows whether they are built.
 --
--- **Failover.** With FAILOVER a head of three or four that fails is left out of the mean by a prepared set of words (head_failover).
+-- **Failover.** With FAILOVER and three or four heads, the core leaves a failed head out of the mean by activating a
+-- prepared set of words (head_failover).
 --
--- **Local table.** With LOCAL_TABLE a table over the turn or over windows of it corrects what a sum of orders cannot
--- represent (local_table_banks).
+-- **Local table.** With LOCAL_TABLE a table over the turn, or over windows of the turn, corrects errors that a sum of
+-- orders cannot represent (local_table_banks).
 --
 -- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn (turn_counter, turn_offset_sweep).
 --
 -- **Events.** With EVENTS each edge of the probe and each pulse of the compare waits in a queue for the processor (event_queue).
 --
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen
--- its index. The core corrects the position that no index changes, so the output makes no step when the index is found;
+-- its index. The core corrects `position`, which no index changes, so the output makes no step when the index is found;
 -- the change of the correction decays at the ramp rate.
 --
 -- **Clock.** One clock, 100 MHz for the periods and times that the register map names. Encoder
 -- pins are asynchronous; every other port is synchronous to `clock`.
 --
 -- **Reset** is synchronous. It stops and clears everything except the coefficient banks, the levels of out_a and out_b,
--- which keep their values, and `driver_enable`, which keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the
+-- which keep their values, and `driver_enable`, which holds its value for 2²⁰ clocks (10 ms at 100 MHz) or until the
 -- processor enables the output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle
 -- from before the reset.
 
@@ -61,11 +63,11 @@ entity arctrue_core is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false;                 -- correct the mean of two heads; with more heads always
-    ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    MEAN          : boolean                       := false;                 -- correct the mean of two heads (more heads: always)
+    ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot represent
+    FAILOVER      : boolean                       := false;                 -- a failed head of three or four is left out of the mean
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false                  -- events of probe and compare wait in a queue
   );
@@ -145,10 +147,10 @@ architecture rtl of arctrue_core is
 
   constant IS_TABLE : boolean := ROTATION = "table";
 
-  -- Number of faults in the register `alarm`; those of heads 3 and 4 are its highest bits.
+  -- Number of faults in the register `alarm`; the faults of heads 3 and 4 are its highest bits.
   constant FAULT_KINDS : positive := 6 + 2 * boolean'pos(HEADS > 2);
 
-  -- Returns the filter length of a head: its own or, if that is 0, the common one of both heads.
+  -- Returns the filter length of a head: its own length or, if that is 0, the length that both heads share.
   function filter_of (own, both : std_ulogic_vector(7 downto 0)) return u_unsigned is
   begin
 
@@ -174,7 +176,7 @@ architecture rtl of arctrue_core is
   signal zero_again     : std_ulogic_vector(1 to HEADS);
   signal heal           : std_ulogic_vector(1 to HEADS);
   signal agrees         : std_ulogic_vector(1 to HEADS);
-  -- The reading to correct, and for the mean the values of all heads
+  -- The reading to correct; the other values of all heads, which only the mean needs
   signal angle_in       : angle_count;
   signal healed         : position_count;
   signal healed_phase   : u_unsigned(1 downto 0);
@@ -429,7 +431,7 @@ begin
 
   end generate decoders;
 
-  -- The corrected and output position includes the counts that were put back for lost ones.
+  -- The position that is corrected and output includes the counts that were put back for lost counts.
   mean_of_heads : if HAS_MEAN generate
 
     signal angles       : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);

@@ -7,44 +7,43 @@
 -- error_compensation with the correction_ramp. Section 3.3 and figure 7 of the paper describe it.
 --
 -- **Latency.** 29 clocks from `angle` and `position` to all outputs, one angle per clock: phase 5,
--- harmonics 20, compensation 4 (Table 1 of the paper). The delay line is 25 clocks, as long as
--- phase and harmonics together.
+-- harmonics 20, compensation 4 (Table 1 of the paper). The delay line takes 25 clocks, as many as phase and harmonics
+-- together.
 --
 -- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and
--- an angle is accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on it meets the
--- blocks of lanes one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1
--- clocks after it was accepted and changes only by the ramp until the next corrected reading: it is at most 29 + 2 *
--- (FOLD - 1) clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; with a cosine
--- of more than 18 bits this requires an even LANES / FOLD. A position that moves faster than one count in FOLD clocks
--- makes steps of more than one count, of FOLD counts at most, which quadrature_output sends at its own spacing. Below
--- this speed (clock / FOLD counts a second, 12.5 million at 100 MHz and FOLD = 8) every count has a reading of its own,
+-- an angle is accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on the blocks of lanes
+-- process the angle one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1 clocks after its
+-- angle was accepted. Until the next corrected reading only the ramp changes it, so it is at most 29 + 2 * (FOLD - 1)
+-- clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; with a cosine of more
+-- than 18 bits this requires an even LANES / FOLD. A position that moves faster than one count in FOLD clocks makes
+-- steps of more than one count, of FOLD counts at most, which quadrature_output sends at its own spacing. Below this
+-- speed (clock / FOLD counts a second, 12.5 million at 100 MHz and FOLD = 8) every count has a reading of its own,
 -- which comes 0 to FOLD - 1 clocks later than with FOLD = 1: evenly spaced counts leave with a jitter of FOLD - 1
 -- clocks, and their distances are multiples of FOLD clocks. With FOLD = 8 a motion of one count in 11 clocks gives
 -- edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
 -- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
--- latency and formats are the same, the last bits differ.
+-- latency and formats do not change; the last bits of the cosine differ.
 --
--- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed,
--- index seen. It belongs to the angle of its clock and travels with it. While it is low ε counts
--- as 0; a change of it starts the ramp, so the output makes no step when `apply` rises or falls. A swap starts the ramp
--- too.
+-- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed, index seen. `apply`
+-- belongs to the angle of its clock and travels with this angle. While `apply` is low, 0 replaces ε; a change of
+-- `apply` starts the ramp, so the output makes no step. A swap starts the ramp too.
 --
 -- **Referenced.** `referenced` states that the angle of its clock counts from an index mark. It travels with the angle
 -- and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.
 --
--- **Put back.** `position` contains `put_back` counts in place of those that head 1 lost. A change of `zero_moved`
--- marks the first angle from another zero; both travel with the angle, and the change of the correction decays at the
--- ramp rate.
+-- **Put back.** `position` contains `put_back` counts that replace the counts that head 1 lost. A change of
+-- `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the correction
+-- decays at the ramp rate.
 --
--- **Mean.** With MEAN, angle and position are those of the carrier, and the `mean_term`, `jumped` and `jump` of a
+-- **Mean.** With MEAN, angle and position belong to the carrier, and the `mean_term`, `jumped` and `jump` of a
 -- carrier's reading come MEAN_LATENCY clocks after this reading (head_mean). `swap_comes` is high in the clock before
 -- the first angle of a new bank.
 --
 -- **Modulators.** With MODULATORS the amplitude of a lane follows direction, speed or a word (coefficient_memory).
 --
--- **Local table.** With LOCAL_TABLE a table over the turn or windows of it joins the sum (local_table_banks); a swap
--- changes this table only if its word `choice` was written before.
+-- **Local table.** With LOCAL_TABLE the value of a table over the turn, or over windows of the turn, is added to ε
+-- (local_table_banks); a swap changes this table only if its word `choice` was written before.
 --
 -- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn by its turn step: turn_counter counts the turns of
 -- the angle, and the offsets of the turns next to the present one are prepared (turn_offset_sweep).
@@ -74,9 +73,9 @@ entity compensation_pipeline is
     COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH;
     FOLD         : positive range 1 to 8         := 1;       -- lanes that share a pipeline: 1, 2, 4 or 8
     MEAN         : boolean                       := false;   -- the mean of the heads is corrected
-    ROTATION     : string                        := "cordic"; -- or "table": how a lane finds its cosine
+    ROTATION     : string                        := "cordic"; -- or "table": method of computing the cosine
     MODULATORS   : boolean                       := false;   -- amplitudes follow conditions
-    LOCAL_TABLE  : boolean                       := false;   -- a table corrects what a sum of orders cannot represent
+    LOCAL_TABLE  : boolean                       := false;   -- a table corrects errors that are no sum of orders
     REAL_ORDERS  : boolean                       := false    -- phases of lanes continue from turn to turn
   );
   port (
@@ -87,7 +86,7 @@ entity compensation_pipeline is
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     apply              : in    std_ulogic;                                    -- correct this reading
     zero_moved         : in    std_ulogic             := '0';                 -- toggles with the first angle from another zero
-    put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts in position that no edge brought, modulo 2¹⁶
+    put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts in position without an edge, modulo 2¹⁶
     referenced         : in    std_ulogic;                                    -- this angle counts from an index
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
     jumped             : in    std_ulogic             := '0';                 -- the first angle of another carrier
@@ -99,7 +98,7 @@ entity compensation_pipeline is
     write_offset       : in    std_ulogic;                                    -- pulse: write the offset
     write_address      : in    u_unsigned(7 downto 0);                        -- lane * 4 + word
     write_data         : in    std_ulogic_vector(31 downto 0);                -- the word
-    write_acknowledge  : out   std_ulogic;                                    -- pulse: written
+    write_acknowledge  : out   std_ulogic;                                    -- pulse: the word is written
     read_address       : in    u_unsigned(7 downto 0);                        -- lane * 4 + word
     read_data          : out   std_ulogic_vector(31 downto 0);                -- idle bank, 2 clocks later
     idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
@@ -112,13 +111,13 @@ entity compensation_pipeline is
     speed              : in    modulator              := (others => '0');     -- s1.16
     word_a             : in    modulator              := (others => '0');     -- s1.16
     word_b             : in    modulator              := (others => '0');     -- s1.16
-    speed_squared      : out   modulator;                                     -- s1.16, as the lanes have it
+    speed_squared      : out   modulator;                                     -- s1.16, as the lanes use it
     write_turn_step    : in    std_ulogic             := '0';                 -- pulse: write a word of a turn step, lane * 2 + word
-    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is that of a turn step
+    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is the address of a turn step
     turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after its angle
     local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
     local_write        : in    std_ulogic             := '0';                 -- pulse: write a word of the local table
-    local_of_place     : in    std_ulogic             := '0';                 -- the word belongs to the place
+    local_of_place     : in    std_ulogic             := '0';                 -- the word is one of the place of the windows, not a point
     local_address      : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0) := (others => '0'); -- number of the word
     local_data         : in    std_ulogic_vector(31 downto 0) := (others => '0'); -- the word
     local_done         : out   std_ulogic;                                    -- pulse: read or written
@@ -127,9 +126,9 @@ entity compensation_pipeline is
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     corrected_referenced : out   std_ulogic;                                    -- corrected_angle counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0);       -- counts, s19.11
-    correction_limited : out   std_ulogic;                                    -- this output was clipped
-    ramp_busy          : out   std_ulogic;                                    -- this output is held or has a remainder
-    swap_done          : out   std_ulogic                                     -- the first output of a new bank
+    correction_limited : out   std_ulogic;                                    -- the correction of this output was clipped
+    ramp_busy          : out   std_ulogic;                                    -- the ramp of this output has not ended
+    swap_done          : out   std_ulogic                                     -- strobe: the first output of a new bank
   );
 end entity compensation_pipeline;
 

@@ -2,9 +2,9 @@
 --
 -- # fold_sequence
 --
--- Controls the order of events in a folded pipeline: an angle is accepted every FOLD clocks, in slot 0, and meets the
--- blocks of lanes one after the other, in the slots 0 to FOLD - 1. With FOLD = 1 every clock is slot 0 and every strobe
--- is high.
+-- Generates the slot number and the strobes of a folded pipeline: an angle is accepted every FOLD clocks, in slot 0,
+-- and the blocks of lanes process it one after the other, in the slots 0 to FOLD - 1. With FOLD = 1 every clock is slot
+-- 0 and every strobe is high.
 --
 -- **Latency.** All outputs belong to their own clock. `first_sums` belongs to the angle accepted SUMS_CLOCK clocks
 -- before, `last_sums` to the angle accepted SUMS_CLOCK + FOLD - 1 clocks before.
@@ -26,7 +26,7 @@ entity fold_sequence is
   );
   port (
     clock      : in    std_ulogic;
-    slot       : out   u_unsigned(2 downto 0); -- which block of lanes enters
+    slot       : out   u_unsigned(2 downto 0); -- block of lanes that processes its angle now
     accept     : out   std_ulogic;             -- this clock's angle is taken
     last_slot  : out   std_ulogic;             -- the next clock's angle is taken
     first_sums : out   std_ulogic;             -- the first pair sums of an angle arrive

@@ -2,16 +2,16 @@
 --
 -- # processor_watch
 --
--- Reports that the processor is silent: no `alive` has come for `limit` clocks. The correction and the output do not
--- depend on the processor; they continue with the last coefficients. So a processor that hangs, with its interrupts on
--- or off, only causes an alarm.
+-- Raises `silent` when no pulse of `alive` has come from the processor for `limit` clocks. The correction and the
+-- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs, with its
+-- interrupts on or off, only causes an alarm.
 --
 -- **Latency.** `silent` rises limit + 1 clocks after the last `alive`, or after `limit` became other than 0, and
 -- falls 1 clock after the next `alive`.
 --
 -- **Number formats.** limit u32.0 clocks; 0 switches the watch off.
 --
--- **Reset** restarts the time.
+-- **Reset** restarts the time without `alive`.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,8 +2,8 @@
 --
 -- # rearm_control
 --
--- Changes counts_per_rev so that no unit meets an angle of the old turn with the new turn's
--- length: on `rearm_command` it holds the decoders in `rearm`, at angle zero, until the pipelines hold no other angle,
+-- Changes counts_per_rev so that no unit uses the new number of counts with an angle that was counted with the old
+-- number: on `rearm_command` it holds the decoders in `rearm`, at angle zero, until the pipelines hold no other angle,
 -- and then loads `requested`. A value outside 4 to 2**24 is refused.
 --
 -- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev
@@ -11,9 +11,9 @@
 --
 -- **Number formats.** counts_per_rev u25.0 counts; requested u32.0 counts; all its bits are checked.
 --
--- `changes_turn` is high with `rearm` when another length was requested. The limit of the correction, half a turn,
--- changes then, and a correction beyond the new limit is clipped at once: the output must not follow meanwhile, or it
--- would send the difference as a burst of edges.
+-- `changes_turn` is high with `rearm` if the requested number of counts differs from the present one. The limit of the
+-- correction, half a turn, changes then, and a correction beyond the new limit is clipped at once: the output must not
+-- follow the position meanwhile, because it would send the clipped difference as a burst of edges.
 --
 -- **Clear semantics.** `refused` is set by a command with an illegal value and cleared by one with
 -- a legal value.
@@ -29,7 +29,7 @@ library ieee;
 
 entity rearm_control is
   generic (
-    -- Two times the latency of the pipeline, however it is folded, and a margin for the units that follow it.
+    -- Twice the latency of the pipeline with any FOLD, plus a margin for the units that follow the pipeline.
     HOLD : positive range 4 to 255 := 4 * (PIPELINE_LATENCY + 3)
   );
   port (
@@ -51,7 +51,7 @@ begin
   control : process (clock) is
 
     variable remaining : u_unsigned(7 downto 0) := (others => '0');
-    -- The turn that the last command requested, and whether it may be taken
+    -- The counts per turn that the last command requested, and whether this number is legal
     variable next_turn : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
     variable take      : std_ulogic := '0';
     variable legal     : std_ulogic;

@@ -2,7 +2,8 @@
 --
 -- # decoder_pkg
 --
--- Records of a decoder's signals: the edges of A and B, which its parts exchange, and its outputs.
+-- Declares the records of a decoder's signals: the edges of A and B, which the decoder's entities exchange, and the
+-- decoder's outputs.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -12,16 +13,16 @@ library ieee;
 
 package decoder_pkg is
 
-  -- The steps of the filtered levels of A and B. `comes` belongs to the clock of the levels, the others to the clock after it;
-  -- `up` and `down` keep their value until the next edge. `stands` = not `moves` and `down` = not `up` have registers of their own
-  -- to shorten the paths of the decisions that use them.
+  -- The steps of the filtered levels of A and B. `comes` belongs to the clock of the levels, the other fields to the
+  -- clock after it; `up` and `down` keep their value until the next edge. `stands` = not `moves` and `down` = not `up`
+  -- have registers of their own to shorten the paths of the decisions that use them.
   type counted_edge is record
     comes        : std_ulogic; -- exactly one of A and B has changed: a count
-    moves        : std_ulogic; -- the same, a clock later
-    stands       : std_ulogic; -- not moves
+    moves        : std_ulogic; -- `comes`, one clock later
+    stands       : std_ulogic; -- complement of moves
     up           : std_ulogic; -- direction of the last count
-    down         : std_ulogic; -- not up
-    breaks_order : std_ulogic; -- A and B changed in one clock
+    down         : std_ulogic; -- complement of up
+    breaks_order : std_ulogic; -- A and B changed in the same clock
   end record counted_edge;
 
   -- The outputs of quadrature_decoder, for one head.
@@ -31,19 +32,19 @@ package decoder_pkg is
     angle             : u_unsigned(ANGLE_WIDTH - 1 downto 0);        -- counts, below counts_per_rev
     turn_position     : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts from the first index
     phase_of_zero     : u_unsigned(1 downto 0);                      -- place of (A, B) at position 0 modulo 4
-    direction         : std_ulogic;                                  -- of the last step, '1' up
+    direction         : std_ulogic;                                  -- direction of the last step, '1' up
     step              : std_ulogic;                                  -- strobe: position changed
     step_up           : std_ulogic;                                  -- strobe: position rose
     last_edge_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);    -- clocks
     -- Index
     index_seen        : std_ulogic;                                  -- level
-    index_strobe      : std_ulogic;                                  -- strobe: the next three fields are new
-    index_position    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, of the last index
-    index_direction   : std_ulogic;                                  -- of the last index, '1' up
-    index_interval    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, from the index before
+    index_strobe      : std_ulogic;                                  -- strobe: the three fields below are new
+    index_position    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, position of the last index
+    index_direction   : std_ulogic;                                  -- direction at the last index, '1' up
+    index_interval    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts between the last two indices
     index_trusted     : std_ulogic;                                  -- strobe: the last index agrees with the zero
     zero_moved        : std_ulogic;                                  -- toggles where the zero moves to another count
-    zero_moves        : u_unsigned(15 downto 0);                     -- number of these moves; wraps
+    zero_moves        : u_unsigned(15 downto 0);                     -- number of moves of the zero; wraps
     zero_slip         : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, angle of the mark that last moved the zero
     put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts to add in place of lost counts
     -- Faults

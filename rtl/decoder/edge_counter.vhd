@@ -2,8 +2,9 @@
 --
 -- # edge_counter
 --
--- Compares the filtered levels of A and B with those of the clock before, and counts their edges (x4) into a multi-turn
--- position. Source: section 3.1 and figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
+-- Compares the filtered levels of A and B with the levels one clock before, and counts their edges (x4) into a
+-- multi-turn position. Source: section 3.1 and figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11,
+-- 01 counts up.
 --
 -- **Latency.** 2 clocks from a change of `levels` to `position`. `edge.comes` belongs to the clock of the levels, the other
 -- fields of `edge` to the clock after it. position, direction, step, step_up and last_edge_time belong to one clock.
@@ -16,9 +17,11 @@
 -- **Phase.** `phase_of_zero` is the index of (A, B) in the sequence 00, 10, 11, 01 at position 0 and at every fourth count from
 -- there. It follows the position by 2 clocks. After the reset only illegal transitions change it.
 --
--- **Order.** If A and B change in one clock the direction is unknown: `edge.breaks_order` is high and no count is made.
+-- **Order.** If A and B change in the same clock, the direction is unknown: `edge.breaks_order` is high and the
+-- position does not change.
 --
--- **Reset.** While `preload` is high, changes of the levels are no edges: counting starts from the levels of its last clock.
+-- **Reset.** While `preload` is high, changes of the levels do not count as edges; counting starts from the levels in
+-- the last clock of `preload`.
 --
 -- **last_edge_time** is the timestamp of the clock that counted the edge, one clock before the position changes.
 
@@ -36,14 +39,14 @@ entity edge_counter is
   port (
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
-    preload        : in    std_ulogic;                              -- level: counting starts from these levels
+    preload        : in    std_ulogic;                              -- level: counting starts from the present levels
     a              : in    std_ulogic;                              -- filtered
     b              : in    std_ulogic;                              -- filtered
     timestamp      : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0); -- clocks
     edge           : out   counted_edge;
     position       : out   u_signed(POSITION_WIDTH - 1 downto 0);   -- counts, multi-turn
     phase_of_zero  : out   u_unsigned(1 downto 0);                  -- place of (A, B) at position 0 modulo 4
-    direction      : out   std_ulogic;                              -- of the last step, '1' up
+    direction      : out   std_ulogic;                              -- direction of the last step, '1' up
     step           : out   std_ulogic;                              -- strobe: position changed
     step_up        : out   std_ulogic;                              -- strobe: position rose
     last_edge_time : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0) -- clocks
@@ -52,7 +55,7 @@ end entity edge_counter;
 
 architecture rtl of edge_counter is
 
-  -- Levels of the clock before, and which of them differ now
+  -- Levels one clock ago, and for each level whether it has changed since
   signal a_before  : std_ulogic := '0';
   signal b_before  : std_ulogic := '0';
   signal a_changes : std_ulogic;
@@ -110,7 +113,7 @@ begin
         last_edge_time <= timestamp;
       end if;
 
-      -- Stage 1: compare the levels with those of the clock before.
+      -- Stage 1: compare the levels with the levels one clock before.
       breaks_order <= a_changes and b_changes and not preload;
       moves        <= comes;
       stands       <= not comes;

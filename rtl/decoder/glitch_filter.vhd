@@ -2,13 +2,13 @@
 --
 -- # glitch_filter
 --
--- Each output takes a new level of its input after the input has held that level for `filter_length`
--- consecutive samples, one per clock; a shorter pulse has no effect. All inputs have the same delay, so
--- the intervals between edges are preserved.
+-- Passes a new level of each input on to its output after the input has held the level for `filter_length` consecutive
+-- samples, one per clock; a shorter pulse has no effect. All inputs have the same delay, so the intervals between edges
+-- are preserved.
 --
 -- **Latency.** `filter_length` clocks from a lasting change of `unfiltered` to `filtered`.
 --
--- **Number formats.** filter_length u8.0 clocks: 1 is off, 0 acts as 1.
+-- **Number formats.** filter_length u8.0 clocks: 1 turns the filter off, 0 acts as 1.
 --
 -- **Run time.** `filter_length` may change in any clock; the filter compares it with the samples counted so
 -- far. A new length therefore also applies to a level that is already being counted.
@@ -22,7 +22,7 @@ library ieee;
 
 entity glitch_filter is
   generic (
-    WIDTH : positive := 3 -- signals, filtered one by one
+    WIDTH : positive := 3 -- number of signals; each is filtered independently, with its own sample counter
   );
   port (
     clock         : in    std_ulogic;
@@ -43,7 +43,7 @@ begin
 
   follow : process (clock) is
 
-    -- Samples for which the level has lasted, the present one included.
+    -- Number of samples for which the level has lasted, including the present sample.
     variable lasted : sample_counts                         := (others => FIRST);
     variable level  : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
 

@@ -5,11 +5,11 @@
 -- Detects the index mark in Z and counts the angle modulo `counts_per_rev` from the zero that the first mark defines. It checks
 -- the distance between marks and, if `zero_again` permits, moves the zero. Source: section 3.1 and figure 5 of the paper.
 --
--- **Latency.** angle and turn_position follow `edge.moves` by 1 clock, with the position of edge_counter. index_seen, with
--- the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or with
--- the next step if that is earlier. index_strobe, index_position, index_direction and index_interval
--- follow 1 clock after that. `misplaced` comes 2 clocks after index_strobe, one clock before the angle counts from a moved
--- zero.
+-- **Latency.** angle and turn_position change 1 clock after `edge.moves`, in the same clock as the position of
+-- edge_counter. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or
+-- with the next step if that step comes earlier. index_strobe, index_position, index_direction and index_interval
+-- follow 1 clock after index_seen (at later indices: 1 clock after the clock in which index_seen would rise).
+-- `misplaced` comes 2 clocks after index_strobe, one clock before the angle counts from a moved zero.
 --
 -- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts; angle u24.0 counts;
 -- counts_per_rev u25.0 counts; index_tolerance u16.0 counts.
@@ -24,18 +24,18 @@
 -- level sampled for the step before. Counting up, the entity latches the position after the step, counting down the
 -- position before it, so that both directions give the same count. If Z changes within a count, more than INDEX_SKEW
 -- clocks from both edges of the count, the step that leaves the count decides the direction, and that count is latched;
--- a reversal within the count has no effect. Therefore the direction always belongs to the present motion, and neither
--- skewed pins nor a vibration at one edge of the mark make the entity take one edge for the other, as long as two steps
--- in opposite directions are further apart than Z is from its step. A `filter_length` above INDEX_SKEW ensures that.
--- The first index after reset or rearm defines the zero of angle and turn_position; later ones do not change it. Each
--- later index must lie 0 or +-counts_per_rev from the one before it, within +-`index_tolerance`; otherwise
--- `index_error` is set: counts or an index were lost or added. A true mark repeats to +-1 count, so that two of them
--- differ by up to 2 counts; a slip by one period of A and B adds 4. `index_interval` reads 0 while there are fewer than
--- two marks.
+-- a reversal within the count has no effect. Therefore the direction always belongs to the present motion. Neither
+-- skewed pins nor a vibration at one edge of the mark make the entity confuse the two edges of the mark, provided that
+-- the time between two opposite steps is longer than the time between a change of Z and its step; a `filter_length`
+-- above INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position;
+-- later indices do not change this zero. Each later index must lie 0 or +-counts_per_rev from the index before it,
+-- within +-`index_tolerance`; otherwise `index_error` is set: counts or an index were lost or added. The position of a
+-- true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip by one period of A and B
+-- adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
 -- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero
--- wrong. The proof is a misplaced mark for which `other_head_agrees` (see zero_witness; the first mark after lost
--- counts), or the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance
--- (the second mark after lost counts).
+-- wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see zero_witness;
+-- possible at the first mark after lost counts). Or it is the first mark after an `index_error` that lies one turn,
+-- within the tolerance, from the mark before it (the second mark after lost counts).
 -- A single false mark does not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so
 -- the correction continues. A turn of less than 9 counts keeps its zero. If the zero moves to another count,
 -- `zero_slip` is the angle that the mark had (the negative of the lost counts), `zero_moved` toggles and `zero_moves`
@@ -43,13 +43,13 @@
 -- counter increments once, in the same clock. The position keeps its error. With `heal` high `zero_slip` is subtracted
 -- from `put_back` in that clock, so that position + put_back is free of the slip; a slip of 2**14 counts or more is not
 -- put back. `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero.
--- If Z normally changes within a count but lies near an edge of that count at one speed, the index is one count off at
--- that speed.
+-- If Z normally changes within a count, but at one speed changes near an edge of that count, the index is one count off
+-- at that speed.
 -- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
 -- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
--- changes half a count from its step, the limit is twice 7 clocks. At higher speeds a Z before a step cannot be
--- distinguished from a Z after the previous step, and the entity may take the other edge of a mark. With pins that
--- change in the same clock each mark is placed correctly at any speed. A Z edge before the first step after reset
+-- changes half a count from its step, the limit is twice 7 clocks. At higher speeds a change of Z before a step cannot
+-- be distinguished from a change after the previous step, and the entity may take the other edge of a mark. With pins
+-- that change in the same clock each mark is placed correctly at any speed. A Z edge before the first step after reset
 -- belongs to that step.
 --
 -- **Rearm.** While `rearm` is high, angle and turn_position are 0 and the index is cleared (index_seen
@@ -59,7 +59,8 @@
 -- `counts_per_rev` (4 to 2**24, any integer) is sampled while rearm, preload or reset is high; at other times a change has
 -- no effect. index_tolerance may change at any time.
 --
--- **Reset.** While `preload` is high a change of Z is no mark: detection starts from the level of its last clock.
+-- **Reset.** While `preload` is high, a change of Z does not count as a mark; detection starts from the level that Z
+-- has in the last clock of `preload`.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -74,29 +75,29 @@ entity index_zero is
   port (
     clock             : in    std_ulogic;
     reset             : in    std_ulogic;
-    preload           : in    std_ulogic;                                    -- level: Z starts from this level
+    preload           : in    std_ulogic;                                    -- level: detection starts from the present level of Z
     z                 : in    std_ulogic;                                    -- index, filtered
     edge              : in    counted_edge;
     position          : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of edge_counter
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
     index_tolerance   : in    u_unsigned(15 downto 0);                       -- counts
     rearm             : in    std_ulogic;                                    -- level: forgets the index
-    zero_again        : in    std_ulogic;                                    -- level: agreeing marks move the zero
+    zero_again        : in    std_ulogic;                                    -- level: marks that prove the zero wrong move it
     heal              : in    std_ulogic;                                    -- level: put_back follows the zero
-    other_head_agrees : in    std_ulogic;                                    -- 2 clocks after index_strobe: the mark is true
+    other_head_agrees : in    std_ulogic;                                    -- valid 2 clocks after index_strobe: the mark is true
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the first index
     index_seen        : out   std_ulogic;                                    -- level
-    index_strobe      : out   std_ulogic;                                    -- strobe: the next three outputs are new
-    index_position    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the last index
-    index_direction   : out   std_ulogic;                                    -- of the last index, '1' up
-    index_interval    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, from the index before
+    index_strobe      : out   std_ulogic;                                    -- strobe: the three outputs below are new
+    index_position    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, position of the last index
+    index_direction   : out   std_ulogic;                                    -- direction at the last index, '1' up
+    index_interval    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts between the last two indices
     index_trusted     : out   std_ulogic;                                    -- strobe: the last index lies at the zero
     zero_moved        : out   std_ulogic;                                    -- toggles where the zero moves to another count
-    zero_moves        : out   u_unsigned(15 downto 0);                       -- number of these moves; wraps
+    zero_moves        : out   u_unsigned(15 downto 0);                       -- number of moves of the zero; wraps
     zero_slip         : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);   -- counts, angle of the mark that last moved the zero
     put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts to add in place of lost counts
-    misplaced         : out   std_ulogic                                     -- strobe: a mark is in the wrong place
+    misplaced         : out   std_ulogic                                     -- strobe: a mark lies outside the tolerance
   );
 end entity index_zero;
 
@@ -180,8 +181,9 @@ architecture rtl of index_zero is
   -- it is passed upwards (bit 0).
   constant BEFORE_INDEX_OF : tables(0 to 3) := BEHIND_INDEX_OF(0 to 3);
 
-  -- The count after a step; if an index is detected, the count that is `from_zero` (-2 to 2) counts from 0. The cases
-  -- exclude each other, so that a bit needs one look-up table after the carry chains of the two neighbouring counts.
+  -- Returns the count after a step; if an index is detected, returns the count that lies `from_zero` (-2 to 2) counts
+  -- from 0. The cases exclude each other, so that a bit needs one look-up table after the carry chains of the two
+  -- neighbouring counts.
   function next_place (
     place             : turn_place;
     last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
@@ -238,11 +240,11 @@ architecture rtl of index_zero is
 
   -- An index that belongs to the previous step is detected in this clock.
   signal meets_index   : std_ulogic                    := '0';
-  -- A mark is checked; and whether its distance from the previous mark is 0, a turn up or a turn down within the
-  -- tolerance
+  -- High while a mark is checked; three flags: its distance from the previous mark is 0, a turn up or a turn down,
+  -- within the tolerance
   signal judged        : std_ulogic                    := '0';
   signal are_within    : std_ulogic_vector(2 downto 0) := "000";
-  -- The checked mark is the latest one.
+  -- The checked mark is the latest mark.
   signal is_old_enough : std_ulogic                    := '0';
   signal is_latest     : std_ulogic;
   -- A mark was misplaced, and since then no two marks one turn apart have agreed.
@@ -261,7 +263,7 @@ begin
                     counters(0).count;
   angle          <= place_of_angle;
 
-  -- Two marks one turn apart agree, or the other head counted one turn between this mark and a trusted one.
+  -- Two marks one turn apart agree, or the other head counted one turn between a trusted mark and this mark.
   is_off     <= judged and not (or are_within);
   is_latest  <= is_old_enough and not meets_index;
   moves_zero <= judged and (((are_within(1) or are_within(0)) and is_in_doubt) or (is_off and other_head_agrees))
@@ -289,33 +291,36 @@ begin
     variable meets_up        : std_ulogic                              := '1';
     variable meets_inside    : std_ulogic                              := '0';
     variable leaves_inside   : std_ulogic                              := '0'; -- Z changed within the count that an upward step left
-    -- Stage 2: two counters. One counts from the zero, the
-    -- other one from the latest index. If the zero moves to that index, the counters exchange their roles.
+    -- Stage 2: two counters. One counter counts from the zero, the other one from the latest index. If the zero moves
+    -- to that index, the counters exchange their roles.
     variable places          : turn_places                             := (others => ZERO_PLACE);
     variable is_second       : std_ulogic                              := '0'; -- number of the counter that is the angle
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     variable before_last     : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     -- Counts from the zero of the latest index to the position while the index is checked, and clocks since its detection
     variable from_zero       : few_counts                              := "0000";
-    variable from_index      : few_counts; -- of the index that is detected now
+    variable from_index      : few_counts; -- counts from the zero of the index that is detected now
     variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
-    -- The angle before the step of the previous clock, and the counts from the zero of an index detected there
+    -- The angle before the step of the previous clock, and the counts to that angle from the zero of an index detected
+    -- in that clock
     variable angle_then      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     variable from_zero_then  : few_counts                              := "0000";
     variable still_in_doubt  : std_ulogic;
     variable sets_zero       : std_ulogic;
-    -- The angle of the latest index, the same minus a turn, and which of the two is nearer to 0
+    -- The angle of the latest index, this angle minus a turn, and which of the two is nearer to 0
     variable off_zero        : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
     variable less_a_turn     : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
     variable past_half       : u_signed(COUNTS_PER_REV_WIDTH + 1 downto 0) := (others => '0');
     variable slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0) := (others => '0');
     variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
-    -- Indices of the last clocks, the latest in the low bit; one of them is checked, and no other has come since
+    -- Indices of the last clocks, the latest in the low bit; one of these indices is checked, and no other index has
+    -- come since
     variable told_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
     variable is_small        : std_ulogic;
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
-    -- Count of an index detected in this clock: after its step if up, before its step if down
+    -- Position of an index detected in this clock: the position after the step if counting up, before the step if
+    -- counting down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     -- Stage 3: index
     variable index_before    : std_ulogic                              := '0';
@@ -470,7 +475,7 @@ begin
       earlier_levels := earlier_levels(INDEX_SKEW - 1 downto 0) & z;
       before         := z;
 
-      -- The new value applies only while no unit counts with the old one.
+      -- The new value applies only while no unit counts with the old value.
       is_long_turn <= or last_angle(last_angle'high downto 3);
       if (reset = '1' or preload = '1' or rearm = '1') then
         turn        := signed(resize(counts_per_rev, POSITION_WIDTH));

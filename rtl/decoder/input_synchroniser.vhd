@@ -2,8 +2,8 @@
 --
 -- # input_synchroniser
 --
--- Brings asynchronous pins into the clock domain by STAGES registers in series per pin, so that a register
--- that samples a changing pin has STAGES - 1 clocks to settle.
+-- Synchronises asynchronous pins to the clock with STAGES registers in series per pin, so that a register that samples
+-- a changing pin has STAGES - 1 clocks to settle.
 --
 -- **Latency.** STAGES clocks from `asynchronous` to `synchronised`.
 --
@@ -26,7 +26,7 @@ entity input_synchroniser is
   port (
     clock        : in    std_ulogic;
     asynchronous : in    std_ulogic_vector(WIDTH - 1 downto 0); -- pins
-    synchronised : out   std_ulogic_vector(WIDTH - 1 downto 0)  -- the same, STAGES clocks later
+    synchronised : out   std_ulogic_vector(WIDTH - 1 downto 0)  -- levels of the pins STAGES clocks ago
   );
 end entity input_synchroniser;
 

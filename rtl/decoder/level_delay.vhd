@@ -24,7 +24,7 @@ entity level_delay is
     clock   : in    std_ulogic;
     delay   : in    u_unsigned(7 downto 0);               -- clocks
     levels  : in    std_ulogic_vector(WIDTH - 1 downto 0);
-    delayed : out   std_ulogic_vector(WIDTH - 1 downto 0) -- the levels of `delay` clocks ago
+    delayed : out   std_ulogic_vector(WIDTH - 1 downto 0) -- the levels `delay` clocks ago
   );
 end entity level_delay;
 
@@ -40,7 +40,7 @@ architecture rtl of level_delay is
 
 begin
 
-  -- From a delay of two clocks on, the memory is read after the word has been written.
+  -- With a delay of two clocks or more, the memory reads a word after the word has been written.
   delayed <= levels when is_none = '1' else
              previous when is_one = '1' else
              stored;

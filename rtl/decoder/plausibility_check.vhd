@@ -10,20 +10,20 @@
 --
 -- **Number formats.** filter_length u8.0 and minimum_edge_spacing u16.0 clocks; counters u16.0.
 --
--- **Faults.** `illegal`: A and B changed in the same clock. `overspeed`: a counted edge came less than minimum_edge_spacing
--- clocks after the previous one (0 and 1 disable this check).
--- An illegal transition is no edge for this check.
--- Edges that the filter suppresses also count as overspeed, and set `swallowed` too, because counts are lost. To detect them the
--- entity also decodes the levels before the filter. It sets and counts `overspeed` when these levels are a whole period of A
--- and B (4 counts) ahead of the filtered ones, or have made 4 illegal transitions that the filtered levels do not show. After the
--- pins have been quiet for filter_length clocks this comparison restarts. A pulse on one pin that is shorter than the
--- filter has no effect here either, unless another pin changes during the pulse: the pulse then
--- cannot be distinguished from a lost period.
+-- **Faults.** `illegal`: A and B changed in the same clock. `overspeed`: a counted edge came less than
+-- minimum_edge_spacing clocks after the previous edge (0 and 1 disable this check).
+-- This check ignores illegal transitions.
+-- Edges that the filter suppresses also count as overspeed, and set `swallowed` too, because counts are lost. To detect
+-- them the entity also decodes the levels before the filter. It sets and counts `overspeed` when these levels are a
+-- whole period of A and B (4 counts) ahead of the filtered levels, or have made 4 illegal transitions that the filtered
+-- levels do not show. After the pins have been quiet for filter_length clocks this comparison restarts. A pulse on one
+-- pin that is shorter than filter_length clocks has no effect on this check either, unless another pin changes during
+-- the pulse: the pulse then cannot be distinguished from a lost period.
 --
 -- **Clear semantics.** index_error, illegal, overspeed and swallowed stay set, and their counters saturate at
 -- 65,535, until `clear` or reset. A fault in the clock of a clear is kept: flag set, counter 1.
 --
--- **Reset** clears all flags and counters. While `settling` is high the levels before the filter are ignored.
+-- **Reset** clears all flags and counters. While `settling` is high, the entity ignores the levels before the filter.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -38,8 +38,8 @@ entity plausibility_check is
     settling             : in    std_ulogic;             -- level: the levels before the filter are older than the reset
     a                    : in    std_ulogic;             -- before the filter
     b                    : in    std_ulogic;             -- before the filter
-    edge                 : in    counted_edge;           -- of the filtered levels
-    misplaced            : in    std_ulogic;             -- strobe: an index mark is in the wrong place
+    edge                 : in    counted_edge;           -- steps of the filtered levels
+    misplaced            : in    std_ulogic;             -- strobe: an index mark lies outside the tolerance
     filter_length        : in    u_unsigned(7 downto 0); -- clocks, 1 is off
     minimum_edge_spacing : in    u_unsigned(15 downto 0); -- clocks, 0 is off
     clear                : in    std_ulogic;             -- pulse: clears the faults
@@ -66,8 +66,8 @@ architecture rtl of plausibility_check is
   type tables is array (natural range <>) of few_counts;
 
   -- Counts by which the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either. Bit 3:
-  -- the unfiltered levels make a step; bit 2: it is a step up; bits 1 and 0: the same for the filtered levels. A period
-  -- or more counts as PERIOD.
+  -- the unfiltered levels make a step; bit 2: it is a step up; bits 1 and 0: step and step up of the filtered levels. A
+  -- period or more counts as PERIOD.
   function ahead_after_steps return tables is
 
     variable table : tables(0 to 127);
@@ -170,7 +170,8 @@ begin
         spacing := spacing + 1;
       end if;
 
-      -- Find what the filter suppresses: steps of the previous clock at its input and at its output.
+      -- Find the edges that the filter suppresses: compare the steps of the previous clock at its input and at its
+      -- output.
       edges_lost := '0';
       if (settling = '1' or is_quiet = '1') then
         ahead         := "000";

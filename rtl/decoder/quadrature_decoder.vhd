@@ -10,25 +10,26 @@
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`:
 -- 5 with the filter off. position, angle, turn_position, direction, step, step_up,
--- last_edge_time, illegal and illegal_count belong to one clock; overspeed and overspeed_count follow 1
--- clock after it. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or with
--- the next step if that is earlier. index_strobe, index_position, index_direction and index_interval
--- follow 1 clock after that, index_error and index_error_count 4 clocks. Edges that the filter suppresses are reported
--- SYNCHRONISER_STAGES + 4 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 clocks after
--- the timestamp of the pin's change; with position, read in the same clock, it gives the velocity.
+-- last_edge_time, illegal and illegal_count belong to one clock; overspeed and overspeed_count follow 1 clock after
+-- this clock. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or
+-- with the next step if that step comes earlier. index_strobe, index_position, index_direction and index_interval
+-- follow 1 clock after index_seen would rise, index_error and index_error_count 4 clocks after. Edges that the filter
+-- suppresses are reported SYNCHRONISER_STAGES + 4 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES +
+-- filter_length + 1 clocks after the timestamp of the pin's change; with position, read in the same clock, it gives the
+-- velocity.
 --
--- **Number formats.** decoder_pkg states those of the outputs. counts_per_rev u25.0 counts; filter_length u8.0 and
--- minimum_edge_spacing u16.0 clocks; index_tolerance u16.0 counts; timestamp u64.0 clocks.
+-- **Number formats.** decoder_pkg states the formats of the outputs. counts_per_rev u25.0 counts; filter_length u8.0
+-- and minimum_edge_spacing u16.0 clocks; index_tolerance u16.0 counts; timestamp u64.0 clocks.
 --
 -- **Settings.** filter_length, minimum_edge_spacing and index_tolerance may change at any time. counts_per_rev is sampled
 -- while rearm or reset is high, and for SYNCHRONISER_STAGES + 1 clocks after reset; at other times a change has no
 -- effect.
--- A `filter_length` above INDEX_SKEW keeps two steps in opposite directions further apart than Z is from its step, as
--- index_zero requires.
+-- A `filter_length` above INDEX_SKEW makes the time between two opposite steps longer than the time between a change of
+-- Z and its step, as index_zero requires.
 --
 -- **Clear** affects only the faults, rearm only the index.
 --
--- **Reset** may be as short as one clock. Counting starts from the levels of the pins in its last clock:
+-- **Reset** may be as short as one clock. Counting starts from the levels of the pins in the last clock of the reset:
 -- these levels cause no edge, and every later change counts.
 
 library ieee;
@@ -42,7 +43,7 @@ entity quadrature_decoder is
   generic (
     SYNCHRONISER_STAGES : positive range 2 to 4 := 2; -- registers per pin
     RESET_POSITION      : integer               := 0; -- counts; near +-2**31 to meet the wrap in a test
-    DELAYED             : boolean               := false -- levels may be delayed
+    DELAYED             : boolean               := false -- the levels of the head may be delayed
   );
   port (
     clock                : in    std_ulogic;
@@ -53,16 +54,16 @@ entity quadrature_decoder is
     z                    : in    std_ulogic;                                    -- index
     -- Settings
     counts_per_rev       : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
-    delay                : in    u_unsigned(7 downto 0) := (others => '0');           -- clocks, where DELAYED
+    delay                : in    u_unsigned(7 downto 0) := (others => '0');           -- clocks; has an effect only with DELAYED
     filter_length        : in    u_unsigned(7 downto 0);                        -- clocks, 1 is off
     minimum_edge_spacing : in    u_unsigned(15 downto 0);                       -- clocks, 0 is off
     index_tolerance      : in    u_unsigned(15 downto 0) := (others => '0');    -- counts
     timestamp            : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);      -- clocks
     clear                : in    std_ulogic;                                    -- pulse: clears the faults
     rearm                : in    std_ulogic;                                    -- level: forgets the index
-    zero_again           : in    std_ulogic := '0';                             -- level: agreeing marks move the zero
+    zero_again           : in    std_ulogic := '0';                             -- level: marks that prove the zero wrong move it
     heal                 : in    std_ulogic := '0';                             -- level: put_back follows the zero
-    other_head_agrees    : in    std_ulogic := '0';                             -- 2 clocks after index_strobe: the mark is true
+    other_head_agrees    : in    std_ulogic := '0';                             -- valid 2 clocks after index_strobe: the mark is true
     -- Position, index, faults
     decoded              : out   decoded_head
   );

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- Tests whether a count lies within a tolerance of its nominal value.
+-- Declares functions that tell whether a count lies within a tolerance of its nominal value.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -8,13 +8,14 @@ library ieee;
 
 package tolerance_pkg is
 
-  -- True if -tolerance <= deviation <= tolerance; compares only as many bits as the tolerance has.
+  -- Tells whether -tolerance <= deviation <= tolerance; compares only as many bits as the tolerance has.
   function is_within (
     deviation : u_signed;
     tolerance : u_unsigned
   ) return std_ulogic;
 
-  -- True if a number is at most a limit, bit by bit: Yosys would build a carry chain for the comparison operator.
+  -- Tells whether a number is at most a limit, with logic for each bit: Yosys would build a carry chain for the
+  -- comparison operator.
   function is_at_most (
     number : u_unsigned;
     bound  : natural

@@ -2,10 +2,11 @@
 --
 -- # encoder_source
 --
--- Generates the signals that two to four read heads of a steadily turning table would give. On the bench a second
--- board with this entity replaces the encoder. All heads read the same disc; heads 2 to 4 read it HEAD_SEPARATION,
--- HEAD3_AHEAD and HEAD4_AHEAD counts ahead of head 1 (docs/architecture.md, "Head geometry"). A calibration therefore
--- finds ε of equation (2) with the two orders given here. The axis does not move. Outputs of heads above HEADS stay low.
+-- Generates the signals A, B and Z that two to four read heads of a steadily turning table would give. On a test bench,
+-- a second board with this entity replaces the encoder. All heads read the same disc; the angles of heads 2 to 4 are
+-- HEAD_SEPARATION, HEAD3_AHEAD and HEAD4_AHEAD counts ahead of head 1 (docs/architecture.md, "Head geometry"). A
+-- calibration therefore finds ε of equation (2) with the two orders given here. The axis does not move. Outputs of
+-- heads above HEADS stay low.
 --
 -- **Latency.** 35 clocks from the true angle to the edge: compensation_pipeline 29, quadrature_output 6.
 --
@@ -24,7 +25,7 @@ entity encoder_source is
   generic (
     COUNTS_PER_REV    : positive range COUNTS_PER_REV_MIN to COUNTS_PER_REV_MAX := 16777216;
     COUNTS_PER_SECOND : positive                 := 1398101;   -- 30 deg/s at 2**24 counts per turn
-    SOURCE_CLOCK_HZ   : positive                 := 125000000; -- of `clock`
+    SOURCE_CLOCK_HZ   : positive                 := 125000000; -- frequency of `clock`
     HEADS             : positive range 2 to HEADS_MAX := 2;
     HEAD_SEPARATION   : natural                  := 1537911;   -- counts, 33 deg at 2**24 counts per turn
     HEAD3_AHEAD       : natural                  := 8248798;   -- counts, 177 deg at 2**24 counts per turn

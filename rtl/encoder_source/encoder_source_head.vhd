@@ -23,7 +23,7 @@ entity encoder_source_head is
   generic (
     COUNTS_PER_REV    : positive range COUNTS_PER_REV_MIN to COUNTS_PER_REV_MAX;
     COUNTS_PER_SECOND : positive;
-    SOURCE_CLOCK_HZ   : positive;                -- of `clock`
+    SOURCE_CLOCK_HZ   : positive;                -- frequency of `clock`
     START             : natural;                 -- counts, below COUNTS_PER_REV
     ECCENTRICITY      : integer range 0 to 8191; -- counts
     ECCENTRICITY_TURN : real range 0.0 to 1.0;   -- turn
@@ -44,7 +44,7 @@ architecture rtl of encoder_source_head is
   constant LANES           : positive := 2;
   constant STEP_FRACTION   : positive := 24;
   constant WORDS           : positive := 4 * LANES;
-  -- Smallest spacing of two edges: the largest rate of the reading stays below it.
+  -- Smallest spacing of two edges of the output; even at its largest rate the reading needs no smaller spacing.
   constant MINIMUM_SPACING : positive := 1;
 
   -- Counts a clock, u0.24.

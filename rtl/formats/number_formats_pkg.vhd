@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- The number formats of the data path; each is defined only here. `make generate` reads the
--- integer constants below and writes them as a Python module and a C header.
+-- Defines the number formats of the data path; no other file defines them. `make generate` reads the integer constants
+-- below and writes them as a Python module and a C header.
 --
 -- Notation: u I.F is unsigned with I integer and F fraction bits (I + F bits);
 -- s I.F is signed with a sign, I integer and F fraction bits (1 + I + F bits).
@@ -19,7 +19,7 @@
 --   head offset       u24.4   counts, the reading of a head where the mean is 0
 --   head weight       s1.16   share of a head in the mean; the sum over the heads is 2**16
 --   head difference   s16.4   counts, a head's reading minus the carrier's, limited
---   mean term         s19.20  counts, what the mean adds to the correction
+--   mean term         s19.20  counts, the term that the mean adds to the correction
 --   turn number       s23.0   number of turns of the angle; wraps modulo 2**24
 --   turn step         u0.48   turn a turn, the fraction of a real order: round(n * 2**48) mod 2**48
 

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- The constants of the CORDIC rotation of equations (10) and (11), computed at elaboration for
--- any number of iterations and bits, and its adder.
+-- Computes the constants of the CORDIC rotation of equations (10) and (11) at elaboration, for any number of iterations
+-- and bits, and declares the adder of the rotation.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -24,31 +24,31 @@ package cordic_pkg is
     cosine_width : positive
   ) return positive;
 
-  -- arctan(2**-i) for i = 0 to iterations - 1, in 2**-fraction turn.
+  -- Returns arctan(2**-i) for i = 0 to iterations - 1, in 2**-fraction turn.
   function rotation_steps (
     iterations, fraction : positive
   ) return naturals;
 
-  -- Number of bits of z, sign included, before iteration i = 1 to iterations.
+  -- Returns the number of bits of z, sign included, before iteration i = 1 to iterations.
   function remainder_widths (
     steps    : naturals;
     fraction : positive
   ) return naturals;
 
-  -- 1 / gain of all iterations, which is x0 of equation (11).
+  -- Returns 1 / gain of all iterations, which is x0 of equation (11).
   function start_radius (
     iterations : positive
   ) return real;
 
-  -- x (or y if `of_y`) after the tabulated iterations of a vector that starts
-  -- with x0 = radius, y0 = 0. The first iteration turns to the left; bit TABULATED_ITERATIONS - 1 - i
-  -- of the index is high if iteration i turned to the right.
+  -- Returns x (or y if `of_y`) after the tabulated iterations of a vector that starts with x0 = radius, y0 = 0. The
+  -- first iteration turns to the left; bit TABULATED_ITERATIONS - 1 - i of the index is high if iteration i turned to
+  -- the right.
   function tabulated_vectors (
     radius : real;
     of_y   : boolean
   ) return reals;
 
-  -- a + b, or a - b, rounded, on one carry chain. b has one fraction bit more than a.
+  -- Returns a + b, or a - b, rounded, on one carry chain. b has one fraction bit more than a.
   function add_or_subtract (
     a, b     : u_signed;
     subtract : std_ulogic

@@ -4,7 +4,7 @@
 --
 -- Computes the cosine of an angle of the first quadrant by rotating a vector, equations (10) to (12) of the
 -- paper, in CORDIC_ITERATIONS iterations, with signs and start value corrected (see the errata).
--- It contains only what the cosine needs.
+-- It omits the logic that only the sine would need.
 --
 -- **Latency.** CORDIC_ITERATIONS − 1 = 15 clocks, because iteration 0 always turns to the left by an eighth
 -- of a turn and needs no adder. One angle per clock.

@@ -5,7 +5,7 @@
 -- Computes one term amplitude · cos(phase) of equation (9): quadrant_fold, cordic_rotation, one rounding of
 -- the cosine to COSINE_WIDTH bits, and the multiplication by the amplitude in one DSP48E1, which
 -- can also add the product of a partner lane. With ROTATION = table, table_rotation replaces
--- cordic_rotation; latency and formats are the same.
+-- cordic_rotation; latency and formats do not change.
 --
 -- **Latency.** One angle per clock, from `phase`: fold 1 clock, rotation CORDIC_ITERATIONS − 1 (15),
 -- rounding 1, multiplication 2; in all CORDIC_ITERATIONS + 3 (19) clocks to `product`. With
@@ -40,8 +40,8 @@ entity harmonic_lane is
   port (
     clock     : in    std_ulogic;
     phase     : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                  -- turn, u0.24
-    amplitude : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                -- counts, s13.11, with the cosine
-    partner   : in    u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0); -- counts, s15.27, with the product
+    amplitude : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                -- counts, s13.11, in the clock of the cosine
+    partner   : in    u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0); -- counts, s15.27, in the clock of the product
     product   : out   u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0) := (others => '0') -- counts, s15.27
   );
 end entity harmonic_lane;
@@ -92,7 +92,7 @@ begin
 
   round_and_multiply : process (clock) is
 
-    -- Registers; those at the multiplier's ports are doubled if a partner comes a clock earlier.
+    -- Registers. With ADD_PARTNER, cosine and factor pass through a second register in front of the multiplier.
     variable negative       : std_ulogic_vector(1 to CORDIC_ITERATIONS - 1) := (others => '0');
     variable cosine         : u_signed(COSINE_WIDTH - 1 downto 0)           := (others => '0');
     variable factor         : u_signed(AMPLITUDE_WIDTH - 1 downto 0)        := (others => '0');

@@ -29,12 +29,12 @@ entity harmonic_unit is
     LANES             : positive range 1 to LANES_MAX := LANES_DEFAULT;
     COSINE_WIDTH      : positive range 8 to 24        := work.number_formats_pkg.COSINE_WIDTH;
     CORDIC_ITERATIONS : positive range 8 to 24        := work.number_formats_pkg.CORDIC_ITERATIONS;
-    ROTATION          : string                        := "cordic" -- or "table": how a lane finds its cosine
+    ROTATION          : string                        := "cordic" -- or "table": method of computing the cosine
   );
   port (
     clock      : in    std_ulogic;
     phases     : in    std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0);           -- turn, u0.24
-    amplitudes : in    std_ulogic_vector(LANES * AMPLITUDE_WIDTH - 1 downto 0);       -- counts, s13.11, with the cosines
+    amplitudes : in    std_ulogic_vector(LANES * AMPLITUDE_WIDTH - 1 downto 0);       -- counts, s13.11, in the clock of the cosines
     pair_sums  : out   std_ulogic_vector(((LANES + 1) / 2) * PAIR_WIDTH - 1 downto 0) -- counts, s15.27, pair 0 in the low bits
   );
 end entity harmonic_unit;

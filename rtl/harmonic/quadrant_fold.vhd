@@ -3,7 +3,7 @@
 -- # quadrant_fold
 --
 -- Folds a phase into the first quadrant, where the rotation of equations (10) to (12) converges,
--- and signals whether the cosine of the phase is the negative of that of the folded phase.
+-- and signals whether the cosine of the phase is the negative of the cosine of the folded phase.
 --
 -- **Latency.** 1 clock.
 --

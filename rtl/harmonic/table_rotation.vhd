@@ -6,7 +6,7 @@
 -- same ports and latency, 39 % of a lane's look-up tables and less than half of the error. It uses no multiplier and no
 -- block memory. The paper rotates a vector; this is another way to the cosine of equation (9).
 --
--- **Latency.** 15 clocks, as cordic_rotation; 8 of them compute, the others delay the angle. One angle per clock.
+-- **Latency.** 15 clocks, as cordic_rotation; 8 of them compute, the other 7 delay the angle. One angle per clock.
 --
 -- **Number formats.** folded 22 bits, 2⁻²⁴ turn; value s1.20; slope u3.8 a turn; cosine s1.18.
 --

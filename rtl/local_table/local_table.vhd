@@ -4,8 +4,8 @@
 --
 -- Computes a correction that a sum of orders cannot describe, from 4,096 points over the turn, or over one, two or four
 -- windows of 1/2 to 1/64 of the turn, with straight lines between the points. Outside of every window the value is 0.
--- Two banks hold points and place; `bank` travels with the angle, so that each angle meets one bank in all of its
--- stages. The register map fixes the formats.
+-- Two banks store the points and the place of the windows; `bank` travels with the angle, so that all stages use the
+-- same bank for an angle. The register map fixes the formats.
 --
 -- **Latency.** LOCAL_TABLE_LATENCY = 17 clocks from `angle` and `bank` to `value`, one angle per clock: 4 to the window, 5 to the
 -- place in it (phase_lane), 3 for the points, 5 for the line.
@@ -19,14 +19,14 @@
 -- point.
 --
 -- **Error.** The place is rounded to 2⁻²⁴ window, its step is off by 2⁻⁴⁹ window a count, and 12 bits of the place between two
--- points are used. Against the exact line the value is off by at most the largest difference of two neighbouring points
+-- points are used. The value differs from the exact line by at most the largest difference of two neighbouring points
 -- times (2⁻¹³ + 2⁻¹³) with one window; with two or four windows this factor is larger by 2⁻¹².
 --
 -- **Size.** 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys).
 --
--- **Access.** `write_bank` and `write_address` choose a point of either bank: it is written with `write_enable`, and
--- `read_word` is the point of the clock before, while bank and address do not change. A point that is written while an
--- angle reads it may give the old or the new value.
+-- **Access.** `write_bank` and `write_address` choose a point of either bank: `write_enable` writes this point, and
+-- `read_word` shows it one clock later, while bank and address do not change. A point that is written while an angle
+-- reads it may give the old or the new value.
 --
 -- There is no reset: it would only affect angles in the pipeline.
 
@@ -60,7 +60,8 @@ architecture rtl of local_table is
 
   subtype point is u_signed(LOCAL_POINT_WIDTH - 1 downto 0);
 
-  -- Every second point of both banks: the two neighbours of a place come from different memories.
+  -- Each memory stores every second point of both banks, so that the two neighbours of a place come from different
+  -- memories.
   type half_of_points is array (0 to 2 ** LOCAL_INDEX_WIDTH - 1) of point;
 
   subtype half_index is u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
@@ -187,7 +188,7 @@ begin
     variable offset3     : angles                                       := (others => (others => '0'));
     variable inside3     : std_ulogic_vector(1 to LOCAL_WINDOWS)        := (others => '0');
     variable starts      : angles;
-    -- Window of the angle, and whether there is one, from clock 4 on
+    -- Window that contains the angle, and whether any window contains it, from clock 4 on
     variable window      : u_unsigned(1 downto 0);
     variable windows     : u_unsigned(2 * LOCAL_TABLE_LATENCY - 1 downto 0) := (others => '0');
     variable are_inside  : std_ulogic_vector(4 to LOCAL_TABLE_LATENCY - 1) := (others => '0');

@@ -2,14 +2,15 @@
 --
 -- # local_table_banks
 --
--- Connects the local table to the processor: holds the place of the windows of both banks, gives the processor access
--- to the words of the idle bank, and makes that bank the active one with a swap. The table itself is local_table.
+-- Connects the local table to the processor: stores the place of the windows for both banks, gives the processor access
+-- to the words of the idle bank, and makes the idle bank the active one at a swap. The table itself is local_table.
 --
 -- **Words of the place**, by `address`: 0 choice: enable in bits 3 to 0, windows in 5 to 4, width in 10 to 8, fraction in 13 to 12;
 -- 1 to 4 start of window 1 to 4; 5 and 6 step, its lower 32 bits and its upper 16. Only these bits are stored; word 7 reads as 0.
 --
--- **Swap.** Writing the choice requests the table: the next swap makes the idle bank active, beginning with the angle
--- of the clock after `swap_comes`. Other swaps leave the table as it is. Write the choice last.
+-- **Swap.** A write of the word `choice` requests a swap of the table: the next swap of the lanes also makes the
+-- table's idle bank active, beginning with the angle of the clock after `swap_comes`. Other swaps leave the table as it
+-- is. Write the choice last.
 --
 -- **Copy.** After the swap, once no angle in the pipeline uses the former active bank, this bank gets the same words:
 -- its place at once, its points one after the other, 2 clocks each. An access waits until the copy has ended,

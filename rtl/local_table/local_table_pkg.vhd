@@ -2,7 +2,7 @@
 --
 -- # local_table_pkg
 --
--- States where a local table lies on the turn, for one bank, and the widths of its numbers.
+-- Declares the record with the place of a local table on the turn, for one bank, and the widths of the table's numbers.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -23,7 +23,7 @@ package local_table_pkg is
     enable   : std_ulogic_vector(LOCAL_WINDOWS - 1 downto 0);     -- one bit per window
     windows  : u_unsigned(1 downto 0);                            -- 0 one of 4,096 points, 1 two of 2,048, 2 four of 1,024
     width    : u_unsigned(2 downto 0);                            -- a window is 2**-width turn, 0 to 6
-    fraction : u_unsigned(1 downto 0);                            -- of the points: F = 4, 6, 8 or 10
+    fraction : u_unsigned(1 downto 0);                            -- fraction bits of the points: F = 4, 6, 8 or 10
     start1   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts, where window 1 begins
     start2   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts
     start3   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts

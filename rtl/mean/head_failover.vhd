@@ -3,20 +3,20 @@
 -- # head_failover
 --
 -- Leaves a failed head out of the mean, and includes it again: head_watch finds the head, prepared_sets activates the
--- set without it, parity_sum monitors the parity of the heads. It answers the registers of all three.
+-- set without it, parity_sum monitors the parity of the heads. The entity serves the registers of all three units.
 --
--- **Failure.** The set without the first head that fails is loaded if `failover.enable` is set, the active words use
--- all heads and no head is left out. Failures of other heads are then ignored, because only sets with one missing head
--- are prepared. With the first angle of the new set the head is left out and its index forgotten (`rearm_heads`), so
--- that its next index defines its zero again.
+-- **Failure.** The first failure loads the set without the failed head, provided that `failover.enable` is set, the
+-- active words use all heads and no head is left out. Failures of other heads are then ignored, because only sets with
+-- one missing head are prepared. With the first angle of the new set the head is left out and its decoder forgets the
+-- index (`rearm_heads`), so that its next index defines its zero again.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
--- once the time `failover.return_after` has passed: the set of all heads is loaded. A dead head shows no index and
--- stays out.
+-- once the time `failover.return_after` has passed: the set of all heads is loaded. A dead head shows no index, so it
+-- remains left out.
 --
 -- **Processor.** `heads_command.take_set` loads a set. A swap of the processor's own words makes `heads_status.set` 7.
 -- A swap does not end the state of a head that is left out: words that use this head, and a set that uses it before its
--- index, are refused and set `heads_status.swap_refused`; the active words stay. While the processor's words are
+-- index, are refused and set `heads_status.swap_refused`; the active words stay active. While the processor's words are
 -- active, a head that comes back is no longer left out, but no set is loaded: the processor must include the head by
 -- words of its own.
 --
@@ -24,13 +24,13 @@
 -- out or, while a set is loaded, that is missing in this set. Second, in a set or while a head is left out, the carrier
 -- of the idle words is a used head. `may_activate` follows its inputs by a clock.
 --
--- **Latency.** From a failure in head_watch to the first angle of the set: the latency of prepared_sets and 3 clocks. 1
--- clock from `read_enable` to `read_data`, which is 0 for words of other units in the window; head_registers signals
--- `done` for the words of both entities.
+-- **Latency.** From a failure that head_watch reports to the first angle of the set: the latency of prepared_sets plus
+-- 3 clocks. 1 clock from `read_enable` to `read_data`, which is 0 for words of other units in the window;
+-- head_registers signals `done` for the words of both entities.
 --
 -- **Number formats.** Those of the registers; differences s16.4 counts, head 1 in the low bits.
 --
--- **Reset.** No set is in force, no head is left out, every setting is 0.
+-- **Reset.** No set is active, no head is left out, and every setting is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -42,7 +42,7 @@ entity head_failover is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;
     HEADS         : positive range 3 to HEADS_MAX := 4;
-    INTERVAL_BITS : positive range 5 to 20        := 14 -- of head_watch; return_after counts in 2**(INTERVAL_BITS + 3) clocks
+    INTERVAL_BITS : positive range 5 to 20        := 14 -- as in head_watch; the unit of return_after is 2**(INTERVAL_BITS + 3) clocks
   );
   port (
     clock            : in    std_ulogic;
@@ -50,7 +50,7 @@ entity head_failover is
     -- Registers of the window of the heads
     read_enable      : in    std_ulogic;                                                -- pulse
     write_enable     : in    std_ulogic;                                                -- pulse
-    address          : in    u_unsigned(5 downto 0);                                    -- the word's number in the window
+    address          : in    u_unsigned(5 downto 0);                                    -- number of the word in the window
     write_data       : in    std_ulogic_vector(31 downto 0);                            -- the word
     read_data        : out   std_ulogic_vector(31 downto 0) := (others => '0');         -- the word
     take_snapshot    : in    std_ulogic;                                                -- pulse

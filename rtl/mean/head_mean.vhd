@@ -2,24 +2,23 @@
 --
 -- # head_mean
 --
--- Outputs the reading to correct if the mean of the heads is corrected: the reading of the carrier, a head that is
--- chosen at run time, minus the whole counts of its offset; and the term that turns this reading into the mean
--- (weighted_mean).
--- The words of the mean are swapped with the coefficients of the lanes (mean_words).
+-- Outputs two values for the correction of the heads' mean: the reading of the carrier (the head that is chosen at run
+-- time) minus the whole counts of its offset, and the term that turns this reading into the mean (weighted_mean). The
+-- words of the mean (mean_words) are swapped together with the coefficients of the lanes.
 --
 -- **Position.** The output's count continues from carrier to carrier. `position` is the carrier's position plus a base.
--- With the first angle of other words it jumps by as much as the angle, the shorter way round. `jump` is the size of
--- this jump, so that the ramp absorbs it: the corrected position makes no step. A jump beyond ±32,767 counts comes from
--- a head that was never set up; the position then jumps by that limit, and angle and position differ by the remainder
--- until the next reset.
+-- With the first angle of a new set of words `position` jumps by as much as the angle, the shorter way round. `jump` is
+-- the size of this jump; the ramp uses it to absorb the jump: the corrected position makes no step. A jump beyond
+-- ±32,767 counts comes from a head that was never set up; the position then jumps by that limit, and angle and position
+-- differ by the remainder until the next reset.
 --
--- **Zero.** `zero_moved` toggles where the zero of any head moves, because each zero moves the mean; the ramp absorbs
--- this change. `put_back` is that of the carrier, because `position` continues the carrier's count.
+-- **Zero.** `zero_moved` toggles when the zero of any head moves, because each zero moves the mean; the ramp absorbs
+-- this change. `put_back` is the carrier's, because `position` continues the carrier's count.
 --
--- **Apply.** The mean may be corrected while every used head has seen its index. `referenced` is that of the carrier.
+-- **Apply.** The mean may be corrected while every used head has seen its index. `referenced` belongs to the carrier.
 --
--- **Swap.** `may_swap` is low while, and for 8 clocks after, the zero of a head moves, its first index is seen or a word is
--- written, so that the base of the next carrier is computed from later readings.
+-- **Swap.** `may_swap` is low when the zero of a head moves, a head sees its first index or a word is written, and for
+-- 8 clocks after that, so that the base of the next carrier is computed from later readings.
 --
 -- **Latency.** With two heads, no clock from the heads to angle, position and the values that belong to them; with more
 -- heads 1 clock, in which the offsets are subtracted. MEAN_LATENCY clocks from the angle to `mean_term`, `limited`,
@@ -29,7 +28,7 @@
 -- 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0
 -- counts. Flat ports carry head 1 in the low bits.
 --
--- **Reset.** The base is 0. The words stay.
+-- **Reset.** The base is 0. The words keep their values.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -46,21 +45,21 @@ entity head_mean is
     reset             : in    std_ulogic;
     -- The heads
     angles            : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
-    positions         : in    std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);       -- counts, those put back included
+    positions         : in    std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);       -- counts, including those put back
     phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- place of (A, B) at such a position 0
-    put_backs         : in    std_ulogic_vector(HEADS * 16 - 1 downto 0);                   -- counts in position that no edge brought
-    zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- toggles with the zero of a head
+    put_backs         : in    std_ulogic_vector(HEADS * 16 - 1 downto 0);                   -- counts in position without an edge
+    zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- toggles when the zero of a head moves
     indices_seen      : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- level
-    unsettle          : in    std_ulogic;                                                   -- angles restart
+    unsettle          : in    std_ulogic;                                                   -- level: angles restart
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
-    compensate        : in    std_ulogic;                                                   -- the correction is wanted
+    compensate        : in    std_ulogic;                                                   -- level: the processor requests the correction
     -- The words, see mean_words
     write_enable      : in    std_ulogic;                                                   -- pulse
-    write_address     : in    u_unsigned(3 downto 0);                                       -- the word's number
+    write_address     : in    u_unsigned(3 downto 0);                                       -- number of the word
     write_data        : in    std_ulogic_vector(31 downto 0);                               -- the word
-    write_acknowledge : out   std_ulogic;                                                   -- pulse: written
+    write_acknowledge : out   std_ulogic;                                                   -- pulse: the word is written
     hold_writes       : in    std_ulogic;                                                   -- a swap is requested, waits or takes effect
-    read_address      : in    u_unsigned(3 downto 0);                                       -- the word's number
+    read_address      : in    u_unsigned(3 downto 0);                                       -- number of the word
     read_data         : out   std_ulogic_vector(31 downto 0);                               -- the idle word, a clock later
     swap_comes        : in    std_ulogic;                                                   -- the next clock has the idle words
     may_swap          : out   std_ulogic;                                                   -- a swap is allowed
@@ -68,8 +67,8 @@ entity head_mean is
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, below counts_per_rev
     position          : out   u_signed(POSITION_WIDTH - 1 downto 0);                        -- counts
     phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- place of (A, B) at position 0
-    put_back          : out   u_signed(15 downto 0);                                        -- counts in position that no edge brought
-    zero_moved        : out   std_ulogic;                                                   -- toggles with the zero of a head
+    put_back          : out   u_signed(15 downto 0);                                        -- counts in position without an edge
+    zero_moved        : out   std_ulogic;                                                   -- toggles when the zero of a head moves
     referenced        : out   std_ulogic;                                                   -- the angle counts from an index
     apply             : out   std_ulogic;                                                   -- correct this reading
     carrier           : out   u_unsigned(1 downto 0);                                       -- number of the head - 1
@@ -78,9 +77,9 @@ entity head_mean is
     idle_carrier_used : out   std_ulogic;                                                   -- the carrier of the idle words is a used head
     differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, minus the carrier's reading
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
-    limited           : out   std_ulogic;                                                   -- this term is limited
+    limited           : out   std_ulogic;                                                   -- a difference in this term is limited
     jumped            : out   std_ulogic;                                                   -- the first angle of other words
-    jump              : out   u_signed(15 downto 0)                                         -- counts by which the reading jumps then
+    jump              : out   u_signed(15 downto 0)                                         -- counts by which the reading jumps with jumped
   );
 end entity head_mean;
 
@@ -333,7 +332,7 @@ begin
 
       next_base <= base + count_1_to_4(JUMP_CLOCKS) + resize(jump_4, POSITION_WIDTH);
 
-      -- Either the bits above the format are copies of the sign, or the jump is limited, to the same size up and down.
+      -- If the bits above the format are not copies of the sign, the jump is limited, to the same size up and down.
       sign   := to_next(to_next'high);
       jump_4 := to_next(jump_4'range);
       if (or (to_next(to_next'high downto jump_4'high) xor (to_next'high downto jump_4'high => sign))) = '1' then

@@ -2,28 +2,28 @@
 --
 -- # head_watch
 --
--- Finds the head that has failed, while the mean uses all of them: by a fault that its decoder reports, by edges that are
+-- Finds the head that has failed, while the mean uses all heads: by a fault that its decoder reports, by edges that are
 -- missing, or by a step of its reading that no other head shows.
 --
 -- **Faults of a decoder.** A head fails in the clock in which its flag `illegal`, `overspeed`, `swallowed` or
--- `index_error` rises or its counter increments; the lowest bit of the counter shows that. A full counter shows no
--- further fault: clear it. Flags that were set before `watching` rose do not count.
+-- `index_error` rises or its counter increments; the lowest bit of the counter shows the increment. A full counter
+-- shows no further fault: clear it. Flags that were set before `watching` rose do not count.
 --
 -- **Missing edges.** A head counts as dead if every other head has moved by `missing_counts` counts or more since this
 -- head's last edge; motions up and down are added. No head counts as dead while the table stands still. The value 0
 -- turns this check off.
 --
--- **Step.** The difference of each reading to the carrier's is compared with its value 7 to 8 intervals of
--- 2**INTERVAL_BITS clocks earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all others agree
--- within less than `step_limit` counts, and this holds for no other k. A motion of the axis that changes no difference
--- of two heads by step_limit counts in that time never counts as a step, and the entity never names a wrong head
--- because of it; a step of one head by 2 * step_limit counts is then always found, whatever the others do within that
--- limit: without head k they agree, and with it they differ by more than step_limit. The value 0 turns this check off.
--- A step of two heads names neither.
+-- **Step.** The difference of each reading to the carrier's reading is compared with its value 7 to 8 intervals of
+-- 2**INTERVAL_BITS clocks earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all other heads
+-- agree within less than `step_limit` counts, and if this holds for no other head than k. A motion of the axis that
+-- changes no difference of two heads by step_limit counts in that time never counts as a step, and the entity never
+-- names a wrong head because of it; a step of one head by 2 * step_limit counts is then always found, because the other
+-- heads agree without head k, and differ by more than step_limit from head k. The value 0 turns this check off. If two
+-- heads step, the entity names neither.
 --
 -- **Restart.** While `restart` is high, and for 16 clocks after that, no step is searched for; then the comparison
--- restarts with the readings of that clock. Hold it high while readings jump without a fault, that is because of
--- another set of words or a moved zero.
+-- restarts with the readings at the end of this time. Hold it high while readings jump without a fault, that is after a
+-- swap of the words or a move of a zero.
 --
 -- **Latency.** A fault of a decoder: 2 clocks to `failed`. Missing edges: 3 clocks after the last of the counted steps. A step:
 -- at most 20 clocks.
@@ -266,7 +266,7 @@ begin
         phase := phase + 1;
       else
 
-        -- Exactly one bit is high.
+        -- Tells whether exactly one bit is high.
         for head in 0 to HEADS - 1 loop
           alone       := (others => '0');
           alone(head) := '1';

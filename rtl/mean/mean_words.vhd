@@ -2,10 +2,10 @@
 --
 -- # mean_words
 --
--- Stores the words of the weighted mean twice: offsets, weights and the choice of carrier and of the heads that are
--- used. The active words apply to the angles; the processor writes the idle ones, and `swap_comes` makes them active
--- with the same angle as the coefficients of the lanes. Afterwards the idle words are the same, except that the active
--- weight of a head that is not used is 0 whatever was written.
+-- Stores the words of the weighted mean twice: offsets, weights, and the choice of the carrier and of the used heads.
+-- The active words apply to the angles; the processor writes the idle ones, and `swap_comes` makes them active with the
+-- same angle as the coefficients of the lanes. Afterwards the idle words equal the active words, except that the active
+-- weight of an unused head is 0, whatever weight was written.
 --
 -- **Words.** 0 to 3: offset of head 1 to 4; 4 to 7: weight of head 1 to 4; 8: choice, with the carrier (head number -
 -- 1) in bits 1 to 0 and one bit per used head from bit 4 on. Only the bits of the formats are stored. Words of heads
@@ -15,14 +15,14 @@
 -- 2 clocks later, or when `hold_writes` has fallen: hold it high while a swap waits, so that a swap takes over exactly
 -- the acknowledged writes. Start no other write before the acknowledge.
 --
--- **Latency.** 1 clock from `swap_comes` to the new active words; `next_words` are those of the next clock. 1 clock
--- from `read_address` to `read_data`, the idle word with its sign extended.
+-- **Latency.** 1 clock from `swap_comes` to the new active words; `next_words` are the active words of the next clock.
+-- 1 clock from `read_address` to `read_data`, the idle word with its sign extended.
 --
 -- **Number formats.** offset u24.4 counts, weight s1.16. Flat words hold, from the low bits on: offsets of all heads, then
 -- weights, then used heads, then the carrier.
 --
--- **Reset** drops a pending write. It keeps the words, as the banks of the lanes do. At power-up head 1 is carrier and
--- used alone: the output is that of head 1.
+-- **Reset** drops a pending write. It keeps the words, as the banks of the lanes do. At power-up head 1 is the carrier
+-- and the only used head: the output follows head 1.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -38,11 +38,11 @@ entity mean_words is
     clock             : in    std_ulogic;
     reset             : in    std_ulogic;
     write_enable      : in    std_ulogic;                     -- pulse
-    write_address     : in    u_unsigned(3 downto 0);         -- the word's number
+    write_address     : in    u_unsigned(3 downto 0);         -- number of the word
     write_data        : in    std_ulogic_vector(31 downto 0); -- the word
-    write_acknowledge : out   std_ulogic := '0';              -- pulse: written
+    write_acknowledge : out   std_ulogic := '0';              -- pulse: the word is written
     hold_writes       : in    std_ulogic;                     -- a swap is requested, waits or takes effect
-    read_address      : in    u_unsigned(3 downto 0);         -- the word's number
+    read_address      : in    u_unsigned(3 downto 0);         -- number of the word
     read_data         : out   std_ulogic_vector(31 downto 0); -- the idle word
     swap_comes        : in    std_ulogic;                     -- the idle words are active from the next clock on
     is_written        : out   std_ulogic;                     -- an idle word changes with the next clock

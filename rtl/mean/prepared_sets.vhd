@@ -11,18 +11,18 @@
 -- `mean`, of which place 15 is the coefficient offset. One word is accessed at a time; a word that is not stored reads as 0.
 --
 -- **Processor.** The processor's writes to the idle bank pass through this entity, since both write the same bank:
--- while a set is being loaded these writes wait, then they are carried out. A `swap` of the processor in that time
--- counts as the swap of the set: the words that the processor had written before are overwritten, and no mixture of
--- words becomes active.
+-- while a set is being loaded these writes wait, and this entity performs them afterwards. A `swap` of the processor in
+-- that time counts as the swap of the set: the words that the processor had written before are overwritten, and no
+-- mixture of words becomes active.
 --
 -- **Refusal.** A swap, of the processor or of a set, takes place only while `may_activate` is high: the idle words use no head
--- that is left out. Otherwise `refused` pulses, the active words stay, and the loaded set is dropped.
+-- that is left out. Otherwise `refused` pulses, the active words stay active, and the loaded set is dropped.
 --
 -- **Latency.** From `load` to `swap_out` 4 * (4 * LANES + 10) + 4 clocks at most, once no write of the processor is under way and
 -- coefficient_memory is not filling its idle bank: 5.6 µs with 32 lanes at 100 MHz. `loaded` comes with `swap_comes`.
 -- 2 clocks from an access to its answer while nothing is loaded.
 --
--- **Number formats.** Those of the registers. There is no arithmetic.
+-- **Number formats.** The formats of the registers; the entity does no arithmetic.
 --
 -- **Reset** stops loading and drops writes that wait. It keeps the sets.
 
@@ -44,8 +44,8 @@ entity prepared_sets is
     access_read       : in    std_ulogic;                     -- pulse
     access_write      : in    std_ulogic;                     -- pulse
     access_set        : in    u_unsigned(2 downto 0);         -- 0: all heads, k: head k is missing
-    access_word       : in    u_unsigned(9 downto 0);         -- the word in the set
-    access_data       : in    std_ulogic_vector(31 downto 0); -- to be written
+    access_word       : in    u_unsigned(9 downto 0);         -- number of the word in the set
+    access_data       : in    std_ulogic_vector(31 downto 0); -- word to be written
     access_done       : out   std_ulogic := '0';              -- pulse
     access_answer     : out   std_ulogic_vector(31 downto 0); -- the word that was read
     -- Writes of the processor to the idle bank; address and data stay until `acknowledge`
@@ -56,7 +56,7 @@ entity prepared_sets is
     write_address     : in    u_unsigned(7 downto 0);         -- lane * 4 + word, the place in the mean, or lane * 2 + word
     write_data        : in    std_ulogic_vector(31 downto 0); -- the word
     acknowledge_lane  : out   std_ulogic;                     -- pulse: written, a lane's word, the offset or a turn step
-    acknowledge_mean  : out   std_ulogic;                     -- pulse: written
+    acknowledge_mean  : out   std_ulogic;                     -- pulse: the word is written
     swap              : in    std_ulogic;                     -- pulse
     -- Request to load a set
     load              : in    std_ulogic;                     -- pulse: load set `number` and swap; ignored while busy

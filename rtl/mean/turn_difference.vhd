@@ -3,7 +3,7 @@
 -- # turn_difference
 --
 -- Computes the difference of two angles the shorter way round: minuend - subtrahend, plus or minus a turn if it is half
--- a turn or more. So the difference of two heads makes no step when one of them passes its zero before the other.
+-- a turn or more. So the difference of two heads makes no step when one head passes its zero before the other head.
 --
 -- **Latency.** 3 clocks from the angles to `difference`, one pair a clock.
 --

@@ -6,8 +6,8 @@
 -- θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, so the term is f_s − Σ wᵢ·(rᵢ − r_s); it is added to E and
 -- subtracted with E. f_s is the fraction of o_s; head_mean has subtracted its whole counts from the reading. With Σ
 -- wᵢ·e^{jβᵢ} = 0, where βᵢ are the places of the heads, the mean contains no translation of the axis. The carrier's own
--- weight is not used, because its difference is 0; so the mean is formed as if all weights had the sum 1, whatever this
--- weight is.
+-- weight is not used, because its difference is 0; so the mean is formed as if this weight made the sum of all weights
+-- 1.
 --
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.
@@ -39,17 +39,17 @@ entity weighted_mean is
   );
   port (
     clock            : in    std_ulogic;
-    readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, whole part of each r
-    carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, of the carrier
-    fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, of each o
-    carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's o
+    readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, whole part of each reading r
+    carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, reading of the carrier
+    fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, fraction of each offset o
+    carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's offset o
     weights          : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);    -- s1.16
     used             : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- one bit per head
     counts_per_rev   : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
     differences      : out   std_ulogic_vector(HEADS * (ANGLE_WIDTH + 1) - 1 downto 0);    -- counts, s24.0
     fine_differences : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0) := (others => '0'); -- counts, s16.4
     mean_term        : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.20
-    limited          : out   std_ulogic                             := '0'                 -- this term is limited
+    limited          : out   std_ulogic                             := '0'                 -- a difference in this term is limited
   );
 end entity weighted_mean;
 
@@ -124,7 +124,7 @@ begin
         products(head) <= product_6;
         product_6      := limited_5 * weight_1_to_5(5);
 
-        -- Fifth clock: either the bits above the format are copies of the sign, or the difference is limited.
+        -- Fifth clock: if the bits above the format are not copies of the sign, the difference is limited.
         sign      := fine_4(fine_4'high);
         is_beyond := or (fine_4(fine_4'high downto HEAD_DIFFERENCE_WIDTH - 1)
                          xor (fine_4'high downto HEAD_DIFFERENCE_WIDTH - 1 => sign));
@@ -140,7 +140,7 @@ begin
         fine_4 := shift_left(resize(difference, FINE_WIDTH), HEAD_OFFSET_FRACTION)
                   + resize(fraction_1_to_3(3), FINE_WIDTH);
 
-        -- First clock: the fraction of r minus that of the carrier's r.
+        -- First clock: the fraction of r minus the fraction of the carrier's r.
         own_fraction    := u_unsigned(fractions((head + 1) * HEAD_OFFSET_FRACTION - 1 downto head * HEAD_OFFSET_FRACTION));
         fraction_1_to_3 := (u_signed('0' & carrier_fraction) - u_signed('0' & own_fraction)) & fraction_1_to_3(1 to 2);
         own_weight      := u_signed(weights((head + 1) * HEAD_WEIGHT_WIDTH - 1 downto head * HEAD_WEIGHT_WIDTH));

@@ -17,10 +17,10 @@
 -- 2⁻²⁵ turn.
 --
 -- **Multipliers.** Three DSP48E1 in cascade, for 17, 17 and 14 bits of K. The lowest 17 bits of
--- every partial sum belong to the result; the others go to the adder of the next multiplier. Bits of a
--- full turn and above are never computed. The first adder adds the phase offset and the half unit for
--- rounding. Each multiplier has registers at its inputs, its product and its sum, and starts one clock after the
--- previous one: in all five clocks, without any other adder.
+-- every partial sum belong to the result; the other bits go to the adder of the next multiplier. Bits of a full turn
+-- and above are never computed. The first adder adds the phase offset and the half unit for rounding. Each multiplier
+-- has registers at its inputs, its product and its sum, and starts one clock after the previous one; so the phase takes
+-- five clocks and no other adder.
 --
 -- There is no reset, because no register holds state.
 

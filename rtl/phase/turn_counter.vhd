@@ -2,11 +2,11 @@
 --
 -- # turn_counter
 --
--- Counts the turns of the angle. Each angle is taken as the continuation of the one before, the shorter way round: a wrap forwards
--- adds a turn, a wrap backwards subtracts one. An angle that jumps, because the zero moves or another head becomes the
--- carrier, is continued the same way, and exactly half a turn counts as no wrap. Turn number and angle together are the
--- angle over many turns. If no count is lost, a rearm keeps the number too: the angle restarts at 0, the next index
--- sets it to 0 again, and the two shifts cancel.
+-- Counts the turns of the angle. The entity takes each angle as the continuation of the previous angle, the shorter way
+-- round: a wrap forwards adds a turn, a wrap backwards subtracts one. An angle that jumps, because the zero moves or
+-- another head becomes the carrier, is continued the same way, and exactly half a turn counts as no wrap. Turn number
+-- and angle together give the angle over many turns. If no count is lost, a rearm keeps the number too: the angle
+-- restarts at 0, the next index sets it to 0 again, and the two shifts cancel.
 --
 -- **Latency.** `turn_select`, the two low bits of an angle's turn number, is valid in the clock after its angle and
 -- keeps its value until the clock after the next angle that is taken. `turn` follows a clock later.
@@ -26,7 +26,7 @@ entity turn_counter is
   port (
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
-    take           : in    std_ulogic;                                    -- the angle of this clock counts
+    take           : in    std_ulogic;                                    -- strobe: the angle of this clock is taken
     angle          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     turn_select    : out   u_unsigned(1 downto 0);                        -- turn number modulo 4, a clock after the angle

@@ -8,9 +8,9 @@
 -- compensated signal) and figure 4 (order of the levels).
 --
 -- **Latency.** 6 clocks from `corrected_position` to the edge, if no rule delays the edge.
--- `following_error` comes 2 clocks after the position, `cannot_keep_up` 3; the last edge comes 5 clocks after
--- that. `enable` and a change of `following_limit` or `counts_per_rev` affect them 1 to 3 clocks late, `phase_of_zero`
--- and the settings of a gated Z take effect 1 clock late.
+-- `following_error` comes 2 clocks after the position, `cannot_keep_up` 3; the last edge comes at most 3 clocks after
+-- `cannot_keep_up` rises. `enable` and a change of `following_limit` or `counts_per_rev` affect these two outputs 1 to
+-- 3 clocks late, `phase_of_zero` and the settings of a gated Z take effect 1 clock late.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts,
 -- of the same clock; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error
@@ -26,26 +26,26 @@
 -- B after every power-up, if counts_per_rev is a multiple of 4. `phase_of_zero` is sampled
 -- while the output is not following; counts that the head loses meanwhile do not change it. It belongs to the
 -- head's latest count, which is ahead of `corrected_position` by the latency of the pipeline. Counts that are put back
--- meanwhile reach the output by the ramp, and then the levels are those of the head. (A phase delayed like the position
--- would stay off by these counts.)
+-- meanwhile reach the output by the ramp, and then the levels equal the levels of the head. (A phase delayed like the
+-- position would stay off by these counts.)
 --
 -- **Z** marks the zero of the output's angle, which is corrected_angle - following error, modulo
 -- counts_per_rev. It is high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A
 -- and B). With `z_gated` low it begins at the zero. With `z_gated` high it begins in the state `z_state` (index in
--- 00, 10, 11, 01) of A and B: at the one of the four counts from 2 before the zero to 1 after it that has this
--- state. Z changes together with an edge of A or B. If corrected_angle jumps relative to corrected_position
--- (first index), Z follows the new angle 3 clocks later, without an edge of A and B. While `referenced` is low
--- the angle has no zero on the table, and Z is low: before the first index of the head, and from a re-arm
--- to the next index. (The smallest turn, 4 counts at an edge every clock, works: 4 counts are in the pipeline, 1 is held.)
+-- 00, 10, 11, 01) of A and B: at the count with this state among the four counts from 2 before the zero to 1 after it.
+-- Z changes together with an edge of A or B. If corrected_angle jumps relative to corrected_position (first index), Z
+-- follows the new angle 3 clocks later, without an edge of A and B. While `referenced` is low the angle has no zero on
+-- the table, and Z is low: before the first index of the head, and from a re-arm to the next index. (The smallest turn,
+-- 4 counts at an edge every clock, works: 4 counts are in the pipeline, and 1 count is held.)
 --
 -- **Pins.** `invert_a`, `invert_b` and `invert_z` invert the level of a pin; `swap_ab` exchanges A and B before
 -- the inversion, so that the receiver counts in the other direction. Phase, gate and edge spacing refer to the signals before
--- these changes. Change them only while no receiver counts: a change causes one edge, or two at once.
+-- these changes. Change these settings only while no receiver counts: a change causes one edge, or two at once.
 --
 -- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
 -- come within 3 clocks) and the following error is 0. When `enable` rises, the output goes to the present
--- position by at most 2 edges, which lead from the held levels to those of the position; Z takes the
--- level of the present angle.
+-- position by at most 2 edges, which lead from the held levels to the levels of the position; Z takes the level of the
+-- present angle.
 --
 -- **Following error** is position - output; edges that are still in the 4 clocks of the
 -- pipeline count as outstanding: 4 counts at one edge per clock. It reads 0 while disabled and after a fault.
@@ -76,7 +76,7 @@ entity quadrature_output is
     invert_a           : in    std_ulogic := '0';                             -- inverts the pin
     invert_b           : in    std_ulogic := '0';                             -- inverts the pin
     invert_z           : in    std_ulogic := '0';                             -- inverts the pin
-    swap_ab            : in    std_ulogic := '0';                             -- before the inversion
+    swap_ab            : in    std_ulogic := '0';                             -- exchanges A and B before the inversion
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, multi-turn
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     referenced         : in    std_ulogic;                                    -- corrected_angle counts from an index
@@ -97,18 +97,18 @@ end entity quadrature_output;
 
 architecture rtl of quadrature_output is
 
-  -- The present lag does not include the steps of the last three clocks: two are subtracted where it is
-  -- narrowed, the last one in the decision.
+  -- The present lag does not include the steps of the last three clocks: two of them are subtracted when the lag is
+  -- narrowed, the last one in the decision on a step.
   constant STEPS_UNDER_WAY : positive := 2;
 
   -- A small number in thermometer code: bit k is high if the number is k or more. Subtracting a step is a
   -- shift, so that the decision on a step needs no adder.
   type thermometer is array (4 downto -3) of std_ulogic;
 
-  -- Wide enough for -2 to +2 turns.
+  -- Width of a limit of the lag: -2 to +2 turns in counts.
   constant LIMIT_WIDTH : positive := COUNTS_PER_REV_WIDTH + 2;
 
-  -- One number for each turn, from 2 turns before to 1 turn after that of the corrected angle.
+  -- One number for each turn, from 2 turns before to 1 turn after the turn of the corrected angle.
   type of_turns is array (-2 to 1) of u_signed(POSITION_WIDTH - 1 downto 0);
 
   function counts_of (width : u_unsigned(1 downto 0)) return positive is
@@ -194,7 +194,8 @@ begin
 
   follow : process (clock) is
 
-    -- `following`: enable one clock ago. `enabled`: enable in the two clocks before that, (0) the later one
+    -- `following`: enable one clock ago. `enabled`: enable in the two clocks before that clock, (0) the later of the
+    -- two
     variable following   : std_ulogic                               := '0';
     variable a_level     : std_ulogic;
     variable b_level     : std_ulogic;
@@ -224,13 +225,13 @@ begin
     variable may_step    : std_ulogic                               := '1';
     variable phase       : u_unsigned(1 downto 0)                   := "00";
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
-    -- While the output does not follow: the lowest bits that belong to the held phase
+    -- While the output does not follow: the lowest bits of a count at which (A, B) have the held levels
     variable place_of_output : u_unsigned(1 downto 0)               := "00";
     -- 1 minus these bits, plus the position
     variable less_place  : u_signed(POSITION_WIDTH - 1 downto 0);
     variable started     : u_signed(POSITION_WIDTH - 1 downto 0);
     variable stepped     : u_signed(POSITION_WIDTH - 1 downto 0);
-    -- Counts from the position to the angle; the same for each turn; from the zero of each turn to the output
+    -- Counts from the position to the angle; to the angle of each turn; counts from the zero of each turn to the output
     variable angle_ahead  : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable angles_ahead  : of_turns                                 := (others => (others => '0'));
     variable behind_zero : of_turns                                 := (others => (others => '0'));

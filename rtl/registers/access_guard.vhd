@@ -12,7 +12,7 @@
 -- it.
 --
 -- **Latency.** 1 clock from `judge` to the verdict. One bit of the verdict is high; the verdict stays until the next
--- one. The pulse that requests the word from the unit comes with the verdict, for one clock.
+-- verdict. The pulse that requests the word from the unit comes in the first clock of the verdict.
 --
 -- **Number formats.** Addresses in bytes.
 --
@@ -175,8 +175,7 @@ begin
       mean_word    := (place(5) = '0' and is_at_most(place(3 downto 2), HEADS - 1)) or place(5 downto 2) = 2 * HEADS_MAX;
       of_mean      := MEAN and mean_word and not partial
                       and place(place'high downto 6) = MEAN_FIRST(place'high downto 6);
-      -- Words 0 to 8, 10 and 11 of heads 3 and 4, of which only the first may be written; then delays, command and
-      -- status.
+      -- Words 0 to 8, 10 and 11 of heads 3 and 4, of which only word 0 may be written; then delays, command and status.
       head_word    := to_integer(place(7 downto 2));
       of_head      := (head_word < 16 and HEADS > 2) or (head_word >= 16 and head_word < 32 and HEADS > 3);
       of_head      := of_head and (head_word mod 16 < 9 or head_word mod 16 = 10 or head_word mod 16 = 11);
@@ -204,7 +203,7 @@ begin
       of_local     := LOCAL_TABLE and not partial
                       and ((place(place'high downto 5) = PLACE_FIRST(place'high downto 5) and is_at_most(place(4 downto 2), 6))
                            or place(place'high downto 14) = POINTS_FIRST(place'high downto 14));
-      -- Two words per lane and, after those of 64 lanes, the turn number, which can only be read.
+      -- Two words per lane and, after the words of 64 lanes, the turn number, which can only be read.
       of_turns     := REAL_ORDERS and not partial and place(place'high downto 10) = TURNS_FIRST(place'high downto 10)
                       and ((place(9) = '0' and is_at_most(place(8 downto 3), LANES - 1))
                            or (is_write = '0' and place(9 downto 2) = 128));

@@ -2,9 +2,9 @@
 --
 -- # axi_lite_access
 --
--- An AXI4-Lite slave that accepts one transfer at a time: it holds the transfer, gives a unit one clock to check it,
--- and holds the response until the master accepts it. Source: AMBA AXI protocol
--- specification, issue D, chapters A3 and B1.
+-- Serves one AXI4-Lite transfer at a time as a slave: it holds the transfer, gives a unit one clock to check the
+-- transfer, and holds the response until the master accepts it. Source: AMBA AXI protocol specification, issue D,
+-- chapters A3 and B1.
 --
 -- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the response: the transfer is accepted and checked
 -- in the 1st, the answer is requested in the 2nd and given in the 3rd. A unit that answers later
@@ -12,15 +12,15 @@
 --
 -- **Number formats.** Addresses in bytes.
 --
--- **Order.** A write is accepted when address and data are both valid, in the same clock. If a read and a
--- write wait together they alternate: neither waits for more than one transfer of the other kind.
+-- **Order.** A write is accepted when address and data are both valid, in the same clock. If reads and writes wait at
+-- the same time they alternate: neither waits for more than one transfer of the other kind.
 --
 -- **Check.** `taken` is high in the first clock in which address, kind and strobes of a transfer are at the outputs;
--- they keep their values until its end. `refused` is sampled in the clock after it. A refused transfer is answered with
+-- they keep their values until its end. `refused` is sampled in the next clock. A refused transfer is answered with
 -- `SLVERR` and data 0.
 --
--- **Answer.** `answered` pulses once for every transfer that is not refused, in the clock of `refused` or any later
--- one, with `data`.
+-- **Answer.** The addressed unit pulses `answered` once for every transfer that is not refused, in the clock in which
+-- `refused` is sampled or in any later clock, together with `data`.
 --
 -- **Reset** drops the present transfer, so master and units must be reset with it. A transfer requested
 -- during the reset waits: none is accepted during reset.
@@ -81,8 +81,8 @@ begin
       case state is
 
         when IDLE =>
-          -- A valid request stays until its handshake, so it may be sampled in the clock before. is_write
-          -- still describes the last transfer: the other kind has priority.
+          -- A request stays valid until its handshake, so it may be sampled in the clock before. is_write still
+          -- describes the last transfer, so that a request of the other kind has priority.
           choose_write  := s_axil_request.awvalid and s_axil_request.wvalid and not (s_axil_request.arvalid and is_write);
           address       <= s_axil_request.araddr(s_axil_request.araddr'high downto 2) & "00";
           write_data    <= s_axil_request.wdata;

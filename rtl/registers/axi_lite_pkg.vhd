@@ -2,7 +2,7 @@
 --
 -- # axi_lite_pkg
 --
--- The AXI4-Lite bus of the registers as two records, one per direction, with the signal names of the AMBA AXI
+-- Declares the AXI4-Lite bus of the registers as two records, one per direction, with the signal names of the AMBA AXI
 -- protocol specification, issue D, chapter B1. The records omit AWPROT and ARPROT, because no unit reads them.
 
 library ieee;
@@ -15,7 +15,7 @@ package axi_lite_pkg is
 
   subtype axi_lite_address is std_ulogic_vector(AXI_LITE_ADDRESS_WIDTH - 1 downto 0);
 
-  -- From the master to the slave.
+  -- Signals from the master to the slave.
   type axi_lite_request is record
     awvalid : std_ulogic;
     awaddr  : axi_lite_address; -- bytes
@@ -28,7 +28,7 @@ package axi_lite_pkg is
     rready  : std_ulogic;
   end record axi_lite_request;
 
-  -- From the slave to the master.
+  -- Signals from the slave to the master.
   type axi_lite_response is record
     awready : std_ulogic;
     wready  : std_ulogic;

@@ -2,16 +2,16 @@
 --
 -- # head_registers
 --
--- Answers the window of heads 3 and 4 and of the mean: pins, faults and snapshot of the further heads, delays of all heads,
--- commands and status. It stands outside the generated register block, so that a core with two heads does not
--- contain it; the register map defines its words. access_guard passes only accesses to words that exist.
+-- Serves the register window of heads 3 and 4 and of the mean: pins, faults and snapshot of the further heads, delays
+-- of all heads, commands and status. It stands outside the generated register block, so that a core with two heads does
+-- not contain it; the register map defines its words. access_guard passes only accesses to words that exist.
 --
 -- **Latency.** 1 clock from `read_enable` or `write_enable` to `done`, with `read_data`.
 --
--- **Number formats.** Those of the register map. Flat ports carry head 3 in the low bits.
+-- **Number formats.** The formats of the register map. Flat ports carry head 3 in the low bits.
 --
 -- **Wide values.** A read of the low word of an index latches its high word. `take_snapshot` latches positions, angles and
--- times of the edges, in the clock in which the register block latches those of heads 1 and 2.
+-- times of the edges, in the clock in which the register block latches the values of heads 1 and 2.
 --
 -- **Reset** sets every setting to its reset value and clears the sticky flag.
 
@@ -28,7 +28,7 @@ entity head_registers is
     reset              : in    std_ulogic;
     read_enable        : in    std_ulogic;                     -- pulse
     write_enable       : in    std_ulogic;                     -- pulse
-    address            : in    u_unsigned(5 downto 0);         -- the word's number in the window
+    address            : in    u_unsigned(5 downto 0);         -- number of the word in the window
     write_data         : in    std_ulogic_vector(31 downto 0); -- the word
     done               : out   std_ulogic := '0';              -- pulse
     read_data          : out   std_ulogic_vector(31 downto 0); -- the word
@@ -38,9 +38,9 @@ entity head_registers is
     head4              : in    decoded_head;
     indices_seen       : in    std_ulogic_vector(3 downto 0);  -- one bit per head
     difference_limited : in    std_ulogic;                     -- the difference of a used head is limited
-    clear_limited      : in    std_ulogic;                     -- pulse: clears its sticky flag
+    clear_limited      : in    std_ulogic;                     -- pulse: clears the sticky flag of difference_limited
     -- Settings
-    pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits per head, as the registers have them
+    pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits per head, in the layout of the registers
     clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, one bit per head
     delays             : out   std_ulogic_vector(31 downto 0) := (others => '0') -- clocks, 8 bits per head, head 1 in the low ones
   );
@@ -73,7 +73,7 @@ architecture rtl of head_registers is
 
   end function snapshot_of;
 
-  -- Returns the words of a head, except those that are latched.
+  -- Returns the words of a head, except the latched words.
   function words_of (
     head     : decoded_head;
     settings : std_ulogic_vector(15 downto 0);

@@ -3,18 +3,18 @@
 -- # register_access
 --
 -- Connects the processor to the core: the AXI4-Lite port, access_guard, which decides where a transfer goes, the
--- register block generated from the map, and the path to the words of other units. One
--- transfer is processed at a time, and each of its steps has its own clock.
+-- register block generated from the map, and the path to the words of other units. The entity processes one transfer at
+-- a time, each of its steps in a clock of its own.
 --
 -- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to the response of a register: the address is
--- decoded in the clock of the check, and the word that is read has a register in the block. Another
--- unit is asked 2 clocks after `arvalid`, or `awvalid` and `wvalid`; its answer follows a clock later.
+-- decoded in the clock of the check, and the word that is read has a register in the block. The request to another unit
+-- comes 2 clocks after `arvalid`, or `awvalid` and `wvalid`; the answer of the unit follows a clock later.
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
 -- **Other units.** `access_address` and `access_data` are valid from the clock before the pulse that requests
--- a word until its answer. Each pulse is answered by one pulse, in its own clock or later, together with the word that
--- was read.
+-- a word until its answer. The unit answers each pulse by one pulse, in the same clock or later, together with the word
+-- that was read.
 --
 -- **Reset** drops the present transfer, so master and units must be reset with it.
 
@@ -33,8 +33,8 @@ entity register_access is
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false; -- the mean of the heads is built
     MODULATORS    : boolean                       := false; -- amplitudes follow conditions
-    FAILOVER      : boolean                       := false; -- a head that fails is left out
-    LOCAL_TABLE   : boolean                       := false; -- a local table corrects too
+    FAILOVER      : boolean                       := false; -- a failed head is left out of the mean
+    LOCAL_TABLE   : boolean                       := false; -- a local table is built
     REAL_ORDERS   : boolean                       := false  -- phases continue from turn to turn
   );
   port (
@@ -49,7 +49,7 @@ entity register_access is
     -- Answers of other units
     capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
     access_address    : out   axi_lite_address;               -- bytes
-    access_data       : out   std_ulogic_vector(31 downto 0); -- to be written
+    access_data       : out   std_ulogic_vector(31 downto 0); -- word to be written
     coefficient_read  : out   std_ulogic;                     -- pulse
     coefficient_write : out   std_ulogic;                     -- pulse
     coefficient_data  : in    std_ulogic_vector(31 downto 0);

@@ -2,9 +2,9 @@
 --
 -- # capture_memory
 --
--- One block RAM for both capture banks: 2 * DEPTH words of 64 bits, with one write port and one read
--- port. Sample i of bank b lies at the linear address b * DEPTH + i, so that 2 * 12,288 words fill
--- 48 RAMB36 of the XC7Z020; banks padded to a power of two would need 64.
+-- Stores both capture banks in one block RAM: 2 * DEPTH words of 64 bits, with one write port and one read port. Sample
+-- i of bank b lies at the linear address b * DEPTH + i, so that 2 * 12,288 words fill 48 RAMB36 of the XC7Z020; banks
+-- padded to a power of two would need 64.
 --
 -- **Latency.** A word is written at the clock edge that ends its clock. 2 clocks from
 -- `read_address` to `read_data`: the RAM's own register and its output register.

@@ -19,23 +19,23 @@
 --
 -- **Equal angle.** The multiples are m * angle_step from the zero of the index, computed exactly:
 -- no error accumulates. A multiple is reached at the same count from below and from above,
--- so samples of both directions lie on the same grid. The last multiple reached is
--- not reached again before one of its neighbours: a table that vibrates at a multiple gives one sample, and
--- after a reversal the table passes that multiple without a sample. The first multiple after the start is
--- reached from either side; a table that stands on a multiple at the start has to reach a
--- neighbour first. A division finds the grid, even while the table moves: there is no trigger in the first 36 enabled
--- clocks, and in at most 38 clocks from a change of angle_step on. An angle_step of 0 gives no trigger. turn_position
--- wraps modulo 2**32; the grid continues evenly across the wrap.
+-- so samples of both directions lie on the same grid. The multiple that was reached last gives no trigger again before
+-- one of its neighbours was reached: a table that vibrates at a multiple gives one sample, and after a reversal the
+-- table passes that multiple without a sample. The first multiple after the start is reached from either side; a table
+-- that stands on a multiple at the start has to reach a neighbour first. A division finds the grid, even while the
+-- table moves: there is no trigger in the first 36 enabled clocks, and in at most the 38 clocks after a change of
+-- angle_step. An angle_step of 0 gives no trigger. turn_position wraps modulo 2**32; the grid continues evenly across
+-- the wrap.
 --
 -- From the start on the entity counts the movement modulo angle_step; the division only gives the value
--- of that counter at the multiples. So turn_position may move by at most one count per clock, as
--- that of the decoder does. If it jumps because its zero moves, `zero_moved` toggles with the first position from
--- the new zero, and the grid is computed again as after a change of angle_step: no trigger in that clock and the next 38.
+-- of that counter at the multiples. So turn_position may move by at most one count per clock, as the decoder's
+-- turn_position does. If it jumps because its zero moves, `zero_moved` toggles with the first position from the new
+-- zero, and the grid is computed again as after a change of angle_step: no trigger in that clock and the next 38.
 --
 -- **External**, mode 2: a strobe of `external` is a trigger that belongs to the strobe's clock. Mode 3 gives no trigger.
 --
--- **Reset and enable.** `reset` and a low `enable` do the same: no trigger, and every counter starts
--- again. Without a change of `zero_moved` turn_position may jump (first index) only while `enable` is low.
+-- **Reset and enable.** `reset` and a low `enable` have the same effect: no trigger, and every counter starts again.
+-- Without a change of `zero_moved`, turn_position may jump (as at the first index) only while `enable` is low.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -54,7 +54,7 @@ entity sample_trigger is
     angle_step    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);      -- counts
     turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the index, head 1
     zero_moved    : in    std_ulogic := '0';                         -- toggles with the first position from another zero
-    trigger       : out   std_ulogic                                 -- one clock per sample
+    trigger       : out   std_ulogic                                 -- strobe: one clock per sample
   );
 end entity sample_trigger;
 
@@ -64,7 +64,7 @@ architecture rtl of sample_trigger is
 
   subtype count is u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- The count plus 1, modulo last + 1.
+  -- Returns the count plus 1, modulo last + 1.
   function one_up (place, last : count) return count is
   begin
 
@@ -99,8 +99,8 @@ begin
 
   equal_time : process (clock) is
 
-    -- Clocks of the interval, this one included. In the first clock is_first is set instead, which is one bit in place
-    -- of 32.
+    -- Number of clocks of the interval, including the present clock. At the start of an interval is_first is set in
+    -- place of `elapsed`, that is 1 bit in place of 32.
     variable elapsed  : u_unsigned(31 downto 0) := to_unsigned(1, 32);
     variable is_first : std_ulogic              := '1';
     variable ends     : std_ulogic;
@@ -145,8 +145,8 @@ begin
     variable remainder   : count                                   := (others => '0');
     variable shifted     : u_unsigned(ANGLE_WIDTH downto 0);
     variable reduced     : u_unsigned(ANGLE_WIDTH + 1 downto 0);
-    -- Counts moved since the start, modulo step; its value one count below a multiple, at it
-    -- and one count above it
+    -- Counts moved since the start, modulo step; the value of this counter one count below a multiple, at the multiple
+    -- and one count above
     variable moved       : count := (others => '0');
     -- Flags: the counter is 0, or `last`; they are registered, so that its wrap needs no comparison
     variable is_zero     : std_ulogic := '1';
@@ -164,8 +164,8 @@ begin
     variable down        : std_ulogic;
     variable stood       : std_ulogic;
     variable arrives     : std_ulogic;
-    -- High if the table stands on a multiple; the direction in which it left the last one; high if it has reached no
-    -- multiple yet.
+    -- High if the table stands on a multiple; the direction in which it left the last multiple; high if it has not
+    -- reached a multiple yet.
     variable on_multiple : std_ulogic := '0';
     variable left_up     : std_ulogic := '0';
     variable fresh       : std_ulogic := '1';

@@ -7,10 +7,10 @@
 -- with a header. Source: section 3.2 of the paper (1 kHz, 12,000 points per turn, both heads latched
 -- at one clock edge).
 --
--- **Latency.** The trigger belongs to one clock; its positions, time stamp and flags are those of
--- that clock. The sample is in the memory 3 clocks later, and `capture_ready` with `bank_ready`
--- follows 3 clocks after the clock of the sample that closed the turn. 4 clocks from `read_enable`
--- with `read_address` to `read_valid` with `read_data`; a read may start in every clock.
+-- **Latency.** The trigger belongs to one clock; its positions, time stamp and flags are the values in that clock. The
+-- sample is in the memory 3 clocks later, and `capture_ready` with `bank_ready` follows 3 clocks after the clock of the
+-- sample that closed the turn. 4 clocks from `read_enable` with `read_address` to `read_valid` with `read_data`; a read
+-- may start in every clock.
 --
 -- **Number formats.** turn_position1/2 s31.0 counts; timestamp u64.0 clocks; counts_per_rev u25.0
 -- counts; read_address u15.0 = sample * 2 + (head - 1).
@@ -24,11 +24,11 @@
 --
 -- **Ownership.** A bank that is handed over is READY: it belongs to the processor until `release_bank` pulses, and
 -- the sampler does not write it in that time. `bank_ready` is high while a bank is READY, `ready_bank` is its number,
--- and `capture_ready` pulses when a bank becomes READY. At most one bank is READY; the sampler fills the other one. If
+-- and `capture_ready` pulses when a bank becomes READY. At most one bank is READY; the sampler fills the other bank. If
 -- the turn in that bank is complete before the release, this turn is dropped and the sampler fills the same bank again:
--- `capture_overrun` pulses, `overrun_count` increments, and the next header carries `overrun`. A release is in time up
--- to the clock after that of the closing sample. A release without a READY bank has no effect. Release the bank after
--- the last read has been answered.
+-- `capture_overrun` pulses, `overrun_count` increments, and the next header carries `overrun`. A release is in time
+-- until the clock after the clock of the closing sample. A release without a READY bank has no effect. Release the bank
+-- after the last read has been answered.
 --
 -- **Header.** `header_start_time` is the time stamp of the first sample, `header_sequence` counts
 -- the banks handed over, from 0; `header_sample_count` is the number of stored pairs.
@@ -36,12 +36,12 @@
 -- 5 illegal2, 6 overspeed1, 7 overspeed2, 8 overrun, 9 full_before_turn. Flags 2 to 7 are set if
 -- the decoder's flag was high in any clock from the first to the last sample. A flag that the decoder still
 -- holds from an earlier fault counts too; a flag that it raises some clocks after the fault may appear in the
--- next bank only. The header keeps its value while `bank_ready` is high.
+-- next bank only. The header keeps its values while `bank_ready` is high.
 --
--- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. If one of them goes low, the
--- unfinished turn is dropped and not counted as an overrun; a READY bank stays READY. Change counts_per_rev only while
--- `enable` is low. mode, sample_period and angle_step may change at any time (see `sample_trigger`); the present turn
--- then contains samples of both settings.
+-- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. If one of these signals goes
+-- low, the unfinished turn is dropped and not counted as an overrun; a READY bank stays READY. Change counts_per_rev
+-- only while `enable` is low. mode, sample_period and angle_step may change at any time (see `sample_trigger`); the
+-- present turn then contains samples of both settings.
 --
 -- **Reading.** The read port reads only the samples of the READY bank. Without a READY bank, and from sample
 -- header_sample_count on, it gives 0.
@@ -134,7 +134,7 @@ architecture rtl of sampler is
   signal position2_then      : u_signed(POSITION_WIDTH - 1 downto 0);
   signal timestamp_then      : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
   signal flags_then          : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
-  -- A turn up and a turn down from the first sample, and whether the position lies beyond one of them
+  -- A turn up and a turn down from the first sample, and whether the position lies beyond one of these two places
   signal turn_above          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
   signal turn_below          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
   signal is_away_then        : std_ulogic := '0';

@@ -7,16 +7,16 @@
 -- events, so that edges may come in bursts that are faster than the processor.
 --
 -- **Latency.** An event enters the queue in the clock of its values: DELAY clocks after `probe`, COMPARE_DELAY clocks after
--- `compare`. Its fields are at the outputs 2 clocks later if it is the only one. `take` (pulse) removes the oldest event; the
--- outputs show the next one 2 clocks later. `take` of an empty queue does nothing.
+-- `compare`. If the queue was empty, the fields of the event are at the outputs 2 clocks later. `take` (pulse) removes
+-- the oldest event; the outputs show the next event 2 clocks later. `take` of an empty queue does nothing.
 --
 -- **Number formats.** position s31.0 counts; angle u24.0 counts; timestamp u64.0 clocks, the time of the values minus
 -- DELAY, for both kinds; number, lost u16.0, both wrap.
 --
 -- **Events.** `kind` bit 0: an edge of the probe; bit 1: a pulse of the compare; both bits: an edge and a pulse at the
--- same time. 0: the queue is empty and the other fields are meaningless. `recorded` selects the kinds that enter. Each
--- event increases the number by 1. An event that finds the queue full increases it too but is lost, and `lost` counts
--- it. So a gap in the numbers shows where events are missing.
+-- same time. `kind` 0: the queue is empty and the other fields are meaningless. `recorded` selects the kinds that
+-- enter. Each event increases the number by 1. An event that finds the queue full increases it too but is lost, and
+-- `lost` counts it. So a gap in the numbers shows where events are missing.
 --
 -- **Reset** empties the queue and clears both counts. It must last at least DELAY and at least COMPARE_DELAY clocks to
 -- drop events that are still delayed.
@@ -31,7 +31,7 @@ entity event_queue is
   generic (
     DELAY         : positive;                     -- clocks from `probe` to the position that belongs to it
     COMPARE_DELAY : positive;                     -- clocks from `compare` to the position that belongs to it
-    DEPTH_LOG2    : positive range 1 to 6 := 6    -- log2 of the number of events that wait
+    DEPTH_LOG2    : positive range 1 to 6 := 6    -- log2 of the number of events that can wait
   );
   port (
     clock         : in    std_ulogic;
@@ -43,7 +43,7 @@ entity event_queue is
     angle         : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts
     timestamp     : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);                     -- clocks
     take          : in    std_ulogic;                                                   -- pulse
-    kind          : out   std_ulogic_vector(1 downto 0)                 := "00";        -- of the oldest event
+    kind          : out   std_ulogic_vector(1 downto 0)                 := "00";        -- kinds of the oldest event
     number        : out   u_unsigned(15 downto 0)                       := (others => '0');
     event_time    : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0)      := (others => '0');
     event_position : out   u_signed(POSITION_WIDTH - 1 downto 0)         := (others => '0');

@@ -2,8 +2,8 @@
 --
 -- # fault_outputs
 --
--- Reports faults at two pins: the alarm, and the enable of the line drivers, which a fault can remove, so that a drive
--- detects a broken encoder instead of one that stands still.
+-- Reports faults at two pins, `alarm` and `driver_enable`; a fault switches `driver_enable` off, so that a drive
+-- detects a broken encoder and does not take it for one that stands still.
 --
 -- **Latency.** 1 clock; from `clear` to `driver_enable` 2 clocks.
 --
@@ -12,15 +12,15 @@
 -- **Driver enable.** `driver_enable` is high while `enable` is high, until a fault is `present` whose bit in
 -- `release_sources` is set. From then on it is low, and `released` high, until `enable` is low, or until no such fault
 -- is `present` a clock after a `clear` (pulse). So one pulse can clear both the fault and the release, a fault that
--- persists keeps the drivers released, and the end of a fault alone does not enable the drivers again. `causes` are the
--- faults that released the drivers and those that came later; after a `clear` that did not end the release, those that
--- are still present.
+-- persists keeps the drivers released, and the end of a fault alone does not enable the drivers again. `causes` shows
+-- the faults that released the drivers and the faults that came later; after a `clear` that did not end the release, it
+-- shows the faults that are still present.
 --
--- **Reset** clears the alarm and the release, and leaves `driver_enable` as it is: a reset of the core, in which A and
--- B stand still, does not trip a drive that watches its lines. `enable` falls with the reset. The hold ends, without a
--- gap, when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then
--- `driver_enable` falls, so that an output that is not set up again leaves the lines. Drivers that were released stay
--- released until `enable` is high. A reset within a hold does not make it longer.
+-- **Reset** clears the alarm and the release, and holds `driver_enable` at its level: a reset of the core, in which A
+-- and B stand still, does not trip a drive that watches its lines. `enable` falls with the reset. The hold ends,
+-- without a gap, when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then
+-- `driver_enable` falls, so that the drivers release the lines if the processor does not set the output up again.
+-- Drivers that were released stay released until `enable` is high. A reset within a hold does not make it longer.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -28,7 +28,7 @@ library ieee;
 
 entity fault_outputs is
   generic (
-    KINDS     : positive              := 6; -- of faults
+    KINDS     : positive              := 6; -- number of kinds of faults
     HOLD_LOG2 : positive range 1 to 30 := 20 -- log2 of the clocks for which a reset keeps driver_enable
   );
   port (
@@ -40,7 +40,7 @@ entity fault_outputs is
     alarm_sources   : in    std_ulogic_vector(KINDS - 1 downto 0); -- faults that raise the alarm
     release_sources : in    std_ulogic_vector(KINDS - 1 downto 0); -- faults that release the outputs
     released        : out   std_ulogic := '0';                     -- level, sticky
-    causes          : out   std_ulogic_vector(KINDS - 1 downto 0) := (others => '0'); -- faults behind `released`
+    causes          : out   std_ulogic_vector(KINDS - 1 downto 0) := (others => '0'); -- faults that caused or followed `released`
     driver_enable   : out   std_ulogic := '0';                     -- pin
     alarm           : out   std_ulogic := '0'                      -- pin
   );

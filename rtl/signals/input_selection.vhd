@@ -5,8 +5,8 @@
 -- Adapts an encoder's signals to the decoder: inverts A, B or Z, and exchanges A and B, which reverses the counting
 -- direction. Each head has one instance.
 --
--- **Latency.** None: one level of logic in front of the synchroniser. Each output depends on one pin at a time, so
--- that a pin's edge makes one edge.
+-- **Latency.** None: one level of logic in front of the synchroniser. Each output depends on one pin at a time, so that
+-- one edge of a pin causes one edge of an output.
 --
 -- **Changes.** A change of a setting while the decoder works may look like an edge or an illegal transition: re-arm and
 -- clear the head afterwards.
@@ -22,7 +22,7 @@ entity input_selection is
     invert_a : in    std_ulogic; -- inverts the pin
     invert_b : in    std_ulogic; -- inverts the pin
     invert_z : in    std_ulogic; -- inverts the pin
-    swap_ab  : in    std_ulogic; -- after the inversion
+    swap_ab  : in    std_ulogic; -- exchanges A and B after the inversion
     a        : out   std_ulogic;
     b        : out   std_ulogic;
     z        : out   std_ulogic

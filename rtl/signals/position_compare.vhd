@@ -35,7 +35,7 @@ entity position_compare is
     position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     first    : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     interval : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);    -- counts, 0: once
-    armed    : out   std_ulogic := '0';                       -- level: waits for a place
+    armed    : out   std_ulogic := '0';                       -- level: the comparison waits for a place
     strobe   : out   std_ulogic := '0'
   );
 end entity position_compare;
@@ -57,7 +57,8 @@ begin
     variable below    : std_ulogic    := '0';             -- the position's side at the arming
     variable stood    : std_ulogic    := '0';             -- at the arming the position was at the place
     variable is_there : std_ulogic;
-    -- The next places upwards and downwards; the distances from them to the position, the lower one minus a count
+    -- The next places upwards and downwards; the distances from these places to the position, the lower distance minus
+    -- a count
     variable upper      : count       := (others => '0');
     variable lower      : count       := (others => '0');
     variable upper_then : count;

@@ -4,15 +4,15 @@
 --
 -- Latches the corrected position, the angle and the time of a probe's edge, for a touch probe or a camera.
 --
--- **Latency.** The values are those of the clock DELAY clocks after `strobe`. With the DELAY of the core they belong to
--- the levels of head 1's pins at the probe's edge, if both have the same input filter: the values then come as many
--- clocks after the probe's edge as the corrected position after the pins. `latched` is a strobe and comes 1 clock after
--- the values' clock, with the new values.
+-- **Latency.** The entity latches the values DELAY clocks after `strobe`. With the DELAY of the core they belong to the
+-- levels of head 1's pins at the probe's edge, if both have the same input filter: the values then come as many clocks
+-- after the probe's edge as the corrected position after the pins. `latched` is a strobe and comes 1 clock after the
+-- values' clock, with the new values.
 --
 -- **Number formats.** position s31.0 counts; angle u24.0 counts; timestamp u64.0 clocks, the time of the values minus
 -- DELAY; count u16.0, wraps.
 --
--- **Edges** may follow each other in any clock; each is latched, the last one is kept.
+-- **Edges** may come in consecutive clocks; the values of each edge replace those of the previous edge.
 --
 -- **Reset** drops edges in progress and clears the count.
 

@@ -6,7 +6,8 @@
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 1 clocks from the pin's edge to `strobe`, 4 with the filter off.
 --
--- **Number formats.** filter_length u8.0 clocks: a level is taken over after this number of equal samples, 1 is off.
+-- **Number formats.** filter_length u8.0 clocks: the entity accepts a level after this number of equal samples; 1 turns
+-- the filter off.
 --
 -- **Reset.** The level in the last clock of the reset gives no strobe.
 

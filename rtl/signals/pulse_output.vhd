@@ -4,7 +4,7 @@
 --
 -- Converts each strobe to a pulse of `width` clocks, long enough for the instrument at the pin.
 --
--- **Latency.** 1 clock from `strobe` to the pulse. A strobe during a pulse restarts its time: the pin
+-- **Latency.** 1 clock from `strobe` to the pulse. A strobe during a pulse restarts the time of the pulse: the pin
 -- shows one longer pulse.
 --
 -- **Number formats.** width u16.0 clocks; 0 acts as 1.

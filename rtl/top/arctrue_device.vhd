@@ -2,16 +2,17 @@
 --
 -- # arctrue_device
 --
--- Processor side of a Zynq-7000, core and four LEDs, for two to four heads. The top levels connect its ports to pins:
--- arctrue_zynq_top for two heads, arctrue_zynq_heads_top for three and four, arctrue_zynq_differential_top for pairs.
--- Of the processor side's pins, only those of the I2C controller are ports here; the others need no port.
+-- Connects the processor side of a Zynq-7000 (zynq_processor), the core (arctrue_core) and four LEDs (status_leds), for
+-- two to four heads. The top levels connect its ports to pins: arctrue_zynq_top for two heads, arctrue_zynq_heads_top
+-- for three and four, arctrue_zynq_differential_top for pairs. The only pins of the processor side that are ports here
+-- are those of the I2C controller; the others need no port.
 --
--- **Latency.** That of arctrue_core; no register stands between it and the pins.
+-- **Latency.** The latency of arctrue_core; no register stands between it and the pins.
 --
 -- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
 --
 -- **Clock and reset** come from the processor, see zynq_processor. Until the firmware releases the reset, the outputs
--- are low and the LEDs out.
+-- are low and the LEDs are off.
 --
 -- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault is lit while a head has an index error,
 -- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was clipped;
@@ -29,11 +30,11 @@ entity arctrue_device is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false;                 -- the mean of two heads; with more heads always
-    ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    MEAN          : boolean                       := false;                 -- correct the mean of two heads (more heads: always)
+    ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot represent
+    FAILOVER      : boolean                       := false;                 -- a failed head of three or four is left out of the mean
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least
@@ -66,10 +67,10 @@ entity arctrue_device is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic; -- asynchronous
     compare_out      : out   std_ulogic;
-    -- I2C bus of the table's thermometer, open drain: outside, each wire has a pull-up
+    -- I2C bus of the table's thermometer, open drain; the board has a pull-up on each wire
     i2c_scl          : inout std_logic;
     i2c_sda          : inout std_logic;
-    -- High is lit
+    -- An LED is lit while its output is high
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
     led_fault        : out   std_ulogic;

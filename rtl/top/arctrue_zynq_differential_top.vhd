@@ -2,10 +2,10 @@
 --
 -- # arctrue_zynq_differential_top
 --
--- arctrue_zynq_top with the encoder signals as differential pairs of the chip (IBUFDS, OBUFDS). The chip's
--- pairs are LVDS_25 or TMDS_33, no RS-422: a board that uses them must convert the levels.
+-- Connects the encoder signals of arctrue_zynq_top to differential pairs of pins (IBUFDS, OBUFDS). The chip's pairs are
+-- LVDS_25 or TMDS_33, not RS-422: a board that uses them must convert the levels.
 --
--- **Latency.** That of arctrue_zynq_top.
+-- **Latency.** The latency of arctrue_zynq_top.
 --
 -- **Number formats.** None: bits. `_p` and `_n` are the two wires of a pair.
 
@@ -20,9 +20,9 @@ entity arctrue_zynq_differential_top is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     MEAN          : boolean                       := false;                 -- correct the mean of both heads, not head 1 alone
-    ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot represent
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least
@@ -57,10 +57,10 @@ entity arctrue_zynq_differential_top is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic; -- asynchronous
     compare_out      : out   std_ulogic;
-    -- I2C bus of the table's thermometer, open drain: outside, each wire has a pull-up
+    -- I2C bus of the table's thermometer, open drain; the board has a pull-up on each wire
     i2c_scl          : inout std_logic;
     i2c_sda          : inout std_logic;
-    -- High is lit
+    -- An LED is lit while its output is high
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
     led_fault        : out   std_ulogic;

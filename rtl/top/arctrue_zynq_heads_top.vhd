@@ -2,10 +2,10 @@
 --
 -- # arctrue_zynq_heads_top
 --
--- The whole device on a Zynq-7000 with three or four heads, whose weighted mean is corrected: arctrue_device with
--- the pins of further heads. Encoder pins are single ended, as RS-422 receivers give them.
+-- Connects arctrue_device, the whole device, to the pins of a Zynq-7000 for three or four heads, whose weighted mean is
+-- corrected. Encoder pins are single ended, as RS-422 receivers give them.
 --
--- **Latency.** That of arctrue_core; no register stands between it and the pins.
+-- **Latency.** The latency of arctrue_core; no register stands between it and the pins.
 --
 -- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
 
@@ -20,10 +20,10 @@ entity arctrue_zynq_heads_top is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 3 to HEADS_MAX := HEADS_MAX;
-    ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot represent
+    FAILOVER      : boolean                       := false;                 -- a failed head of three or four is left out of the mean
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least
@@ -38,7 +38,7 @@ entity arctrue_zynq_heads_top is
     head2_a          : in    std_ulogic;
     head2_b          : in    std_ulogic;
     head2_z          : in    std_ulogic;
-    -- Further heads, asynchronous; with HEADS = 3 nothing reads head 4
+    -- Further heads, asynchronous; with HEADS = 3 the pins of head 4 have no effect
     head3_a          : in    std_ulogic;
     head3_b          : in    std_ulogic;
     head3_z          : in    std_ulogic;
@@ -56,10 +56,10 @@ entity arctrue_zynq_heads_top is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic; -- asynchronous
     compare_out      : out   std_ulogic;
-    -- I2C bus of the table's thermometer, open drain: outside, each wire has a pull-up
+    -- I2C bus of the table's thermometer, open drain; the board has a pull-up on each wire
     i2c_scl          : inout std_logic;
     i2c_sda          : inout std_logic;
-    -- High is lit
+    -- An LED is lit while its output is high
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
     led_fault        : out   std_ulogic;

@@ -12,16 +12,15 @@
 --
 -- **Number formats.** Addresses in bytes; `size` log2 of the bytes in a beat; `len` beats - 1.
 --
--- **Beats.** A read beat reads the whole word round its address. A write beat goes out with its
--- strobes; one without any strobe makes no access. Addresses of INCR stay within their 4 KiB, which
--- no burst may cross.
+-- **Beats.** A read beat reads the whole word round its address. A write beat is passed on with its strobes; a write
+-- beat without any strobe makes no access. Addresses of INCR stay within their 4 KiB, which no burst may cross.
 --
--- **Errors.** A burst's write answer is the first one of its beats that was not OKAY; every read beat
--- carries its own. SLVERR without any access: burst kind 3, `size` above 2, WRAP that is not 2, 4,
--- 8 or 16 beats long or does not start at a multiple of its size. SLVERR also for a write whose WLAST
--- is not at its last beat; the entity accepts as many beats as AWLEN states. DECERR without access: an
--- address outside of BASE .. BASE + 2**AXI_LITE_ADDRESS_WIDTH - 1. An exclusive access is answered OKAY, which
--- tells the master that there is no monitor.
+-- **Errors.** The response of a write burst is the first response of its beats that is not OKAY; every read beat
+-- carries its own response. The entity answers SLVERR without any access to burst kind 3, to `size` above 2, and to a
+-- WRAP burst that is not 2, 4, 8 or 16 beats long or does not start at a multiple of its size. It answers SLVERR also
+-- to a write whose WLAST is not at the last beat, and accepts as many beats as AWLEN states. It answers DECERR without
+-- access to an address outside of BASE .. BASE + 2**AXI_LITE_ADDRESS_WIDTH - 1. An exclusive access is answered OKAY,
+-- which shows the master that there is no exclusive monitor.
 --
 -- **Reset** drops a burst under way on both sides, so master and slave must be reset with it. A
 -- burst requested during the reset waits, because the entity accepts no address then.

@@ -26,7 +26,7 @@ entity chip_dna is
     clock : in    std_ulogic;
     reset : in    std_ulogic;
     dna   : out   std_ulogic_vector(56 downto 0);
-    known : out   std_ulogic -- 1: dna is whole
+    known : out   std_ulogic -- high while `dna` is complete
   );
 end entity chip_dna;
 

@@ -2,8 +2,9 @@
 --
 -- # encoder_source_top
 --
--- Top level that acts as a table with two read heads: encoder_source with the board's own oscillator. The processor is
--- not used. It is for a second PYNQ-Z2 or Arty Z7-20 on the bench: docs/hardware.md.
+-- Connects encoder_source, which generates the signals of a table with two read heads, to the pins and the oscillator
+-- of a board. The processor is not used. This top level is for a second PYNQ-Z2 or Arty Z7-20 on the bench:
+-- docs/hardware.md.
 --
 -- **Latency.** None: there is no data input.
 --

@@ -5,8 +5,8 @@
 -- Generates the core's synchronous reset from the processor's reset, which comes at any time: synchronises it to the
 -- clock, and ends the core's reset CLOCKS clocks after the synchronised reset has ended.
 --
--- **Latency.** `reset` rises 3 clocks after `asynchronous_reset_n` falls and falls 3 + CLOCKS clocks
--- after that rises; one clock more if the pin is sampled late.
+-- **Latency.** `reset` rises 3 clocks after `asynchronous_reset_n` falls and falls 3 + CLOCKS clocks after
+-- `asynchronous_reset_n` rises; one clock more if the register at the pin samples the edge late.
 --
 -- **Number formats.** None: bits.
 --

@@ -2,7 +2,8 @@
 --
 -- # status_leds
 --
--- Drives four LEDs: alive, capture, fault, compensation. A state of one clock is stretched so that a person sees it.
+-- Drives four LEDs: alive, capture, fault, compensation. It lights an LED long enough for a person to see a state that
+-- lasts only one clock.
 --
 -- **Latency.** A state shows at the next window boundary: windows are 2**HOLD_LOG2 clocks long. An LED is lit for a
 -- whole window if its state was high in any clock of the previous window.

@@ -2,28 +2,29 @@
 --
 -- # zynq_processor
 --
--- The processor side of a Zynq-7000 as the fabric sees it: clock and reset from FCLK 0, the registers'
--- bus from M_AXI_GP0, and one interrupt line to the processor. The primitive PS7 is instantiated
--- directly, without a block design; its pins (DDR, MIO, crystal) are wired inside the chip and set up
--- by the firmware. Source: Zynq-7000 technical reference manual (UG585), chapters 2, 5, 7, 20 and 25.
+-- Wraps the processor of a Zynq-7000 for the fabric: provides clock and reset from FCLK 0 and the registers' bus from
+-- M_AXI_GP0, and connects one interrupt line to the processor. The entity instantiates the primitive PS7 directly,
+-- without a block design; the pins of PS7 (DDR, MIO, crystal) are wired inside the chip, and the firmware sets them up.
+-- Source: Zynq-7000 technical reference manual (UG585), chapters 2, 5, 7, 20 and 25.
 --
 -- **Latency.** See axi3_to_axi_lite for the bus and reset_release for the reset.
 --
 -- **Number formats.** Addresses in bytes, from the start of the window at 0x4000_0000.
 --
--- **Clock.** FCLK 0 through one global buffer; the firmware sets it to 100 MHz. M_AXI_GP0 runs on it too.
+-- **Clock.** The clock is FCLK 0 through one global buffer; the firmware sets it to 100 MHz. M_AXI_GP0 runs on this
+-- clock too.
 --
 -- **Interrupt.** `interrupt` is level sensitive and goes to IRQF2P(0), which is interrupt 61 of the
 -- generic interrupt controller. The other lines stay low.
 --
 -- **I2C.** The signals of controller 0 go through the fabric (EMIO). `scl_low` and `sda_low` request that a wire is
--- pulled low; a wire is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O. General-purpose pins
--- 54 (SCL) and 55 (SDA) are on the same wires: through these pins the firmware clocks a device that holds SDA low,
--- until the device releases SDA.
+-- pulled low; a wire is never driven high. PS7's outputs …TN are active-low tri-state controls: while …TN is 1, the pin
+-- is driven with the level of …O. General-purpose pins 54 (SCL) and 55 (SDA) are on the same wires: through these pins
+-- the firmware clocks a device that holds SDA low, until the device releases SDA.
 --
--- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way then: it
--- gets no answer, and the processor would wait for ever. An access that begins during the reset, or in the RESET_CLOCKS
--- clocks after it, waits until the reset is over.
+-- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way when the reset begins: it
+-- would get no answer, and the processor would wait for ever. An access that begins during the reset, or in the
+-- RESET_CLOCKS clocks after it, waits until the reset is over.
 --
 -- **Write data** are taken in the order of their addresses; WID is ignored.
 

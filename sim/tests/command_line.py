@@ -1,4 +1,4 @@
-"""Run the command line from a test."""
+"""Runs the command line from a test."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from arctrue.cli import main
 
 
 def arctrue(*words: object) -> Result:
-    """Return the result of ``arctrue WORDS``."""
+    """Run ``arctrue WORDS`` and return the result."""
     return CliRunner().invoke(main, [str(word) for word in words])

@@ -1,8 +1,8 @@
-"""ArcTrue from Python and notebooks: ``import arctrue as at``.
+"""Offers ArcTrue to Python programs and notebooks: ``import arctrue as at``.
 
-The functions do what the commands of the same names do. Results are dataclasses that a notebook
-shows as tables; ``plot()`` gives the pictures that the commands write with ``--out``. Docs:
-docs/python.md.
+Each function does the same as the command of the same name. Results are dataclasses that a notebook
+shows as tables; ``plot()`` gives the pictures that the commands write with ``--out``.
+docs/python.md describes the functions.
 """
 
 from arctrue.api.dataset import Dataset

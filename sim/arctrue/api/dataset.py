@@ -1,4 +1,4 @@
-"""Measurement sets from the tables that scientists have: pandas, xarray, HDF5, dictionaries."""
+"""Builds measurement sets from pandas, xarray, HDF5, and dictionaries of arrays."""
 
 from __future__ import annotations
 
@@ -81,17 +81,18 @@ class Metadata(TypedDict, total=False):
 class Dataset(MeasurementSet):
     """A measurement set: measured data of a rotary table, and the known facts about the table.
 
-    Every function of ``arctrue`` that takes a set takes this one. It is made by :meth:`read_set`,
-    :meth:`from_pandas`, :meth:`from_xarray`, :meth:`from_hdf5` or :meth:`from_arrays`.
+    Every function of ``arctrue`` that needs a measurement set accepts a Dataset. A Dataset is made
+    by :meth:`read_set`, :meth:`from_pandas`, :meth:`from_xarray`, :meth:`from_hdf5` or
+    :meth:`from_arrays`.
 
     Parameters
     ----------
     table : Table
-        Counts a turn, heads, disc, gear.
+        Counts per turn, places of the heads, disc and drive gear.
     capture : Capture, optional
-        All heads over time, arrays of shape (rows,).
+        Readings of all heads over time, arrays of shape (rows,).
     reference : Reference, optional
-        Head 1 against a reference, arrays of shape (rows,).
+        Errors of head 1 against a reference, arrays of shape (rows,).
     title : str, optional
         One line that names the set.
     origin : Origin, optional
@@ -101,14 +102,14 @@ class Dataset(MeasurementSet):
     warnings : tuple of str, optional
         Remarks on the data for people, one sentence each.
     folder : Path, optional
-        The folder from which it was read.
+        The folder from which the set was read.
     date : datetime, optional
         Time of the measurement, with its time zone.
     """
 
     @classmethod
     def of(cls, measurement: MeasurementSet) -> Self:
-        """Take any measurement set as a Dataset.
+        """Return the content of any measurement set as a Dataset.
 
         Parameters
         ----------
@@ -136,12 +137,13 @@ class Dataset(MeasurementSet):
         Returns
         -------
         Dataset
-            The set as its files have it.
+            The set with the content of its files.
 
         Raises
         ------
         MeasurementError
-            A file is missing or wrong: file, row and column, what was expected, what was found.
+            A file is missing or wrong; the text states file, row, column, expected and found
+            content.
         """
         return cls.of(read_measurement_set(folder))
 
@@ -155,7 +157,7 @@ class Dataset(MeasurementSet):
         units: Mapping[str, Any] | None = None,
         **metadata: Unpack[Metadata],
     ) -> Self:
-        """Make a set of named arrays, lists or quantities.
+        """Make a set from named arrays, lists or quantities.
 
         Parameters
         ----------
@@ -166,13 +168,13 @@ class Dataset(MeasurementSet):
             Columns of head 1 against a reference: target, error (reading minus true angle) and, if
             present, time, run, cycle, direction, head1, temperature, u, mask.
         columns : mapping of str to str, optional
-            The name of a column for a quantity: ``{"head1": "enc_a"}``. Columns with the name of
-            the quantity or of the set's own column need no entry.
+            The name of the column that contains a quantity: ``{"head1": "enc_a"}``. Columns with
+            the name of the quantity or of the set's own column need no entry.
         units : mapping of str to str or astropy unit, optional
             The unit of a quantity or column: ``{"head1": "deg"}``. An entry is needed if neither
             the column (astropy, xarray, HDF5) nor the end of its name (``az_deg``) states the unit.
         **metadata
-            Keys of ``measurement.toml``: ``counts_per_rev`` (counts a turn),
+            Keys of ``measurement.toml``: ``counts_per_rev`` (counts per turn),
             ``head_separation_deg`` or ``head_places_deg`` (degrees), ``grating_lines``,
             ``disc_diameter_mm``, ``drive_gear_teeth``, ``index_detection_arcsec``,
             ``index_repeatability_counts``, ``clock_hz``, ``instrument``, ``faces``,
@@ -221,15 +223,15 @@ class Dataset(MeasurementSet):
         units: Mapping[str, Any] | None = None,
         **metadata: Unpack[Metadata],
     ) -> Self:
-        """Make a set of data frames.
+        """Make a set from data frames.
 
         Parameters
         ----------
         capture : pandas.DataFrame, optional
-            All heads over time, one row per sample; columns as in :meth:`from_arrays`. A column of
-            dates is taken as the time.
+            Readings of all heads over time, one row per sample; columns as in :meth:`from_arrays`.
+            A column of dates is taken as the time.
         reference : pandas.DataFrame, optional
-            Head 1 against a reference, one row per comparison.
+            Errors of head 1 against a reference, one row per comparison.
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
@@ -279,19 +281,19 @@ class Dataset(MeasurementSet):
         units: Mapping[str, Any] | None = None,
         **metadata: Unpack[Metadata],
     ) -> Self:
-        """Make a set of xarray datasets.
+        """Make a set from xarray datasets.
 
         Parameters
         ----------
         capture : xarray.Dataset, optional
-            All heads over time; variables and coordinates of one dimension are columns as in
-            :meth:`from_arrays`. ``attrs["units"]`` of a variable is its unit.
+            Readings of all heads over time; variables and coordinates of one dimension are columns
+            as in :meth:`from_arrays`. ``attrs["units"]`` of a variable is its unit.
         reference : xarray.Dataset, optional
-            Head 1 against a reference, in the same form.
+            Errors of head 1 against a reference, in the same form.
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
-            As in :meth:`from_arrays`; it takes precedence over ``attrs``.
+            As in :meth:`from_arrays`; this argument takes precedence over ``attrs``.
         **metadata
             As in :meth:`from_arrays`. Attributes of the datasets with these names are used if a
             keyword is not given.
@@ -345,7 +347,7 @@ class Dataset(MeasurementSet):
         units: Mapping[str, Any] | None = None,
         **metadata: Unpack[Metadata],
     ) -> Self:
-        """Make a set of groups of an HDF5 or NeXus file.
+        """Make a set from groups of an HDF5 or NeXus file.
 
         Parameters
         ----------
@@ -355,8 +357,8 @@ class Dataset(MeasurementSet):
             The group whose one-dimensional datasets are the columns of all heads over time, for
             instance ``"/entry/heads"``.
         reference : str, optional
-            The group of head 1 against a reference. If neither group is named, ``/capture`` and
-            ``/reference`` are used.
+            The group with the errors of head 1 against a reference. If neither group is named,
+            ``/capture`` and ``/reference`` are used.
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
@@ -457,7 +459,7 @@ class Dataset(MeasurementSet):
         """Hash by which the history of a model identifies the set, 64 hexadecimal digits.
 
         If the folder of the set still holds the same content, this is the hash of its files;
-        otherwise it is that of the files that :func:`arctrue.write_set` would write.
+        otherwise it is the hash of the files that :func:`arctrue.write_set` would write.
         """
         return sha256_of(self)
 
@@ -599,8 +601,8 @@ def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) ->
 
 
 def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> dict[str, str]:
-    """Return the entries for this frame: entries whose column this frame has, or whose column no
-    other frame has."""
+    """Return the entries for this frame: each entry whose column is in this frame or in no other
+    frame."""
     if len(frames) == 1:
         return dict(columns)
     others = [other for other in frames if other is not frame]

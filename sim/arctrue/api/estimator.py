@@ -1,4 +1,5 @@
-"""A fit as an estimator with scikit-learn's conventions; scikit-learn itself is not needed."""
+"""Provides a fit as an estimator with scikit-learn's conventions; scikit-learn itself is not
+needed."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ PARAMETERS = ("model", "fix", "bounds", "tie")
 
 
 class FitEstimator:
-    """The arguments of :func:`fit`, kept as parameters: ``sklearn.base.clone`` copies them.
+    """An estimator whose parameters are the arguments of :func:`fit`; ``sklearn.base.clone`` can
+    copy it.
 
     The parameters are stored as they are given and checked by :meth:`fit`. Results of a fit have
     names that end in ``_``: ``result_``.
@@ -30,7 +32,7 @@ class FitEstimator:
         bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
         tie: Mapping[str, Tied] | None = None,
     ) -> None:
-        """Keep the parameters, which are those of :func:`fit`."""
+        """Store the parameters, which are the arguments of :func:`fit`."""
         self.model = model
         self.fix = fix
         self.bounds = bounds

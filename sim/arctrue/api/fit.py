@@ -1,4 +1,5 @@
-"""``arctrue.fit`` and its result: parameters with intervals, prediction, residuals, report."""
+"""Provides ``arctrue.fit`` and its result: parameters with intervals, prediction, residuals,
+report."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ from arctrue.workbench.model.predicted import table_rows, term_values
 
 Float = NDArray[np.float64]
 Tied = str | tuple[str, float] | Callable[[Mapping[str, float]], float]
-"""Value of a tied parameter: another parameter, a multiple of another one, or a function of all."""
+"""Value of a tied parameter: another parameter, a multiple of one, or a function of all
+parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +69,8 @@ class FitParameter:
 
         At each value of this parameter, all other parameters and the noise take the values of
         maximum likelihood. The interval is wider than ``value ± 1.96·stderr`` if slow noise may
-        have absorbed part of the parameter, for instance of a drift. It is asymmetric if the
-        likelihood is asymmetric.
+        have absorbed part of the parameter, for instance of a drift. The interval is asymmetric if
+        the likelihood is asymmetric.
 
         Parameters
         ----------
@@ -102,7 +104,8 @@ class FitParameters(Mapping[str, FitParameter]):
         self._parameters = dict(parameters)
 
     def __getitem__(self, name: str) -> FitParameter:
-        """Return one parameter; raises KeyError with the names that are like an unknown one."""
+        """Return the parameter ``name``; raises KeyError, which lists similar names, for an unknown
+        name."""
         if name not in self._parameters:
             raise KeyError(
                 f"no parameter {name!r}.{did_you_mean(name, self._parameters)} There are: "
@@ -167,7 +170,7 @@ class FitResult:
 
     @property
     def nobs(self) -> int:
-        """Number of rows of both channels that were fitted."""
+        """Number of fitted rows of both channels together."""
         return self.solution.observations.rows
 
     @property
@@ -182,13 +185,14 @@ class FitResult:
 
     @property
     def bic(self) -> float:
-        """Bayesian information criterion: of two models of a set the one with the smaller value is
-        better."""
+        """Bayesian information criterion: of two models fitted to the same set, the model with the
+        smaller value is better."""
         return self.solution.bic
 
     @property
     def aic(self) -> float:
-        """Akaike's information criterion."""
+        """Akaike's information criterion: of two models fitted to the same set, the model with the
+        smaller value is better."""
         searched = sum(len(term.nonlinear) for term in self.solution.terms)
         return 2.0 * (self.solution.rank + searched - self.log_likelihood)
 
@@ -200,7 +204,8 @@ class FitResult:
 
     @cached_property
     def correlations(self) -> Mapping[tuple[str, str], float]:
-        """Correlation of each pair of parameters, −1 to 1; the key is both names in either order.
+        """Correlation of each pair of parameters, −1 to 1; a key is a pair of names, in either
+        order.
 
         A pair with a fixed parameter is left out.
         """
@@ -217,7 +222,8 @@ class FitResult:
 
     @cached_property
     def left(self) -> Left:
-        """Residual errors by channel, fitted and held out, and the noise; arcseconds."""
+        """RMS residual of each channel, on fitted and on held-out rows, and the noise;
+        arcseconds."""
         return left_by(self.solution)
 
     def predict(
@@ -240,14 +246,15 @@ class FitResult:
             ``temperature_c`` (°C), ``time_s`` (s), ``direction`` (+1, −1), ``speed_deg_s`` (°/s,
             signed), and the set's own conditions.
         return_std : bool, optional
-            Also give the standard uncertainty.
+            If True, also return the standard uncertainty.
 
         Returns
         -------
         error_arcsec : ndarray, shape (n,)
             Predicted error.
         std_arcsec : ndarray, shape (n,)
-            Its standard uncertainty, from that of the parameters; where ``return_std`` is True.
+            Standard uncertainty of the predicted error, from the uncertainties of the parameters;
+            where ``return_std`` is True.
 
         Raises
         ------
@@ -283,7 +290,7 @@ class FitResult:
         -------
         dict of str to ndarray, shape (rows,)
             Residuals by channel, ``capture`` and ``reference``; arcseconds, or a pure number. For a
-            very long set, only the residuals of the rows that the statistics use.
+            very long set, they contain only the rows that the statistics use.
         """
         solution, found = self.solution, {}
         for name, values, noise in (
@@ -339,12 +346,12 @@ class FitResult:
         return "\n".join(lines)
 
     def plot(self) -> Pictures:
-        """Draw the residual by branches, and its maps.
+        """Draw the residual over the angle, by run and direction, and its maps.
 
         Returns
         -------
         Pictures
-            The same pictures as those of :func:`arctrue.compare`.
+            The same pictures as :func:`arctrue.compare` draws.
 
         Raises
         ------
@@ -367,8 +374,8 @@ class ModelTest:
     Parameters
     ----------
     bic_difference : float
-        BIC of the first minus BIC of the second: above 0 the second model is better, above 10 much
-        better.
+        BIC of the first model minus BIC of the second model: above 0 the second model is better,
+        above 10 it is much better.
     ratio : ModelRatio or None
         Likelihood ratio, parameters between the models, p; None if neither model contains the
         other.
@@ -382,7 +389,7 @@ class ModelTest:
     held_out_fall_arcsec: dict[str, tuple[float, float]]
 
     def __str__(self) -> str:
-        """Return a line for each comparison."""
+        """Return one line of text for each comparison."""
         lines = [f"BIC of the first less that of the second: {figure(self.bic_difference, 2)}"]
         if self.ratio is not None:
             lines.append(
@@ -434,7 +441,7 @@ def fit(
     ValueError
         A parameter is not known, or no values meet the conditions.
     NotTestableError
-        The set lacks what an effect of the model needs.
+        The set lacks data that an effect of the model needs.
     MeasurementError
         The folder cannot be read.
 
@@ -504,8 +511,8 @@ def _conditions(
     bounds: Mapping[str, tuple[float | None, float | None]] | None,
     tie: Mapping[str, Tied] | None,
 ) -> tuple[list[Condition], dict[str, float]]:
-    """Return the conditions of the fit, and the fixed values of search parameters that are
-    integers."""
+    """Return the conditions that the fit must meet, and the fixed values of search parameters that
+    are integers."""
     values = values_of(
         solution.terms, solution.widths, solution.coefficients, solution.observations
     )
@@ -625,20 +632,20 @@ def compare_models(one: FitResult, other: FitResult) -> ModelTest:
     Parameters
     ----------
     one : FitResult
-        The first, usually the smaller model.
+        Fit of the first, usually the smaller model.
     other : FitResult
-        The second.
+        Fit of the second model.
 
     Returns
     -------
     ModelTest
-        Difference of BIC; likelihood ratio with p if one contains the other; error on held-out
-        rows.
+        Difference of BIC; likelihood ratio with p if one model contains the other; error on
+        held-out rows.
 
     Raises
     ------
     ValueError
-        The fits are not of the same rows.
+        The two fits use different rows.
     """
     first, second = one.solution, other.solution
     for channel in ("capture", "reference"):

@@ -1,8 +1,8 @@
 """Converts named columns of other libraries' tables to the columns and units of a measurement set.
 
 A column is found by the name that the caller gives, by its name in a measurement set, or by a
-common name (``arctrue.importing.known_names``). Its unit is the one that the caller gives, the one
-that the column itself states (astropy, xarray, HDF5), or the one at the end of its name
+common name (``arctrue.importing.known_names``). The unit of a column is given by the caller, stated
+by the column itself (astropy, xarray, HDF5), or stated at the end of the column's name
 (``az_deg``).
 """
 
@@ -91,7 +91,7 @@ def columns_of(
     """Return the columns of ``frame`` in the units of a measurement set.
 
     ``columns``: the frame's name for a quantity or a set's column. ``units``: the unit of either.
-    Raises MeasurementError, which names the column, what was expected and what to do.
+    Raises MeasurementError, which names the column, the expected content and the remedy.
     """
     places = _places(frame, columns)
     found: dict[str, NDArray[Any]] = {}
@@ -247,7 +247,7 @@ def _converted(
 
 
 def _of_astropy(frame: Frame, quantity: str, column: str, unit: Any) -> tuple[str, Any]:
-    """Return our unit for a unit of astropy, and the column in it."""
+    """Return the workbench's name of an astropy unit, and the values of the column in that unit."""
     kind, values = QUANTITIES[quantity], frame.columns[column]
     text = str(unit)
     named = unit_named(kind, _OTHER_SPELLINGS.get(text, text))

@@ -1,4 +1,4 @@
-"""The model of the Python interface: effects, fitted values, history."""
+"""Defines the model of the Python interface: effects, fitted values and the history of the fits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from arctrue.workbench.observations.build import observations_of
 
 @dataclass(frozen=True)
 class Model:
-    """The effects that a table is known to have; a change gives another model.
+    """The effects that a table is known to have; a method that changes effects returns a new model.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Model:
         Parameters
         ----------
         file : Path or str
-            The file; an existing one is replaced.
+            The file; an existing file is replaced.
 
         Raises
         ------
@@ -81,7 +81,8 @@ class Model:
 
     @property
     def history(self) -> list[HistoryStep]:
-        """Steps of the fits, each with errors, date, program and hash of the set."""
+        """Steps of the history, one per fit, each with errors, date, program and hash of the
+        set."""
         return list(self.content.history)
 
     def having(self, *effects: str, **settings: dict[str, object]) -> Model:
@@ -93,7 +94,7 @@ class Model:
             Names of effects (``arctrue effects``).
         **settings : dict
             The settings of an effect, by its name: ``graduation_harmonics={"orders": [1, 2]}``. If
-            the model has the effect, these settings replace the present ones.
+            the model has the effect, these settings replace the present settings.
 
         Returns
         -------
@@ -126,7 +127,7 @@ class Model:
         Parameters
         ----------
         effect : str
-            Its name (``arctrue effects``).
+            Name of the effect (``arctrue effects``).
         measurement : MeasurementSet, Path or str
             The set, or the name of its folder.
         **settings
@@ -142,7 +143,7 @@ class Model:
         EffectNotFoundError
             No effect has that name.
         NotTestableError
-            The set lacks what the effect needs.
+            The set lacks data that the effect needs.
         MeasurementError
             The folder cannot be read.
         """
@@ -153,12 +154,12 @@ class Model:
         return self.grown(content, data)
 
     def drop(self, effect: str, measurement: SetOrFolder) -> Model:
-        """Drop the last effect of a name and fit the others again.
+        """Drop the last effect with this name and fit the remaining effects again.
 
         Parameters
         ----------
         effect : str
-            Its name.
+            Name of the effect.
         measurement : MeasurementSet, Path or str
             The set, or the name of its folder.
 
@@ -171,7 +172,7 @@ class Model:
         Raises
         ------
         ValueError
-            The model has no such effect, or no other one.
+            The model lacks this effect, or has no other effect.
         MeasurementError
             The folder cannot be read.
         """
@@ -188,7 +189,7 @@ class Model:
         Parameters
         ----------
         content : arctrue.workbench.model.Model
-            Content whose history continues that of this model.
+            Content whose history continues the history of this model.
         measurement : MeasurementSet, Path or str
             The fitted set.
 
@@ -238,7 +239,7 @@ class Model:
         Returns
         -------
         Pictures
-            The ladder of the history.
+            A chart with the error after each step of the history.
 
         Raises
         ------
@@ -306,7 +307,7 @@ def add(
     Parameters
     ----------
     effect : str
-        Its name (``arctrue effects``).
+        Name of the effect (``arctrue effects``).
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str, optional
@@ -324,18 +325,18 @@ def add(
     EffectNotFoundError
         No effect has that name.
     NotTestableError
-        The set lacks what the effect needs.
+        The set lacks data that the effect needs.
     """
     return model_of(model).add(effect, measurement, **settings)
 
 
 def drop(effect: str, measurement: SetOrFolder, model: ModelLike) -> Model:
-    """Drop an effect from a model and fit the others, as ``arctrue drop`` does.
+    """Drop an effect from a model and fit the remaining effects, as ``arctrue drop`` does.
 
     Parameters
     ----------
     effect : str
-        Its name.
+        Name of the effect.
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str
@@ -349,6 +350,6 @@ def drop(effect: str, measurement: SetOrFolder, model: ModelLike) -> Model:
     Raises
     ------
     ValueError
-        The model has no such effect, or no other one.
+        The model lacks this effect, or has no other effect.
     """
     return model_of(model).drop(effect, measurement)

@@ -1,4 +1,4 @@
-"""Pictures that a notebook shows, and tables in HTML."""
+"""Shows pictures and HTML tables in a notebook."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""compare, diagnose and explain of the Python interface, and their results."""
+"""Provides compare, diagnose and explain of the Python interface, and their results."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Comparison:
     solution: Solution = field(repr=False)
 
     def plot(self) -> Pictures:
-        """Draw the residual by branches, and its maps.
+        """Draw the residual over the angle, by run and direction, and its maps.
 
         Returns
         -------
@@ -66,7 +66,7 @@ class Comparison:
 
 
 def comparison_pictures(solution: Solution, result: ModelComparison) -> Pictures:
-    """Draw the residual by branches, and its maps."""
+    """Draw the residual over the angle, by run and direction, and its maps."""
 
     def charts() -> Any:
         from arctrue.report.charts.comparison_charts import comparison_charts
@@ -78,16 +78,16 @@ def comparison_pictures(solution: Solution, result: ModelComparison) -> Pictures
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Result of a diagnosis: the missing effect.
+    """Result of a diagnosis: the verdict, and the missing effect if the verdict names one.
 
     Parameters
     ----------
     verdict : str
         ``named``, ``ambiguous``, ``unknown``, ``adequate``, ``cannot_tell`` or ``bad_data``.
     sentences : tuple of str
-        What ``arctrue diagnose`` says.
+        The sentences that ``arctrue diagnose`` prints.
     data : dict
-        What ``arctrue diagnose --json`` writes.
+        The content that ``arctrue diagnose --json`` writes.
     result : arctrue.workbench.diagnose.diagnosis.Diagnosis
         The same results as objects of the workbench.
     """
@@ -134,7 +134,7 @@ class Explanation:
     Parameters
     ----------
     model : Model
-        The model with the effects that were added; its history has a step for each.
+        The model with the effects that were added; its history has a step for each effect.
     sizes_arcsec : dict of str to float
         Held-out error that each added effect removes, in the channel where it removes most; the
         largest first.
@@ -155,7 +155,7 @@ class Explanation:
         Returns
         -------
         Pictures
-            The ladder of the model's history.
+            A chart with the error after each step of the model's history.
 
         Raises
         ------
@@ -181,7 +181,7 @@ def compare(
     model : Model, Path, str or iterable of str, optional
         The model, its file, or names of effects; by default the paper's model.
     fit : bool, optional
-        False judges the stored coefficients, as ``--no-fit`` does.
+        If False, compare the model with its stored coefficients, as ``--no-fit`` does.
     seed : int, optional
         Seed of the random draws behind the lack of fit.
 
@@ -193,7 +193,7 @@ def compare(
     Raises
     ------
     NotTestableError
-        The set lacks what an effect of the model needs.
+        The set lacks data that an effect of the model needs.
     MeasurementError
         The folder cannot be read.
     """
@@ -217,7 +217,7 @@ def diagnose(
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Diagnosis:
-    """Find the physical effect that the model lacks, or say that the set cannot tell.
+    """Find the physical effect that the model lacks, or report that the set does not determine it.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ def diagnose(
     Raises
     ------
     NotTestableError
-        The set lacks what an effect of the model needs.
+        The set lacks data that an effect of the model needs.
     MeasurementError
         The folder cannot be read.
     """
@@ -260,7 +260,8 @@ def explain(
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Explanation:
-    """Add the effects that the diagnosis names, one after the other, until it names no further one.
+    """Add the effects that the diagnosis names, one after the other, until it names no further
+    effect.
 
     Parameters
     ----------
@@ -279,7 +280,7 @@ def explain(
     Raises
     ------
     NotTestableError
-        The set lacks what an effect of the model needs.
+        The set lacks data that an effect of the model needs.
     MeasurementError
         The folder cannot be read.
     """

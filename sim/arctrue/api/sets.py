@@ -1,4 +1,4 @@
-"""Measurement sets of the Python interface: read, written, simulated."""
+"""Reads, writes and simulates measurement sets for the Python interface."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def read_set(folder: Path | str) -> Dataset:
     Returns
     -------
     Dataset
-        The set as its files have it.
+        The set with the content of its files.
 
     Raises
     ------
     MeasurementError
-        A file is missing or wrong: file, row and column, what was expected, what was found.
+        A file is missing or wrong; the text states file, row, column, expected and found content.
     """
     return Dataset.read_set(folder)
 
@@ -74,14 +74,15 @@ def simulate(
     experiment: str = "short",
     seed: int = 1,
 ) -> Dataset:
-    """Measure a simulated table.
+    """Simulate a table and its measurement.
 
     Parameters
     ----------
     *effects : str
         Causes of error that the table has, as ``arctrue simulate --list`` names them.
     sizes : sequence of float, optional
-        Their sizes, in the order and unit of the effects; they are drawn if none are given.
+        Sizes of the effects, in the order and unit of the effects; random sizes are drawn if none
+        are given.
     experiment : {"full", "short", "lean"}, optional
         Extent of the measurement.
     seed : int, optional

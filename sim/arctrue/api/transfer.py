@@ -1,4 +1,5 @@
-"""Sets from files of other programs, and models as coefficients of the gateware or as tables."""
+"""Imports sets from files of other programs; exports models as gateware coefficients or as
+tables."""
 
 from __future__ import annotations
 
@@ -40,18 +41,18 @@ def import_files(
     order: str = "",
     **metadata: Unpack[Metadata],
 ) -> Dataset:
-    """Make a set of files of other programs, as ``arctrue import`` does.
+    """Make a set from files of other programs, as ``arctrue import`` does.
 
     Parameters
     ----------
     files : Path, str, or iterable of these
         Text in columns, JSON lines, NumPy, Parquet, HDF5, MAT, logs of PHD2, LinuxCNC and EPICS.
     columns : mapping of str to str, optional
-        The files' column for a quantity: ``--column``.
+        Name of the column that contains a quantity, as for ``--column``.
     units : mapping of str to str, optional
-        The unit of a quantity: ``--unit``.
+        The unit of a quantity, as for ``--unit``.
     reader : str, optional
-        Name of the reader, by default the one that recognises the file: ``--format``.
+        Name of the reader, by default the reader that recognises the file, as for ``--format``.
     group : str, optional
         Group of an HDF5 file or variable of an EPICS log.
     period_s : float, optional
@@ -59,7 +60,7 @@ def import_files(
     sign : {"reading-true", "true-reading"}, optional
         Meaning of the error column.
     zero : {"shift", "keep"}, optional
-        Whether the reference's zero is shifted to that of the reading.
+        Whether the reference's zero is shifted to the zero of the reading.
     missing : {"drop"}, optional
         Leave out rows without a value.
     order : str, optional
@@ -70,15 +71,15 @@ def import_files(
     Returns
     -------
     Dataset
-        The set; its ``origin.notes`` say what was decided.
+        The set; its ``origin.notes`` list the decisions of the import.
 
     Raises
     ------
     AmbiguousError
-        The files leave a question open; the text names the option that answers it, and
-        ``--unit head1=deg`` is ``units={"head1": "deg"}`` here.
+        The files can be read in several ways; the text names the option that decides, and ``--unit
+        head1=deg`` is ``units={"head1": "deg"}`` here.
     MeasurementError
-        A file is damaged: row and column.
+        A file is damaged; the text states row and column.
     MissingExtraError
         The reader needs a package that is not installed.
     """
@@ -133,14 +134,14 @@ def export(
     table_format : str, optional
         ``gateware``, or a format of ``arctrue export --format``.
     points : int, optional
-        Steps a turn of a table.
+        Number of steps of a table per turn.
     steps_per_second : float, optional
         Motor steps in a sidereal second, which ``table_format="onstep"`` needs.
     lanes : int, optional
-        Number of lanes of the gateware; by default as many as it is built with.
+        Number of lanes of the gateware; by default the number with which the gateware is built.
     temperature_c : float, optional
-        Temperature for which the coefficients hold, °C; by default they follow the table's
-        temperature.
+        Temperature for which the coefficients hold, °C; by default the coefficients follow the
+        table's temperature.
     force : bool, optional
         Write the file even if it makes the error larger on the set.
 
@@ -154,7 +155,7 @@ def export(
     ExportRefusedError
         The file would make the error larger on the set; nothing was written.
     ValueError
-        The format is not known, or the set does not say the counts of a turn.
+        The format is not known, or the set does not state the counts per turn.
     OSError
         The file cannot be written.
     """
@@ -200,6 +201,6 @@ def export(
 
 
 def _refuse(path: Path, refused: list[str], *, force: bool) -> None:
-    """Raise ExportRefusedError if the set contradicts the file, unless it is forced."""
+    """Raise ExportRefusedError if the file makes the error larger on the set, unless ``force``."""
     if refused and not force:
         raise ExportRefusedError(f"{path} was not written: {' '.join(refused)}")

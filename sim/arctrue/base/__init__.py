@@ -1,1 +1,1 @@
-"""Small helpers that every package may use: units, texts, whole files, typed content."""
+"""Contains small helpers that every package may use: units, texts, whole files, typed content."""

@@ -1,4 +1,5 @@
-"""Imports packages that only an extra of the installation provides; says how to install them."""
+"""Imports packages that only an extra of the installation provides, and names the install
+command."""
 
 from __future__ import annotations
 
@@ -24,15 +25,16 @@ EXTRA_OF: Mapping[str, str] = {
     "distributed": "cluster",
     "xmlschema": "certificate",
 }
-"""The extra of pyproject.toml that installs each package, by the name it is imported with."""
+"""The extra of pyproject.toml that installs each package, by the package's import name."""
 
 
 class MissingExtraError(ImportError, ValueError):
-    """A package of an extra is needed and not installed; the text has the command for it."""
+    """A package of an extra is needed and not installed; the text contains the install command."""
 
 
 def missing_extra(error: ModuleNotFoundError) -> MissingExtraError | None:
-    """Return the error that names the extra of a missing module; None if no extra has it."""
+    """Return the error that names the extra of a missing module; None if no extra installs this
+    module."""
     package = (error.name or "").partition(".")[0]
     extra = EXTRA_OF.get(package)
     if extra is None:
@@ -45,7 +47,7 @@ def missing_extra(error: ModuleNotFoundError) -> MissingExtraError | None:
 
 @contextmanager
 def needs_extras() -> Iterator[None]:
-    """Turn the missing package of an extra into a sentence with the command that installs it.
+    """Convert the error of a missing package of an extra to a sentence with the install command.
 
     Raises MissingExtraError.
     """

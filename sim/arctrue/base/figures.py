@@ -12,7 +12,8 @@ SIGNS = (("arcsec", "″"), ("deg", "°"), ("um", "µm"), ("us", "µs"))
 
 
 def figure(value: float | None, decimals: int, *, signed: bool = False) -> str:
-    """Format a number with a true minus sign (``signed``: or a plus sign); None gives a dash."""
+    """Format a number with a true minus sign, and with a plus sign if ``signed``; None gives a
+    dash."""
     if value is None or not isfinite(value):
         return "–"
     return true_minus(f"{value:{'+' if signed else ''},.{decimals}f}")

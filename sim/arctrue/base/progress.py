@@ -1,4 +1,4 @@
-"""Callbacks by which a long computation reports its progress; the caller decides on display."""
+"""Defines callbacks that receive the progress of a long computation and display it."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Callable
 from contextvars import ContextVar
 
 ReportStep = Callable[[str], None]
-"""Receives one line for people at the beginning of each step."""
+"""Function that receives one line for people at the beginning of each step."""
 
 SHOW_ROWS: ContextVar[Callable[[int, int], None] | None] = ContextVar("SHOW_ROWS", default=None)
-"""Receives (done, total): the rows that a pass over a long set has processed."""
+"""Function that receives (done, total): processed rows and all rows of a pass over a long set."""
 
 
 def rows_done(done: int, total: int) -> None:

@@ -1,4 +1,4 @@
-"""Suggests known names that are similar to an unknown one."""
+"""Suggests known names that are similar to an unknown name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ LEAST_RATIO = 0.6
 
 
 def similar(name: str, known: Iterable[str], least: float = LEAST_RATIO) -> list[str]:
-    """Give at most MOST of ``known``: names spelt like ``name``, else names that contain it."""
+    """Return at most MOST names of ``known``: names spelt like ``name`` or, without such names,
+    names that contain ``name``."""
     names = list(known)
     plain = name.lower().replace("-", "_")
     close = difflib.get_close_matches(plain, names, n=MOST, cutoff=least)

@@ -28,9 +28,9 @@ T = TypeVar("T")
 LARGEST = sys.float_info.max
 """The largest finite number: a range up to it excludes NaN and infinity."""
 LARGE_POWER = 40
-"""Limits from here on are printed as a power of two."""
+"""Smallest power of two, 2⁴⁰, that is printed as a power of two."""
 LONGEST_FOUND = 60
-"""Number of characters of a value that a message repeats."""
+"""Largest number of characters of a value that a message repeats."""
 
 
 def at_least(low: float) -> Meta:
@@ -285,7 +285,7 @@ def _item(declared: inspect.Type, index: int) -> inspect.Type:
 
 
 def _words(declared: inspect.Type, found: object = None) -> str:
-    """Describe what is expected."""
+    """Describe the expected value in words."""
     if isinstance(declared, inspect.Metadata):
         said = (declared.extra_json_schema or {}).get("description")
         return str(said) if said else _words(declared.type, found)

@@ -1,4 +1,4 @@
-"""Units of angle: arcseconds, radians, counts.
+"""Converts units of angle: arcseconds, radians, counts.
 
 Angles are in radians inside the package; names of values in other units contain the unit.
 """

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 ORDINARY_MODE = 0o666
-"""Mode of a new file, reduced by the umask; a temporary file belongs to its owner only."""
+"""Mode of a new file, reduced by the umask; it replaces the mode of the temporary file, which only
+its owner can read."""
 
 
 @contextmanager

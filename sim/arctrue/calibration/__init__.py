@@ -1,4 +1,4 @@
-"""Calibration: the error of the reference head from the difference of two heads."""
+"""Calibrates a table: finds the error of the reference head from the difference of two heads."""
 
 from arctrue.calibration.calibration import Calibration, CalibrationSettings, calibrate
 from arctrue.calibration.capture_check import CaptureRefusedError, WholeTurns, whole_turns

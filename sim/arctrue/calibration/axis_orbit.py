@@ -39,7 +39,7 @@ class AxisOrbit:
 
 
 def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
-    """Return the axis orbit of the first run in the set's own calibration; None for two heads.
+    """Calibrate the set and return the axis orbit of its first run; None for two heads.
 
     Raises CaptureRefusedError or ValueError for a set that does not determine the orbit.
     """
@@ -56,7 +56,8 @@ def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
 def axis_orbit(
     turns: WholeTurns, disc: HeadsOnDisc, counts_per_rev: int, noise_arcsec: float
 ) -> AxisOrbit:
-    """Solve every sample of one run; ``disc`` is calibrated from this or another capture.
+    """Solve for θ, x and y at every sample of one run; ``disc`` is calibrated from this or another
+    capture.
 
     Raises ValueError for fewer than three heads, which do not determine θ, x and y.
     """
@@ -72,7 +73,7 @@ def axis_orbit(
         reading = counts * unit - disc.offsets_rad[head]
         error = disc.under_head(head, reading + places[head]) * RAD_PER_ARCSEC
         rows.append(reading - error)
-    # The readings of each head may contain another number of whole turns.
+    # The readings of two heads may differ by whole turns.
     readings = np.array(rows)
     whole = np.rint((readings - readings[0]).mean(axis=1) / (2.0 * np.pi))
     readings -= 2.0 * np.pi * whole[:, np.newaxis]

@@ -31,8 +31,8 @@ from arctrue.measurement.measurement_set import Capture, MeasurementSet
 
 Method = Literal["fourier", "least_squares"]
 APART_U = 4.0
-"""Smallest difference, in standard uncertainties, at which two values of α contradict each other.
-"""
+"""Smallest difference, in standard uncertainties, at which two values of α contradict each
+other."""
 ROUNDS_MOST = 4
 SETTLED_U = 0.05
 """Change of α by the harmonics, in standard uncertainties, below which the iteration ends."""
@@ -41,24 +41,24 @@ METHODS = {"fourier": fourier, "least_squares": least_squares}
 
 @dataclass(frozen=True)
 class CalibrationSettings:
-    """Settings of the calibration; the defaults are those of the command line.
+    """Settings of the calibration; the defaults are equal to the defaults of the command line.
 
     Parameters
     ----------
     method : {"least_squares", "fourier"}, optional
         Method that finds the orders.
     runs : sequence of int, optional
-        Runs of the capture; default: those at the lowest speed.
+        Runs of the capture; default: the runs at the lowest speed.
     most_order : int, optional
-        Orders 1 to this one are fitted.
+        Highest order; the orders from 1 to this order are fitted.
     lanes : int, optional
         Lanes of the gateware.
     gain_limit : float, optional
-        Largest noise gain of an order; orders with a larger one are left out.
+        Largest noise gain of an order; orders with a larger gain are left out.
     separation : str, optional
         Source of the separation α of the heads. Default: the index if its value is plausible,
         otherwise the nominal value; the harmonics if their standard uncertainty is smaller than
-        that of both others.
+        those of index and nominal value.
     """
 
     method: Method = "least_squares"
@@ -78,17 +78,18 @@ class Calibration:
     estimate : Estimate
         Error as a function of the reading, as the gateware needs it.
     verdicts : tuple of Verdict
-        One for each order: whether it is corrected, and if not, why.
+        One verdict for each order: whether the order is corrected and, if not, the reason.
     coefficients : Coefficients
         The coefficients that are loaded into the gateware.
     turns : tuple of WholeTurns
-        The samples from which it was calculated.
+        The samples from which the calibration was calculated.
     comparison : ReferenceComparison or None
-        Error of the reference run before and after; None for a set without one.
+        Error of the reference run before and after the correction; None for a set without a
+        reference run.
     separations : mapping
         The separation α from every available source.
     objections : tuple of str
-        Why these coefficients should not be written, one sentence each.
+        Reasons why these coefficients should not be written, one sentence each.
     warnings : tuple of str
         Warnings for the user, one sentence each.
     """
@@ -109,7 +110,7 @@ class Calibration:
 def calibrate(
     measurement: MeasurementSet, settings: CalibrationSettings | None = None
 ) -> Calibration:
-    """Calibrate from the capture of a set; compare where it has a reference run.
+    """Calibrate from the capture of a set, and compare with its reference run if it has one.
 
     Parameters
     ----------
@@ -128,8 +129,8 @@ def calibrate(
     CaptureRefusedError
         The capture cannot be used; the text says why.
     ValueError
-        The set has no capture or not that run, or the error exceeds the range of the gateware's
-        formats.
+        The set has no capture, or the capture lacks a requested run, or the error exceeds the range
+        of the gateware's formats.
     """
     settings = settings or CalibrationSettings()
     measurement = _without_masked_stations(measurement)
@@ -286,8 +287,8 @@ def _estimated(
 
 
 def _separations_apart(estimate: Estimate, separations: Mapping[Choice, Separation]) -> list[str]:
-    """Return a warning if the α in use and that of the harmonics differ by too many standard
-    uncertainties."""
+    """Return a warning if the α in use and the α of the harmonics differ by more than APART_U
+    standard uncertainties."""
     other = separations["harmonics"]
     if estimate.separation_choice == "harmonics" or not np.isfinite(other.u_rad):
         return []

@@ -1,4 +1,4 @@
-"""Checks which samples of a capture can be used, and states why the others cannot."""
+"""Checks which samples of a capture can be used, and states why other samples cannot be used."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STEP_TOLERANCE = 0.10
 """Largest relative deviation of a plausible step from the run's median step (measurement set,
 schema 1)."""
 JUMP_STEPS = 2.0
-"""Smallest ratio of a jump to the median step: no table moves by two steps in the time of one."""
+"""Smallest ratio of a jump to the median step: no table moves by two steps in one sample period."""
 LOWEST_SPEED_TOLERANCE = 0.05
 """Largest relative distance from the lowest speed at which a run counts as a run at the lowest
 speed."""
@@ -36,7 +36,7 @@ CLOCK_HZ_DEFAULT = 100e6
 
 
 class CaptureRefusedError(Exception):
-    """A capture that cannot be used; the last good coefficients stay.
+    """Reports a capture that cannot be used; the last good coefficients stay in use.
 
     ``run``: as in the file; ``sample``: 0, 1, … within the run; each is None where it does not
     apply.
@@ -106,7 +106,7 @@ def whole_turns(
     counts_per_rev : int
         Counts of one turn.
     runs : sequence of int, optional
-        Numbers of the runs; default: those at the lowest speed.
+        Numbers of the runs; default: the runs at the lowest speed.
     most_order : int, optional
         Highest order that the samples must resolve.
 

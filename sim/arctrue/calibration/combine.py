@@ -45,13 +45,14 @@ def combined_estimate(
     """Combine the runs into an estimate with its covariance.
 
     ``values`` and every entry of ``by_run``: (2·seen,); ``information``: XᵀX of each run for noise
-    of variance 1; ``own_residuals``: residuals of each run with *its own* values, so that a run
-    that differs from the others does not count as noisy; ``residual_rms_by_run``: RMS of the
-    residuals with the common values.
+    of variance 1; ``own_residuals``: residuals of each run after a fit of this run alone, so that a
+    run with different values does not count as noisy; ``residual_rms_by_run``: RMS of the residuals
+    with the common values.
 
-    The covariance is that of white noise with each run's own variance, times the residual's power
-    near each order over its mean power (noise that is not white then counts at its own orders),
-    times the disagreement between runs if it exceeds chance, plus the contribution of α.
+    The covariance of white noise, with each run's own variance, is multiplied by the residual's
+    power near each order over its mean power (noise that is not white then counts at its own
+    orders) and by the disagreement between runs if it exceeds chance; the contribution of α is
+    added.
     """
     sigmas = noise_by_run(own_residuals, 2 * seen.size + 1)
     covariance = np.linalg.inv(_sum(information, sigmas))

@@ -1,10 +1,10 @@
 """Judges how the heads of a table are connected, before any calibration.
 
 While the table turns once or more in its positive direction, the readings of all heads at the same
-clocks show the sense of each head, its place after head 1, and which cable is at which head. Two
-turns at one speed, forward and backward, show how much later the electronics of one head is than
-that of another: a head that is late by τ reads θ(t − τ), so that its offset changes by τ times the
-difference of both speeds.
+clocks show the sense of each head, its place after head 1, and the cable to which it is connected.
+Two turns at one speed, forward and backward, show the delay between the electronics of two heads: a
+head with the delay τ reads θ(t − τ), so that its offset changes by τ times the difference of the
+two speeds.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ DELAY_MOST_CLOCKS = 255
 
 @dataclass(frozen=True)
 class Connection:
-    """The findings from the readings of the heads; lists are by cable, head 1 first.
+    """Reports how the heads are connected; lists are by cable, head 1 first.
 
     ``travels``: counts that each head moved; ``places_deg``: after head 1, NaN without an index;
     ``at_head``: number of the planned head to which each cable is connected, 0 if no plan fits.
@@ -59,7 +59,8 @@ def judge_connection(
     """Judge readings (n, H): positions modulo 2³², angles after the index in counts.
 
     ``indexed`` (H,): heads that have seen their index. The table must have turned in the positive
-    direction. Raises ValueError for too few readings or a number of heads that differs.
+    direction. Raises ValueError for too few readings, or if the arrays differ in the number of
+    heads.
     """
     if positions.shape[1] != len(places_deg):
         raise ValueError(
@@ -160,8 +161,8 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
             apart = places_deg - (-expected if mirrored else expected)
             off = float(np.abs((apart + 180.0) % 360.0 - 180.0).max())
             if off <= PLACE_TOLERANCE_DEG:
-                # Evenly spaced heads fit several assignments: the first one leaves the cables as
-                # they are.
+                # Evenly spaced heads fit several assignments: the first assignment leaves the
+                # cables as they are.
                 return tuple(place + 1 for place in order), off, mirrored
             found.append((off, mirrored, order))
     return (0,) * heads, min(found)[0], False

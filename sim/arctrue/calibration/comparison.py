@@ -53,7 +53,8 @@ def extent(values: Float) -> Extent:
 
 
 def compare(reference: Reference, coefficients: Coefficients) -> ReferenceComparison:
-    """Run the readings of the reference run through the bit-true gateware.
+    """Compute the errors of the reference run before and after the correction by the bit-true
+    gateware.
 
     The gateware outputs whole counts, so that its rounding is part of the error after the
     correction.

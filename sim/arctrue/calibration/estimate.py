@@ -39,10 +39,10 @@ class Estimate:
     orders : ndarray of int, shape (orders,)
         The orders n.
     values : ndarray, shape (2·orders,)
-        Arcseconds; the cosines of all orders before the sines.
+        Amplitudes in arcseconds; the cosines of all orders before the sines.
     covariance : ndarray, shape (2·orders, 2·orders)
-        Arcseconds²; with the noise found in the data, the disagreement of the runs and the
-        uncertainty of α.
+        Covariance of the values in arcseconds²; it contains the noise found in the data, the
+        disagreement of the runs and the uncertainty of α.
     noise_gain : ndarray, shape (orders,)
         |TF| of every order.
     disagreement : ndarray, shape (orders,)
@@ -76,7 +76,7 @@ class Estimate:
     separation_choice: Choice
     """Source of the α that was used."""
     measured_separation_rad: float
-    """Mean of R₂ − R₁ over uniform true angle: α by the index marks."""
+    """Mean of R₂ − R₁ over uniform true angle: the α that the index marks give."""
     u_measured_separation_rad: float
     runs: tuple[RunFit, ...]
     iterations: int
@@ -112,12 +112,12 @@ class Estimate:
         return np.asarray(np.sqrt(variance.mean(axis=0)))
 
     def error_arcsec(self, x_rad: Float) -> Float:
-        """Calculate the error.
+        """Calculate the error ε at the angles ``x_rad``.
 
         Parameters
         ----------
         x_rad : ndarray, shape (points,)
-            Reading or true angle, as ``function_of`` says, radians.
+            Reading or true angle, as ``function_of`` states, radians.
 
         Returns
         -------
@@ -129,8 +129,9 @@ class Estimate:
     def u_error_arcsec(self, x_rad: Float, applied: NDArray[np.bool_] | None = None) -> Float:
         """Calculate the standard uncertainty of the error with the full covariance.
 
-        Its square is j(x)ᵀ C j(x) with j the cosines and sines of the orders that are seen. It
-        contains the noise of each order and the common effect of α on all orders.
+        The square of this uncertainty is j(x)ᵀ C j(x), where j are the cosines and sines of the
+        orders that are seen. It contains the noise of each order and the common effect of α on all
+        orders.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
-"""The Fourier method of the paper, equations (1)–(7).
+"""Fits the error by the Fourier method of the paper, equations (1)–(7).
 
-It assumes that the samples are at equal steps of the true angle, K of them over whole turns.
-Samples at equal *times* and uneven speed violate this; ``least_squares`` does not need it.
+The method assumes K samples at equal steps of the true angle over whole turns. Samples at equal
+*times* and uneven speed violate this assumption; ``least_squares`` does not need it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def fourier(
     index_repeatability_counts: float | None = None,
     by_harmonics: head_separation.Separation | None = None,
 ) -> tuple[Estimate, list[str]]:
-    """Fit ε(θ) with one Fourier transform a run, weighted by samples and noise.
+    """Fit ε(θ) with one Fourier transform per run; runs are weighted by their samples and noise.
 
     ``whole_turns`` has checked that neighbouring samples differ by one step.
 
@@ -47,8 +47,8 @@ def fourier(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Source of the α that sets the zero of head 2; default: the measured one, if the index is
-        plausible; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured separation, if the index
+        is plausible; ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
         Standard uncertainty of the distance between the places where the heads detect the index
         mark, arcseconds.
@@ -96,7 +96,8 @@ def fourier(
     choice, warnings = head_separation.judge(
         nominal_separation_rad,
         [mean / ARCSEC_PER_RAD for mean in means],
-        # The harmonics have no mean over equal steps, and the noise of a mean is far below a count.
+        # u of each run is 0: the mean of a harmonic over equal steps is 0, and the noise of the
+        # mean is far below a count.
         [0.0] * len(turns),
         measured,
         counts_per_rev,
@@ -167,8 +168,8 @@ def _steps(part: WholeTurns) -> Float:
 
 
 def _start_rad(part: WholeTurns, counts_per_rev: int) -> float:
-    """Return the true angle of the first sample, by the mean of all readings: ε has no mean over
-    equal steps."""
+    """Return the true angle of the first sample from the mean of all readings, because the mean of
+    ε over equal steps is 0."""
     relative = (part.head1_counts - part.head1_counts[0]) * (2.0 * np.pi / counts_per_rev)
     first = int(part.head1_counts[0]) % counts_per_rev * (2.0 * np.pi / counts_per_rev)
     return first + float(np.mean(relative - _steps(part)))

@@ -1,4 +1,4 @@
-"""Sums of harmonics, and the conversion of a function of the true angle to one of the reading."""
+"""Sums harmonics, and converts a function of the true angle to a function of the reading."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def error_arcsec(orders: Integer, values: Float, x_rad: Float) -> Float:
 
 
 def as_function_of_reading(orders: Integer, values: Float) -> Float:
-    """Convert the harmonics of ε to those of g with g(R) = ε(θ), R = θ + ε(θ); arcseconds,
+    """Convert the harmonics of ε to the harmonics of g with g(R) = ε(θ), R = θ + ε(θ); arcseconds,
     (2·orders,).
 
     The gateware calculates ε at the reading, equation (8). With ε(R) in place of ε(θ) an error of

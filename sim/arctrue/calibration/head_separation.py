@@ -4,9 +4,9 @@ mean(R₂ − R₁) over uniform true angle is the separation according to the i
 count from the same mark, and ε(θ + α) − ε(θ) has no mean. This mean repeats to ± 1 count per head.
 Repeated runs do not show a constant difference between the places where the heads detect the mark,
 but α contains all of this difference (10 µm at the disc are 38″). A set states the standard
-uncertainty of the difference as ``table.index_detection_arcsec``; the default is that of the heads'
-mounting, 50″/√3. If a head did not find its index, the runs disagree or the value is far from
-nominal.
+uncertainty of the difference as ``table.index_detection_arcsec``; the default is the standard
+uncertainty of the heads' mounting, 50″/√3. If a head did not find its index, the runs disagree or
+the value is far from nominal.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, rad_per_count
 
 Choice = Literal["measured", "nominal", "harmonics"]
 """Source of α. ``measured``: the index marks; ``nominal``: the value in the set; ``harmonics``: the
-reference, see separation_by_harmonics.
+reference run, see separation_by_harmonics.
 """
 
 NOMINAL_TOLERANCE_ARCSEC = 50.0
@@ -90,7 +90,7 @@ def chosen(
 
 
 def doubts(nominal_rad: float, measured_rad: float) -> str | None:
-    """Return the warning about a measured separation that no mounting explains; None if it is
+    """Return a warning if no mounting explains the measured separation; None if the value is
     plausible."""
     off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
     if abs(off_arcsec) <= BELIEVABLE_ARCSEC:
@@ -114,10 +114,10 @@ def judge(
     index_detection_arcsec: float = 0.0,
     index_repeatability_counts: float | None = None,
 ) -> tuple[Choice, list[str]]:
-    """Return which separation to use, and warnings for the user about it.
+    """Decide which separation is used, and return warnings for the user about this choice.
 
     The index is used if its value is plausible and its standard uncertainty of detection is not
-    larger than that of the nominal value; otherwise the nominal value is used.
+    larger than the standard uncertainty of the nominal value; otherwise the nominal value is used.
     """
     warnings = []
     trusted = True

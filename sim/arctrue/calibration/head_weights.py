@@ -1,14 +1,14 @@
-"""Weights of the mean of the heads, and of the parity that detects a wrong head.
+"""Calculates the weights of the mean of the heads, and of the parity that detects a wrong head.
 
 Head i stands p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that moves by c = x
-+ jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, ρ_i being the disc's nominal radius R over the radius
-of head i.
++ jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, where ρ_i is the disc's nominal radius R divided by
+the radius of head i.
 
 With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with the table and contains no translation
 of the axis, at any order, repeating or not. Three heads have one solution. Four heads have a family
-of solutions, of which the one with the least noise √Σwᵢ² is taken. Two heads have a solution at
-180° only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 contains neither the motion of the
-table nor that of the axis; it needs four heads.
+of solutions; the solution with the least noise √Σwᵢ² is taken. Two heads have a solution at 180°
+only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 contains neither the motion of the table
+nor the motion of the axis; it needs four heads.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Float = NDArray[np.float64]
 MOST_WEIGHT = WEIGHT_LIMIT / WEIGHT_ONE
 """Largest weight of the format s1.16."""
 NOISE_LIMIT = 1.0
-"""Largest ratio of the mean's noise to that of one reading: above it, one head alone has less
+"""Largest ratio of the mean's noise to the noise of one reading; above 1, one head alone has less
 noise."""
 LEAK_LIMIT = 1e-3
 """Largest share of a translation that the mean may contain if no weights make it 0, as for two
@@ -54,8 +54,9 @@ def mean_weights(
 ) -> Float:
     """Return the weights of the mean with the least noise, (H,).
 
-    Raises WeightsRefusedError where no weights exclude a translation from the mean, where one does
-    not fit into s1.16, or where the mean is noisier than ``noise_limit`` times one reading.
+    Raises WeightsRefusedError if no weights exclude a translation from the mean, if a weight does
+    not fit into s1.16, or if the noise of the mean exceeds ``noise_limit`` times the noise of one
+    reading.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     conditions = np.column_stack((np.ones(places.size), translation_columns(places, radius_ratios)))
@@ -110,8 +111,8 @@ def weights_without_each(
     *,
     noise_limit: float = NOISE_LIMIT,
 ) -> tuple[Float | WeightsRefusedError, ...]:
-    """Return one entry for each head: the weights (H,) of the mean without it, 0 for that head
-    itself.
+    """Return one entry for each head: the weights (H,) of the mean without this head, 0 for this
+    head itself.
 
     Where no weights can be used, the entry is the refusal.
     """
@@ -136,8 +137,8 @@ def weight_words(
 ) -> NDArray[np.int32]:
     """Return weights as s1.16 words whose sum is 2¹⁶ exactly, (H,); a weight 0 stays 0.
 
-    Among the words within 2 units of each weight, those with the smallest share of a translation
-    are selected. Raises WeightsRefusedError for a weight that s1.16 does not hold.
+    Among the words within 2 units of each weight, the words with the smallest share of a
+    translation are selected. Raises WeightsRefusedError for a weight that s1.16 does not hold.
     """
     values = np.asarray(weights, dtype=np.float64) * WEIGHT_ONE
     columns = translation_columns(places_rad, radius_ratios)

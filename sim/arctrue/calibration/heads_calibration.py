@@ -1,4 +1,4 @@
-"""The calibration of a set of three or four heads: verify, fit, choose orders, quantise."""
+"""Calibrates a set of three or four heads in four steps: verify, fit, choose orders, quantise."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ class MeanSettings:
 
 @dataclass(frozen=True)
 class MeanCalibration:
-    """The estimate, and the words of the mean with a set for each missing head."""
+    """The estimate, the gateware's words of the mean of all heads, and its words for each missing
+    head."""
 
     estimate: HeadsEstimate
     coefficients: Coefficients

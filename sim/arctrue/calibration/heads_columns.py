@@ -1,4 +1,5 @@
-"""Design-matrix columns of every unknown of a calibration of several heads, for each head.
+"""Computes the design-matrix columns of every unknown in a calibration of several heads, for each
+head.
 
 With g the disc's error as a function of its own reading, head i at the place p_i and the radius
 R/ρᵢ reads Rᵢ = θ + aᵢ + g_i(Rᵢ + dᵢ) + m_i(θ). aᵢ is the offset of its counter, and dᵢ = p_i − aᵢ

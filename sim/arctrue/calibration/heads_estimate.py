@@ -33,7 +33,7 @@ class AxisCircle:
 class HeadsEstimate:
     """Values of ``state`` with their ``covariance``, (size, size), in the units of its layout.
 
-    The columns after those of the layout are the offsets of heads 2, 3 and 4 for each run in turn,
+    The columns after the layout's columns are the offsets of heads 2, 3 and 4 for each run in turn,
     in arcseconds. A value that was held fixed has variance 0.
     """
 
@@ -83,13 +83,13 @@ class HeadsEstimate:
 
     @property
     def u_places_arcsec(self) -> Float:
-        """Standard uncertainty of the places, (heads,); that of head 1 is 0."""
+        """Standard uncertainty of the places, (heads,); the entry of head 1 is 0."""
         part = self.state.layout.late
         return np.concatenate(([0.0], np.sqrt(np.diag(self.covariance)[part])))
 
     @property
     def radius_ratios(self) -> Float:
-        """Ratio of the nominal radius to that of each head, (heads,)."""
+        """Ratio of the disc's nominal radius to the radius of each head, (heads,)."""
         return self.state.radius_ratios
 
     @property

@@ -3,8 +3,8 @@
 At order n heads p_i after head 1 show T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the table's own
 motion, which is unknown; E is the disc's order; P and Q are the two circles of a motion of the
 axis. With the other unknowns projected out, the column e^{jnp} has the length L, and the noise of E
-is that of one head's line over L. At order 1 the forward circle P equals the eccentricity of the
-disc; the backward circle does not.
+is the noise of one head's line divided by L. At order 1 the forward circle P equals the
+eccentricity of the disc; the backward circle does not.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ error of 10″ in a place causes at order 20."""
 
 
 def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = ()) -> Float:
-    """Return the ratio of the noise of E_n to that of one head, (…, orders) for places (…, heads);
-    it is infinite for an order that is not seen."""
+    """Return the ratio of the noise of E_n to the noise of one head, (…, orders) for places (…,
+    heads); it is infinite for an order that is not seen."""
     places = np.asarray(places_rad, dtype=np.float64)
     at = np.asarray(orders, dtype=np.int64)
     columns = np.exp(1j * places[..., None, :] * at[:, None])

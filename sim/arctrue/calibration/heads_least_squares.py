@@ -49,8 +49,8 @@ ROUNDS_MOST = 6
 CONVERGED_ARCSEC = 1e-4
 """Largest change of any prediction, approximately, at which the iteration ends."""
 LEAST_EIGENVALUE = 1e-11
-"""Smallest eigenvalue of the normal matrix scaled to a diagonal of 1; a smaller one is a rounding
-error."""
+"""Smallest eigenvalue of the normal matrix scaled to a diagonal of 1; a smaller eigenvalue is a
+rounding error."""
 _BLOCK = 1 << 13
 
 
@@ -63,9 +63,10 @@ class HeadsSettings:
     """The unknowns of the fit, and the standard uncertainties of prior knowledge.
 
     ``motion``: orders at which the axis may move, or "every"; ``u_place_arcsec``: standard
-    uncertainty of a head's place as mounted, inf: the places are found from the data alone;
-    ``u_index_arcsec``: that of the difference between the places where two heads detect the mark;
-    ``u_radius``: that of a head's radius over the disc's, 0: known.
+    uncertainty of a mounted head's place (inf: the data alone determine the places);
+    ``u_index_arcsec``: standard uncertainty of the difference between the places where two heads
+    detect the mark; ``u_radius``: standard uncertainty of the ratio of a head's radius to the
+    disc's, 0: known.
     """
 
     orders: Integer = field(default_factory=lambda: np.arange(1, 33))
@@ -94,8 +95,8 @@ def heads_least_squares(
 
 
 def _searched(data: _Data, settings: HeadsSettings) -> tuple[State, Float, _Known | None]:
-    """Return all unknowns, combinations of the readings with noise of variance 1, and order 1 of
-    the disc as a known value if the combinations do not contain it."""
+    """Return the state of all unknowns, and combinations of the readings with noise of variance 1.
+    If the combinations do not contain order 1 of the disc, also return order 1 as a known value."""
     if settings.motion != "every":
         state, combinations = _first_fit(data, settings, tuple(settings.motion))
         return *_settled(data, state, combinations, settings), None
@@ -129,8 +130,8 @@ def _settled(
 
 
 def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
-    """Return the requested orders that these heads see. Order 1 is among them for three heads or
-    more, because the first fit gives it."""
+    """Return the requested orders that these heads see. With three heads or more, order 1 is one of
+    them, because the first fit determines it."""
     orders = np.asarray(settings.orders)
     seen = np.isfinite(order_gain(data.nominal_rad, orders, settings.motion))
     return np.asarray(orders[seen | ((orders == 1) & (data.heads > 2))])
@@ -142,8 +143,8 @@ def _first_fit(
     """Fit the disc with the places as mounted. Return the state, and combinations of the readings
     with noise of variance 1."""
     state = data.first_state(settings, _seen_orders(data, settings), motion_orders)
-    # Without a disc the derivatives by the places are 0, so that places and radii are free from the
-    # second round on.
+    # Without a disc error the derivatives by the places are 0, so places and radii are fitted from
+    # the second round on.
     combinations = _combinations_of_rotation(data.heads)
     state, _ = _solved(data, state, combinations, settings, with_geometry=False)
     return state, _whitened(data, state, combinations)
@@ -151,7 +152,7 @@ def _first_fit(
 
 @dataclass(frozen=True)
 class _Known:
-    """Values that another fit of the same data found, with their information."""
+    """Values from another fit of the same data, with their information matrix."""
 
     columns: Integer
     values: Float
@@ -187,8 +188,8 @@ class _Data:
         self.nominal_rad = nominal_places_rad
         self.heads = nominal_places_rad.size
         self.whole_counts: list[list[int]] = []
-        """Counts of the whole turns between a head's counter and head 1's counter, by run; they are
-        subtracted, because they have no meaning."""
+        """Number of whole turns between a head's counter and head 1's counter, in counts, by run.
+        These counts are subtracted, because the counters start at arbitrary turns."""
         unit = arcsec_per_count(counts_per_rev) * RAD_PER_ARCSEC
         for part in turns:
             if len(part.heads) != self.heads:
@@ -283,7 +284,7 @@ def _late_beforehand(
     weight_mounting = _precision(settings.u_place_arcsec)
     weight_index = _precision(settings.u_index_arcsec)
     if not np.isfinite(settings.u_place_arcsec):
-        # Places come from the data alone: the search starts at the places as mounted.
+        # If the data alone determine the places, the search starts at the mounted places.
         return by_mounting, 0.0
     total = weight_mounting + weight_index
     return by_mounting * (weight_mounting / total), total
@@ -414,13 +415,15 @@ def _converged(
     settings: HeadsSettings,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """Iterate until no step changes a prediction; the information is that of the last step."""
+    """Iterate until no step changes a prediction; return the information matrix of the last
+    step."""
     for _ in range(ROUNDS_MOST):
         before = state
         state, information = _solved(data, state, combinations, settings, known=known)
         moved = state.values - before.values
         disc = np.linalg.norm(before.values[before.layout.disc])
-        # A place or radius changes the prediction by its share of the disc's error.
+        # A change of a place or radius changes the prediction only in proportion to the disc's
+        # error.
         geometry = disc * (
             np.linalg.norm(moved[before.layout.late]) * RAD_PER_ARCSEC
             + np.linalg.norm(moved[before.layout.radius])
@@ -518,8 +521,8 @@ def _residuals(data: _Data, state: State, combinations: Float) -> list[Float]:
 
 
 def _colour(data: _Data, residuals: Sequence[Float], orders: Integer) -> Float:
-    """Return the ratio of the residual's power near each order to that of white noise of the same
-    variance."""
+    """Return the power of the residual near each order divided by the power of white noise of the
+    same variance."""
     pairs = [(part, row) for part, one in zip(data.turns, residuals, strict=True) for row in one.T]
     scaled = [row / max(float(np.std(row)), 1e-18) for _, row in pairs]
     return ResidualSpectrum([part for part, _ in pairs], scaled, orders).at(orders)

@@ -1,16 +1,15 @@
-"""The calibration of two to four heads as the firmware solves it, in numpy.
+"""Calibrates two to four heads in numpy with the equations of the firmware.
 
-The unknowns are those of :mod:`heads_least_squares`, in three parts. Each pass solves each part at
-the present values of the others, so that the device stores one triangular matrix only, that of the
-disc's orders:
+The unknowns of :mod:`heads_least_squares` are split into three parts. Each pass solves each part
+with the present values of the other parts, so that the device stores only one triangular matrix,
+for the disc's orders:
 
 - the disc's orders, from the combinations that no rotation changes: with four heads the parity,
   which no motion of the axis changes either; with three heads both combinations, if the axis is at
-  rest at these orders; with two heads the only one;
+  rest at these orders; with two heads the only combination;
 - the offsets aᵢ, so that no residual has a mean;
 - with three and four heads order 1 of the disc, the backward circle of the axis, and the lateness
-  dᵢ and radius ratio ρᵢ of each head, from the readings' lines at order 1 and from what is known
-  beforehand.
+  dᵢ and radius ratio ρᵢ of each head, from the readings' lines at order 1 and from the priors.
 
 The firmware solves the same equations with a normal matrix of some of the samples, and forms the
 sums differently: firmware/calibration/heads_fit.c.
@@ -49,7 +48,7 @@ READINGS = 1024
 
 @dataclass(frozen=True)
 class OnDevice:
-    """The result of one turn in the firmware's terms; lists over heads are (heads,).
+    """The result of one turn in the firmware's quantities; lists over heads are (heads,).
 
     ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 where not seen;
     ``variances`` (2, N) of cosine and sine, ``covariances`` (N,); ``circles`` (orders, 2): radii of
@@ -133,8 +132,8 @@ class _Fit:
         if self.heads == 4:
             return parity_weights(self.offsets + self.late, self.ratios)[None, :]
         if self.heads == 3:
-            # Each row is a head minus the mean of the heads before it; the spectrum uses the first
-            # row only.
+            # Each row is the difference of a head and the mean of the heads before it; only the
+            # first row enters the spectrum.
             return np.array([[-1.0, 1.0, 0.0], [-1.0, -1.0, 2.0]]) / np.sqrt([[2.0], [6.0]])
         return np.asarray(np.array([[-1.0, 1.0]]) / np.sqrt(2.0))
 
@@ -319,7 +318,7 @@ def heads_on_device(
 
 
 def _colour(residual: Float, seen: NDArray[np.bool_], variance: float) -> float:
-    """Return the ratio of the mean power of lines near the fitted orders to that of white noise."""
+    """Return the mean power of lines near the fitted orders divided by the power of white noise."""
     power = np.abs(np.fft.fft(residual)[1:]) ** 2 / residual.size
     most = min(seen.size + NEIGHBOURS, (residual.size - 1) // 2)
     free = np.ones(most, dtype=bool)

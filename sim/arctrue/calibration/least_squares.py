@@ -71,8 +71,8 @@ def least_squares(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Source of the α that sets the zero of head 2; default: the measured one, if the index is
-        plausible; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured separation, if the index
+        is plausible; ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
         Standard uncertainty of the distance between the places where the heads detect the index
         mark, arcseconds.
@@ -92,7 +92,7 @@ def least_squares(
     unit = arcsec_per_count(counts_per_rev)
     turn_arcsec = unit * counts_per_rev
     nominal = nominal_separation_rad * ARCSEC_PER_RAD
-    # Whole turns between the heads' counters have no meaning.
+    # Whole turns between the heads' counters are arbitrary and are removed.
     whole = [
         round((float(np.mean(p.head2_counts - p.head1_counts)) * unit - nominal) / turn_arcsec)
         for p in turns
@@ -235,7 +235,8 @@ def _square_left(normal: _Normal, x: Float) -> float:
 
 
 def _noise(normal: _Normal, own: Float) -> float:
-    """Return the standard deviation of a run's noise, from the residual with its own values."""
+    """Return the standard deviation of a run's noise, from the residual after a fit of this run
+    alone."""
     free = max(normal.samples - own.size, 1)
     # A residual of exactly zero must not divide by zero.
     return float(np.sqrt(max(_square_left(normal, own) / free, 1e-18)))

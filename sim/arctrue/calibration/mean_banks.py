@@ -1,9 +1,9 @@
 """Converts the disc's error and the heads' places to the words of the gateware's weighted mean.
 
-The mean Σwᵢrᵢ has the error E = Σwᵢ·ε under head i. With g(R) = ε(θ) as a function of the reading,
-as the calibration fits it, and y_i the disc reading under head i, y_i = θ + p_i + g_i(y_i), the
-readings rᵢ = y_i − p_i give E = Σwᵢ·g_i(y_i). It is calculated here at even steps of the carrier's
-r_s: θ = r_s − g_s(r_s + p_s) without approximation.
+The mean Σwᵢrᵢ has the error E = Σwᵢ·ε under head i. The calibration fits g(R) = ε(θ) as a function
+of the reading. Let y_i be the disc reading under head i, y_i = θ + p_i + g_i(y_i). The readings rᵢ
+= y_i − p_i then give E = Σwᵢ·g_i(y_i). E is calculated here at even steps of the carrier's r_s: θ =
+r_s − g_s(r_s + p_s) without approximation.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ROUNDS = 6
-"""Number of iterations. Each multiplies the error of y_i by |dε/dR| ≤ 10⁻²; after six it is below
-the resolution of float64."""
+"""Number of iterations. Each iteration multiplies the error of y_i by |dε/dR| ≤ 10⁻²; after six
+iterations the error is below the resolution of float64."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class HeadsOnDisc:
     """A disc and the heads that read it, as calibrated.
 
     ``orders`` (N,), ``values`` (2N,) in arcseconds, cosines before sines: g(R) of the disc reading;
-    ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn, p_i less
-    the angle by which head i detects the index mark late; ``radius_ratios`` (H,): the disc's
-    nominal radius over that of each head, the factor of order 1.
+    ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn, p_i
+    minus the angle by which head i detects the index mark late; ``radius_ratios`` (H,): the disc's
+    nominal radius divided by the radius of each head; order 1 is multiplied by this ratio.
     """
 
     orders: Integer
@@ -66,7 +66,8 @@ class HeadsOnDisc:
 
 
 def mean_error_arcsec(disc: HeadsOnDisc, weights: Float, carrier: int, carrier_rad: Float) -> Float:
-    """Return E at readings r_s of the carrier (0, 1, …), arcseconds, shape of ``carrier_rad``."""
+    """Return the error E of the mean at readings r_s of the head ``carrier`` (0, 1, …), arcseconds,
+    in the shape of ``carrier_rad``."""
     place = disc.places_rad[carrier]
     angle = carrier_rad - disc.under_head(carrier, carrier_rad + place) * RAD_PER_ARCSEC
     total = np.zeros_like(angle)
@@ -87,7 +88,8 @@ def mean_lanes(
     lanes: int = LANES_DEFAULT,
     least_arcsec: float = 0.0,
 ) -> Coefficients:
-    """Return the largest ``lanes`` orders of E as a function of r_s, above ``least_arcsec``."""
+    """Return the ``lanes`` largest orders of E as a function of r_s, if their amplitude exceeds
+    ``least_arcsec``."""
     most = int(disc.orders.max(initial=1))
     number = 1 << max(10, int(np.ceil(np.log2(8 * most))))
     reading: Float = np.arange(number) * np.float64(2.0 * np.pi / number)

@@ -21,8 +21,8 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MovedHead:
-    """One explanation: ``head`` (1, 2, …; 0: none) moved, and the axis moved by x and y,
-    arcseconds."""
+    """One explanation of the changes: ``head`` (1, 2, …; 0: none) moved, and the axis moved by x
+    and y, arcseconds."""
 
     head: int
     moved_arcsec: float
@@ -49,7 +49,7 @@ def moved_heads(
 
     ``noise_arcsec``: standard uncertainty of a change, with the index's repeatability; the RMS that
     an explanation does not cover may be four times this. "No head has moved" is an explanation too;
-    if it holds, no other is returned.
+    if it holds, no other explanation is returned.
     """
     changes = np.asarray(changes_arcsec, dtype=np.float64)
     heads = changes.size

@@ -1,4 +1,4 @@
-"""Selects the orders that the gateware is to apply, and states why the others are left out."""
+"""Selects the orders that the gateware is to apply, and states why other orders are left out."""
 
 from __future__ import annotations
 
@@ -47,9 +47,10 @@ def select_orders(
     gain_limit: float = GAIN_LIMIT_DEFAULT,
     uncertainty_limit_arcsec: float = UNCERTAINTY_LIMIT_ARCSEC,
 ) -> tuple[Verdict, ...]:
-    """Return one verdict per order: seen, gain within its limit, significant, and with a free lane.
+    """Return one verdict per order. An order is applied if it is seen and significant, its gain is
+    within the limit, and a lane is free.
 
-    If lanes are short, the largest amplitudes get them.
+    If there are fewer lanes than such orders, the orders with the largest amplitudes get the lanes.
     """
     amplitude = estimate.amplitude_arcsec
     u = estimate.u_component_arcsec

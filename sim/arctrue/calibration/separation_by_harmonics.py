@@ -1,8 +1,8 @@
-"""Estimates α from the harmonics: from orders that two heads and the reference both determine.
+"""Estimates α from the harmonics that both the two heads and the reference determine.
 
 An α that is wrong by Δα makes the two-head estimate of order n wrong by dE_n/dα · Δα. The reference
-shows that difference, so that each order determines Δα; orders with a large n·|TF(n)|·A_n determine
-it best. Each order is weighted by its variance. The reference's own standard uncertainty counts in
+shows this error, so that each order determines Δα; orders with a large n·|TF(n)|·A_n determine it
+best. Each order is weighted by its variance. The reference's own standard uncertainty counts in
 full at every order and is not divided by the number of its rows: a first order that only the
 reference has (``polygon_eccentricity``) would otherwise be taken for an error of α.
 """
@@ -53,7 +53,8 @@ def separation_by_harmonics(
     alpha = estimate.head_separation_rad
     both = np.concatenate((orders - 1, orders - 1 + estimate.orders.size))
     slope = separation_slope(orders, estimate.values[both], alpha)
-    # The contribution of α to the estimate's variance is subtracted: α is the unknown here.
+    # The part of the estimate's variance that α causes is subtracted, because α is the unknown
+    # here.
     of_alpha = np.abs(slope) ** 2 / 2.0 * estimate.u_head_separation_rad**2
     of_heads = np.maximum(estimate.u_component_arcsec[orders - 1] ** 2 - of_alpha, 0.0)
     weight = 1.0 / (u_reference**2 + variance + of_heads)

@@ -1,4 +1,4 @@
-"""The transfer function of two read heads, equation (6)."""
+"""Calculates the transfer function of two read heads, equation (6)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def separation_slope(
 
 
 def noise_gain(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.float64]:
-    """Return |TF(n)|, the ratio of the noise of ε to that of δ₂₁, for each order; infinite for an
-    order that cannot be seen."""
+    """Return |TF(n)|, the ratio of the noise of ε to the noise of δ₂₁, for each order; infinite for
+    an order that cannot be seen."""
     gain = np.abs(transfer_function(orders, head_separation_rad))
     return np.where(gain > 0.0, gain, np.inf)

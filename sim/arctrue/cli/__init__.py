@@ -1,4 +1,4 @@
-"""The command line: ``arctrue COMMAND``.
+"""Defines the command line ``arctrue COMMAND``.
 
 Each command has one file: ``arctrue/cli/<command>.py`` holds a click command called ``<command>``
 or ``command``. A ``_`` in the file's name becomes a ``-`` on the command line; a ``_`` at its end
@@ -18,8 +18,8 @@ from arctrue import cli
 from arctrue.base.extras import MissingExtraError, missing_extra
 from arctrue.cli._group import Program
 
-# This must precede the import of numpy: the matrix products here are narrow, and several BLAS
-# threads on a busy machine took ten times as long as one.
+# The variable must be set before numpy is imported. The matrix products here are narrow, and
+# several BLAS threads took ten times as long as one thread on a busy machine.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
@@ -40,7 +40,8 @@ SECTIONS = {
 
 
 class _NotGeneratedError(click.ClickException):
-    """``arctrue.generated``, the modules made from registers and number formats, is missing."""
+    """Is raised if ``arctrue.generated`` is missing; these modules are generated from registers and
+    number formats."""
 
     exit_code = 2
 
@@ -51,7 +52,8 @@ class _NotGeneratedError(click.ClickException):
 
 
 def _without_extra(name: str, missing: MissingExtraError) -> click.Command:
-    """Make a command that only names the extra that it needs."""
+    """Return a command that only names the extra that the command needs and that is not
+    installed."""
 
     def refuse(_: click.Context, __: click.Parameter, ___: object) -> None:
         raise missing
@@ -66,15 +68,16 @@ def _without_extra(name: str, missing: MissingExtraError) -> click.Command:
 
 
 class _AllCommands(Program):
-    """The group of all commands; it imports a command's module when that command is needed."""
+    """The group of all commands; it imports the module of a command only when the command is
+    needed."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         listed = [name for names in SECTIONS.values() for name in names]
-        # The help also lists a command that SECTIONS does not name.
+        # The help also lists commands that SECTIONS does not name.
         return [*listed, *sorted(self._modules().keys() - set(listed))]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write each section with its commands."""
+        """Write the commands of the help in sections."""
         names = self.list_commands(ctx)
         width = formatter.width - 6 - max(map(len, names))
         for title, listed in SECTIONS.items():
@@ -90,7 +93,7 @@ class _AllCommands(Program):
 
     @staticmethod
     def _modules() -> dict[str, str]:
-        """Give the name of each command's module."""
+        """Return the name of each command's module, by the name of the command."""
         names = (module.name for module in pkgutil.iter_modules(cli.__path__))
         return {
             name.rstrip("_").replace("_", "-"): name for name in names if not name.startswith("_")

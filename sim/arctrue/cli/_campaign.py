@@ -1,4 +1,4 @@
-"""Options and the progress bar of every command that runs a campaign."""
+"""Defines the options and the progress bar of every command that runs a campaign."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXIT_INTERRUPTED = 130
 
 
 class _Shard(click.ParamType[tuple[int, int]]):
-    """Accepts a shard, ``i/n``."""
+    """Accepts the number of a shard as ``i/n``."""
 
     name = "i/n"
 
@@ -58,7 +58,8 @@ def campaign_options(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def interruptible(function: Callable[..., None]) -> Callable[..., None]:
-    """After Ctrl-C (exit code 130) or if workers died (2), end the command with one sentence."""
+    """End the command with one sentence after Ctrl-C (exit code 130) or if worker processes died
+    (2)."""
 
     @functools.wraps(function)
     def wrapped(*arguments: Any, **options: Any) -> None:
@@ -75,10 +76,11 @@ def interruptible(function: Callable[..., None]) -> Callable[..., None]:
 
 
 class CampaignBar:
-    """Shows on stderr how many tasks are done: a bar on a terminal, else a line every 10 s."""
+    """Shows on stderr how many tasks are done: as a bar on a terminal, otherwise as a line every 10
+    s."""
 
     def __init__(self, what: str) -> None:
-        """``what`` names the tasks in the plural: sets, turns."""
+        """Store ``what``, which names the tasks in the plural, for example sets or turns."""
         self._what = what
         self._last_line = time.monotonic()
         self._bar = Bar(
@@ -92,7 +94,7 @@ class CampaignBar:
         self._task = self._bar.add_task(what, total=None, speed="")
 
     def __enter__(self) -> Self:
-        """Show the bar until the block ends."""
+        """Show the bar until the ``with`` block ends."""
         self._bar.start()
         return self
 
@@ -102,11 +104,11 @@ class CampaignBar:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Stop the bar; its last state stays on the terminal."""
+        """Stop the bar; its last state remains on the terminal."""
         self._bar.stop()
 
     def show(self, speed: Speed) -> None:
-        """Show how many tasks are done, how fast, and how much time is left."""
+        """Show how many tasks are done, how fast they are done, and how much time remains."""
         text = f"{speed.tasks_per_s:.2g} {self._what}/s, {time_left(speed.seconds_left)} left"
         self._bar.update(self._task, completed=speed.done, total=speed.total, speed=text)
         if self._bar.disable and time.monotonic() - self._last_line > SECONDS_BETWEEN_LINES:

@@ -1,4 +1,4 @@
-"""Opens the console for the commands of a device, through the daemon if one runs."""
+"""Opens the console of a device for a command, through the device's daemon if one is running."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from arctrue.device.console import Console
 
 
 def console_at(port: str) -> Console:
-    """Open the console until the command ends. Raises ConsoleError."""
+    """Open the console and close it when the command ends. Raises ConsoleError."""
     console = open_console(port, note)
     click.get_current_context().call_on_close(console.close)
     return console
 
 
 def watch_at(port: str) -> Watch | None:
-    """Watch the daemon of the port until the command ends; the result is None if no daemon runs.
+    """Watch the daemon of the port until the command ends; return None if no daemon is running.
 
     Raises ConsoleError.
     """

@@ -1,4 +1,4 @@
-"""The command-line type of an effect's name, which the shell can complete."""
+"""Defines the command-line type of an effect's name; the shell can complete such names."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from click.shell_completion import CompletionItem
 
 
 class _EffectName(click.ParamType[str]):
-    """Accepts any word: :func:`load` checks it after it has read the folders of the user's
+    """Accepts any word; :func:`load` checks the word after it has read the folders of the user's
     effects."""
 
     name = "effect"
@@ -19,8 +19,8 @@ class _EffectName(click.ParamType[str]):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """Offer the effects of the catalogue and of installed packages that begin with the typed
-        text."""
+        """Return the effects of the catalogue and of installed packages whose names begin with the
+        typed text."""
         from arctrue.workbench.effects.registry import catalogue
 
         known = catalogue()

@@ -1,4 +1,5 @@
-"""Groups of commands: one format of errors, ``-h``, and a suggestion for a mistyped name."""
+"""Defines groups of commands with one format of errors, the option ``-h``, and a suggestion for a
+mistyped name."""
 
 from __future__ import annotations
 
@@ -13,17 +14,17 @@ from arctrue.base.similar import did_you_mean
 from arctrue.cli._terminal import note, tell_error
 
 EXIT_INTERRUPTED = 130
-"""Exit code that a shell gives an interrupted program: 128 + SIGINT."""
+"""Exit code that a shell reports for an interrupted program: 128 + SIGINT."""
 EXIT_BAD_INPUT = 2
 
 
 class Commands(click.Group):
-    """A group that answers a mistyped name with the most similar name."""
+    """A group that answers a mistyped command name with the most similar name."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that the first word names. Raises UsageError if there is none."""
+        """Return the command that the first word names. Raises UsageError if there is none."""
         name = args[0]
         if not name.startswith("-") and self.get_command(ctx, name) is None:
             meant = did_you_mean(name, self.list_commands(ctx))
@@ -32,7 +33,7 @@ class Commands(click.Group):
 
 
 class Program(Commands):
-    """The outermost group: it prints every error in the same format."""
+    """The outermost group; it prints all errors in the same format."""
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         """Create the group; all its commands accept ``-h`` and ``--help``."""
@@ -47,12 +48,12 @@ class Program(Commands):
         standalone_mode: bool = True,
         **options: Any,
     ) -> Any:
-        """Run the command and end the program with its exit code."""
+        """Run the command, and end the program with the command's exit code."""
         options |= {"prog_name": prog_name, "complete_var": complete_var}
         if not standalone_mode:
             return super().main(args, standalone_mode=False, **options)
         try:
-            # The result is an exit code if the command ended itself, else None.
+            # The result is an exit code if the command ended the program itself, otherwise None.
             code = super().main(args, standalone_mode=False, **options)
         except click.Abort:
             tell_error("interrupted")
@@ -72,7 +73,7 @@ class Program(Commands):
 
 
 def _tell(failure: click.ClickException) -> None:
-    """Print the error; for a wrong option or argument also print the usage of the command."""
+    """Print the error; if an option or argument is wrong, also print the usage of the command."""
     tell_error(failure.format_message())
     context = failure.ctx if isinstance(failure, click.UsageError) else None
     if context is not None:

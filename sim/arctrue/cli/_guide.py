@@ -1,4 +1,4 @@
-"""Guides the user through the next measurement: steps at the table, commands, checks."""
+"""Guides the user through the next measurement, with steps at the table, commands, and checks."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def next_option(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def steps(kind: str, measurement: MeasurementSet) -> list[str]:
-    """Give the steps at the table, one numbered sentence each."""
+    """Return the steps at the table, one numbered sentence each."""
     return [
         f"{number}. {text}" for number, text in enumerate(at_the_table(kind, measurement), start=1)
     ]
 
 
 def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]:
-    """Give the commands to type afterwards; NEW is the folder of the further measurement."""
+    """Return the commands to type afterwards; NEW stands for the folder of the new measurement."""
     there = shlex.quote(str(folder))
     with_model = "" if model is None else f" --model {shlex.quote(str(model))}"
     if by_device(kind):
@@ -52,7 +52,7 @@ def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]
         ]
     imported = "arctrue import FILE NEW"
     if kind == "polygon_reindexed":
-        # The file cannot state how the polygon is mounted, so that this measurement stays a
+        # A measurement set cannot state how the polygon is mounted, so this measurement remains a
         # separate set.
         model_file = "MODEL.toml" if model is None else shlex.quote(str(model))
         return [imported, f"arctrue compare NEW --model {model_file} --no-fit"]
@@ -66,7 +66,8 @@ def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]
 def refuse_what_was_not_asked(
     kind: str, before: MeasurementSet, taken: MeasurementSet, *, force: bool
 ) -> None:
-    """Print what ``taken`` lacks of the requested measurement; end the command unless forced."""
+    """Print how ``taken`` differs from the requested measurement; end the command unless it is
+    forced."""
     found = came(kind, before, taken)
     for remark in found.remarks:
         tell_warning(remark)

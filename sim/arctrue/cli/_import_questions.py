@@ -11,12 +11,13 @@ from arctrue.importing.questions import Import
 
 
 def preview_lines(import_: Import) -> list[str]:
-    """Give the previews of all files, one line per row."""
+    """Return the previews of all files, one line per row."""
     return [line for preview in import_.previews() for line in preview.lines()]
 
 
 def all_open(import_: Import, first: Ambiguous) -> str:
-    """Compose the message for a script: each question, its option, and the first rows."""
+    """Return the message for a script: each question, its option, and the first rows of the
+    files."""
     asked = import_.questions(first)
     if len(asked) == 1:
         return "\n".join([asked[0].in_words(), *preview_lines(import_)])
@@ -31,7 +32,7 @@ def all_open(import_: Import, first: Ambiguous) -> str:
 
 @dataclass
 class Asker:
-    """Asks the user at the terminal; it shows all open questions before it asks the first one."""
+    """Asks the user at the terminal; all open questions are shown before the first one is asked."""
 
     import_: Import
     ask: Callable[[Ambiguous], str]

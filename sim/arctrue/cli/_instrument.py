@@ -1,4 +1,4 @@
-"""Progress and error messages of the commands that run the virtual instrument."""
+"""Prints progress and error messages of the commands that run the virtual instrument."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ class Shown:
     """Prints the messages of the instrument on stderr."""
 
     def __init__(self, step: Progress) -> None:
-        """``step`` shows the live line while the command runs."""
+        """Store ``step``, which shows the live line while the command runs."""
         self._step = step
 
     def say(self, text: str) -> None:
-        """Print a line that stays on the terminal."""
+        """Print a line that remains on the terminal."""
         self._step.keep(text)
 
     def progress(self, now: RunProgress) -> None:
-        """Show how far the run has come."""
+        """Show the progress of the run."""
         self._step.now(now.words)
 
 
 @contextmanager
 def on_the_instrument(what: str = "") -> Iterator[Shown]:
-    """Show the messages of the instrument; turn its errors into ValueError for :func:`for_people`.
+    """Show the messages of the instrument; convert its errors to ValueError for :func:`for_people`.
 
-    ``what`` precedes the message of such an error.
+    The message of such an error begins with ``what``.
     """
     from arctrue.instrument import InstrumentError
 

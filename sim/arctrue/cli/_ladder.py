@@ -13,7 +13,8 @@ from arctrue.workbench.model.noise_floor import with_one_floor
 
 
 def ladder_table(history: Sequence[HistoryStep]) -> Table:
-    """Make a row per step: RMS and peak residual of each channel, held-out RMS, and the noise."""
+    """Return a table with a row per step: RMS and peak residual of each channel, held-out RMS, and
+    the noise."""
     ladder = table(
         "Residual of the model after each step",
         *(words(heading) for heading in ("step", "effect", "channel")),

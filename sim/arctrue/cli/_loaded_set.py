@@ -1,4 +1,5 @@
-"""Options, loading, errors and JSON that all commands of the workbench share."""
+"""Defines the options, the loading, the error format and the JSON output of all commands of the
+workbench."""
 
 from __future__ import annotations
 
@@ -62,7 +63,7 @@ PEOPLE_ERRORS = (
 
 @dataclass(frozen=True)
 class LoadedSet:
-    """A measurement set, a model and the known effects."""
+    """A measurement set, its model, and all known effects."""
 
     observations: Observations
     model: Model
@@ -79,7 +80,7 @@ def set_argument(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def _remember_outliers(context: click.Context, _: click.Parameter, value: bool) -> None:
-    """Store the option for :func:`load`, so that no command has to pass it on."""
+    """Store the option's value for :func:`load`, so that the commands need not pass it on."""
     context.meta[KEEP_OUTLIERS] = value
 
 
@@ -132,12 +133,13 @@ _OTHER_TABLE = "arctrue.other_table"
 
 
 def _remember_other_table(context: click.Context, _: click.Parameter, given: bool) -> None:
-    """Store the flag; only :func:`load` reads it."""
+    """Store the value of the flag, which only :func:`load` reads."""
     context.meta[_OTHER_TABLE] = given
 
 
 def for_people(function: Callable[..., None]) -> Callable[..., None]:
-    """Turn an error of the input into one sentence on stderr and exit code 2."""
+    """Print an error of the input as one sentence on stderr, and end the command with exit code
+    2."""
 
     @functools.wraps(function)
     def wrapped(*arguments: Any, **options: Any) -> None:
@@ -157,7 +159,7 @@ def _sentence(error: Exception) -> str:
 
 
 def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
-    """Read the model of the file; without a file give the default model."""
+    """Read the model from the file; if no file is given, return the default model."""
     if model_file is None or (may_be_new and not model_file.exists()):
         return default_model()
     return read_model(model_file)
@@ -165,7 +167,7 @@ def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
 
 @contextmanager
 def changing(model_file: Path | None) -> Iterator[None]:
-    """Lock a model file from reading to writing; print a note while another command holds it."""
+    """Lock a model file until it is written; print a note while another command holds the lock."""
     if model_file is None:
         yield
         return
@@ -185,10 +187,11 @@ def store(
     folders: tuple[Path, ...],
     comment: Sequence[str] = (),
 ) -> None:
-    """Write the model; its new steps get the time, the program's version and the data's digest.
+    """Write the model; each new step records the time, the program's version and the digest of the
+    data.
 
     Folders of own effects are stored relative to the model file, so that both can be moved.
-    ``comment``: lines at the head of the file, for its readers.
+    ``comment``: lines that are written at the head of the file for human readers.
     """
     known = [*(model_file.parent / folder for folder in model.folders), *folders]
     model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
@@ -199,8 +202,8 @@ def store(
 def effects_for(
     model: Model, model_file: Path | None, folders: tuple[Path, ...]
 ) -> dict[str, type[Effect]]:
-    """Read all effects: the built-in ones, those in the model's folders (paths relative to the
-    model file), and those in the folders of --effects."""
+    """Return all effects: the built-in ones, those in the model's folders (relative to the model
+    file), and those in the folders of --effects."""
     base = model_file.parent if model_file is not None else Path()
     places = [*(base / folder for folder in model.folders), *folders]
     unique = list(dict.fromkeys(place.resolve() for place in places))
@@ -241,7 +244,7 @@ def load(
 
 
 def _table_warnings(model: Model, model_file: Path | None, observations: Observations) -> list[str]:
-    """Give warnings about the model's table. Raises ValueError if the set has another table."""
+    """Return warnings about the model's table. Raises ValueError if the set is of another table."""
     if model_file is None or not model_file.exists():
         return []
     if model.table is None:
@@ -270,21 +273,21 @@ def _tell_masked(observations: Observations) -> None:
 
 
 def _doubts(measurement: MeasurementSet) -> list[str]:
-    """Give the calibration's warning about an implausible head separation, which no effect can
+    """Return the calibration's warning about an implausible head separation, which no effect can
     explain."""
     capture, table = measurement.capture, measurement.table
     if capture is None or table.counts_per_rev is None or table.head_separation_deg is None:
         return []
     nominal_rad = math.radians(table.head_separation_deg)
     counts = float(np.mean(capture.head2_counts - capture.head1_counts))
-    # Whole turns between the counters of the heads have no meaning.
+    # Differences by whole turns between the heads' counters have no meaning.
     off_rad = math.remainder(2.0 * math.pi * counts / table.counts_per_rev - nominal_rad, math.tau)
     said = doubts(nominal_rad, nominal_rad + off_rad)
     return [] if said is None else [said]
 
 
 def write_json(path: Path | None, data: dict[str, Any]) -> None:
-    """Write JSON if a path is given; numbers that are not finite become null."""
+    """Write JSON to ``path`` if it is given; numbers that are not finite become null."""
     if path is not None:
         write_whole_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
 

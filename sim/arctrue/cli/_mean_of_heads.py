@@ -1,4 +1,4 @@
-"""``arctrue calibrate --angle mean``: prints the calibration of the mean of all heads."""
+"""Prints the calibration of the mean of all heads, for ``arctrue calibrate --angle mean``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from arctrue.gateware.mean_set import WEIGHT_ONE, MeanSet
 
 
 def motion_orders(text: str | None) -> MotionOrders | None:
-    """Parse ``every``, ``none`` or orders such as ``1-8``, ``2,3,9``. Raises ValueError."""
+    """Parse ``every``, ``none`` or a list of orders such as ``1-8`` or ``2,3,9``. Raises
+    ValueError."""
     if text is None or text == "every":
         return text  # type: ignore[return-value]
     if text == "none":
@@ -88,7 +89,7 @@ def print_mean(console: Console, found: MeanCalibration) -> None:
 
 
 def figures(found: MeanCalibration) -> dict[str, Any]:
-    """Give the printed figures for ``--json``."""
+    """Return the printed figures for the file of ``--json``."""
     estimate = found.estimate
     weights = np.array(_mean_of(found.coefficients).weights) / WEIGHT_ONE
     mean, u_mean = estimate.mean_orders(weights)

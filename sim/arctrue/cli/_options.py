@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Defines options that several commands share."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ temperature_option = click.option(
 def lanes_option(
     default: int = LANES_DEFAULT, words: str = "Number of lanes of the gateware."
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Create the option --lanes, limited to what the gateware can have; ``words`` is its help."""
+    """Return the option --lanes, whose limit is the largest number of lanes in a gateware;
+    ``words`` is its help."""
     return click.option(
         "--lanes",
         type=click.IntRange(1, LANES_MAX),

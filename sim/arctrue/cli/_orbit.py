@@ -1,4 +1,5 @@
-"""``arctrue compare`` of a set with three or four heads: the axis' orbit and its figures."""
+"""Computes and prints the axis' orbit and its figures, for ``arctrue compare`` of a set with three
+or four heads."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from arctrue.metrology.iso230_7 import ErrorMotion, error_motion
 
 
 def orbit_of(measurement: MeasurementSet) -> AxisOrbit | None:
-    """Return the axis orbit of the first run in the calibration.
+    """Return the axis orbit of the first run that the calibration uses.
 
     The result is None for two heads and for a set that does not determine the orbit.
     """
@@ -33,7 +34,7 @@ def _figures(orbit: AxisOrbit) -> dict[str, ErrorMotion]:
 
 
 def orbit_data(orbit: AxisOrbit) -> dict[str, Any]:
-    """Return the figures of both directions as plain values, arcseconds at the disc's radius."""
+    """Return the figures in both directions as JSON values, in arcseconds at the disc's radius."""
     return {
         direction: {
             "total_arcsec": item.total,

@@ -1,4 +1,5 @@
-"""Types of output paths: they are checked before the work begins, so that no result is lost."""
+"""Defines the types of output paths; a path is checked before the work begins, so that no result is
+lost."""
 
 from __future__ import annotations
 
@@ -12,15 +13,16 @@ PICTURE_ENDINGS = (".svg", ".png", ".pdf")
 
 
 class OutputFile(click.Path):
-    """Accepts a file that can be written, in a folder that exists or can be made."""
+    """Accepts a file that can be written, in a folder that exists or that can be made."""
 
     def __init__(self, *endings: str) -> None:
-        """``endings``: the permitted file endings; empty permits any."""
+        """Store ``endings``, the permitted endings of the file name; an empty list permits any
+        ending."""
         super().__init__(dir_okay=False, writable=True, path_type=Path)
         self._endings = endings
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """Return the path. Fails with the reason if it cannot be written."""
+        """Return the path. Fails with a reason if the file cannot be written."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if self._endings and path.suffix.lower() not in self._endings:
             known = ", ".join(self._endings)
@@ -31,14 +33,14 @@ class OutputFile(click.Path):
 
 
 class OutputFolder(click.Path):
-    """Accepts a folder that exists or can be made, and can be written to."""
+    """Accepts a folder that exists or that can be made, and in which files can be written."""
 
     def __init__(self) -> None:
-        """Accept any name of a folder."""
+        """Create the type for a folder with any name."""
         super().__init__(file_okay=False, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """Return the folder. Fails with the reason if nothing can be written to it."""
+        """Return the folder. Fails with a reason if no file can be written to it."""
         folder = Path(os.fsdecode(super().convert(value, param, ctx)))
         if fault := _folder_fault(folder):
             self.fail(fault, param, ctx)
@@ -46,8 +48,8 @@ class OutputFolder(click.Path):
 
 
 def _folder_fault(folder: Path) -> str | None:
-    """Return the reason why nothing can be written to ``folder``; None if it is writable or can be
-    made."""
+    """Return the reason why no file can be written to ``folder``; None if the folder is writable or
+    can be made."""
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir():
         return f"'{there}' is a file; name a folder."

@@ -1,4 +1,4 @@
-"""Command-line type of the places of the heads."""
+"""Defines the command-line type of the places of the heads."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from arctrue.base.head_places import places_from_text
 
 
 class Places(click.ParamType[tuple[float, ...]]):
-    """Accepts the places after head 1, in degrees: ``0,64.3,177,257.9``."""
+    """Accepts the places of the heads after head 1 in degrees, for example ``0,64.3,177,257.9``."""
 
     name = "places"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[float, ...]:
-        """Return the numbers of a comma-separated text."""
+        """Return the numbers in a comma-separated text."""
         if isinstance(value, tuple):
             return value
         try:

@@ -1,4 +1,5 @@
-"""Shows the progress of a long command on stderr: a live line, or a line every 10 s in a file."""
+"""Shows the progress of a long command on stderr, as a live line on a terminal or as a line every
+10 s in a file."""
 
 from __future__ import annotations
 
@@ -14,19 +15,20 @@ progress_console = Console(stderr=True)
 
 SECONDS_BETWEEN_LINES = 10.0
 MOST_SHARE = 0.99
-"""Share that is shown when a command takes more steps than expected."""
+"""Fraction of the work that is shown as done when a command takes more steps than expected."""
 LONG_FILE_BYTES = 64 << 20
-"""Smallest length of a file whose reading shows a progress line; shorter files are read before a
+"""Smallest length of a file for which a progress line is shown; a shorter file is read before a
 user could read the line."""
 
 
 class Progress:
-    """One step of a command with a live text that says what is being done."""
+    """Progress of one command; a live text says which task is being done."""
 
     _present: Progress | None = None
 
     def __init__(self, doing: str, *, steps: int = 0) -> None:
-        """``doing`` names the first task; ``steps`` is the expected number of later tasks."""
+        """Store ``doing``, the name of the first task, and ``steps``, the expected number of later
+        tasks."""
         self._doing = doing
         self._steps = steps
         self._done = 0
@@ -35,7 +37,7 @@ class Progress:
         self._last_line = time.monotonic()
 
     def __enter__(self) -> Self:
-        """Show the live line until the block ends."""
+        """Show the live line until the ``with`` block ends."""
         Progress._present = self
         self._status.start()
         return self
@@ -46,12 +48,13 @@ class Progress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Remove the live line; nothing stays on the terminal."""
+        """Remove the live line from the terminal."""
         Progress._present = None
         self._status.stop()
 
     def now(self, doing: str) -> None:
-        """Begin the next task; with ``steps`` show the share done and the estimated time left."""
+        """Begin the next task; if ``steps`` was given, show the fraction done and the estimated
+        remaining time."""
         self._doing = doing
         if self._steps:
             share = min(self._done / self._steps, MOST_SHARE)
@@ -62,17 +65,17 @@ class Progress:
         self._show(self._doing)
 
     def keep(self, text: str) -> None:
-        """Print a line that stays, above the live line."""
+        """Print a line above the live line; the printed line remains."""
         progress_console.print(text, soft_wrap=True)
 
     def read(self, path: Path, done: int, total: int) -> None:
-        """Show how many bytes of a long file have been read."""
+        """Show how many bytes of a long file have been read so far."""
         if total >= LONG_FILE_BYTES:
             self._show(f"reading {path.name}: {100.0 * done / total:.0f} % of {total / 1e6:.0f} MB")
 
     @staticmethod
     def rows(done: int, total: int) -> None:
-        """Show in the present step how many rows of a long capture have been processed."""
+        """Show within the present task how many rows of a long capture have been processed."""
         step = Progress._present
         if step is not None:
             step._show(f"{step._doing}: {100.0 * done / total:.0f} % of {total:,} rows")

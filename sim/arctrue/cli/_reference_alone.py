@@ -1,4 +1,4 @@
-"""``arctrue calibrate`` for a set with a reference run and without a capture."""
+"""Runs ``arctrue calibrate`` for a set with a reference run but without a capture."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from arctrue.workbench.observations.build import observations_of
 
 @dataclass(frozen=True)
 class ReferenceCalibration:
-    """Coefficients from a reference run, tested against the same run."""
+    """Coefficients that were fitted to a reference run, tested with the same run."""
 
     coefficients: Coefficients
     comparison: ReferenceComparison
@@ -57,7 +57,8 @@ class ReferenceCalibration:
             console.print(f"not applied: {text}", soft_wrap=True)
 
     def figures(self, extents: Callable[[ReferenceComparison], dict[str, Any]]) -> dict[str, Any]:
-        """Give the figures for JSON, with the keys of a two-head calibration where they apply."""
+        """Return the figures for JSON; the keys are those of a two-head calibration if it has the
+        same figures."""
         return {
             "method": "reference",
             "runs": [],
@@ -74,9 +75,9 @@ class ReferenceCalibration:
 def calibrate_from_reference(
     measurement: MeasurementSet, *, lanes: int, most_order: int
 ) -> ReferenceCalibration:
-    """Fit the harmonics that the targets determine; quantise the significant ones.
+    """Fit the harmonics that the targets determine, and quantise the significant ones.
 
-    Raises ValueError for a set without counts, or with targets on a part of the turn only.
+    Raises ValueError for a set without counts, or with targets that cover only a part of the turn.
     """
     if measurement.table.counts_per_rev is None:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Settings of an effect on the command line: --set KEY=VALUE."""
+"""Parses the settings of an effect on the command line: --set KEY=VALUE."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.base.toml_file import TomlContentError, parse_toml
 def settings_from(pairs: Iterable[str]) -> dict[str, object]:
     """Parse KEY=VALUE pairs; values are written as in TOML.
 
-    Raises ValueError, which names the pair that has another form.
+    Raises ValueError, which names the pair that is not of this form.
     """
     found: dict[str, object] = {}
     for pair in pairs:
@@ -28,7 +28,8 @@ def settings_from(pairs: Iterable[str]) -> dict[str, object]:
 
 
 def _finite(pair: str, value: object) -> object:
-    """Return the value. Raises ValueError if it is or contains a number that is not finite."""
+    """Return the value. Raises ValueError if the value is, or contains, a number that is not
+    finite."""
     values = value if isinstance(value, list) else [value]
     if any(isinstance(item, float) and not math.isfinite(item) for item in values):
         raise ValueError(f"--set {pair}: expected finite numbers")

@@ -1,8 +1,9 @@
-"""Prints all output on the terminal; text from files and devices is never interpreted.
+"""Prints all output on the terminal; no text from a file or a device is interpreted as markup or
+control characters.
 
 Titles, names, columns, file names and a device's answers come from other people. Control characters
-in them could move the cursor, hide lines or type answers; they are printed as escapes. Square
-brackets in them are not interpreted as markup of rich.
+in them could move the cursor, hide lines or type answers; they are printed as escapes. rich does
+not interpret square brackets in them as markup.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from arctrue.base.printable import harmless
 
 
 class Console(rich.console.Console):
-    """A console of rich for plain text and tables, without markup and control characters."""
+    """A console of rich for plain text and tables; it interprets no markup and escapes control
+    characters."""
 
     def __init__(
         self, *, stderr: bool = False, highlight: bool = True, width: int | None = None
@@ -29,13 +31,14 @@ class Console(rich.console.Console):
         super().__init__(stderr=stderr, highlight=highlight, width=width, markup=False, emoji=False)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Escape control characters before the layout, so that column widths are right."""
+        """Escape control characters before the layout, so that the widths of columns are
+        correct."""
         return super().render_str(harmless(text), **options)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterator[Segment]:
-        """Yield the segments of rich with control characters in their text escaped."""
+        """Yield the segments of rich; control characters in their text are escaped."""
         for segment in super().render(renderable, options):
             if segment.control:
                 yield segment
@@ -64,7 +67,8 @@ def tell_warning(text: str) -> None:
 
 
 def tell_objection(text: str, *, forced: bool) -> None:
-    """Print why a result is refused: a warning if the user forces the result, else an error."""
+    """Print why a result is refused: as a warning if the user forces the result, otherwise as an
+    error."""
     if forced:
         tell_warning(text)
     else:

@@ -90,7 +90,7 @@ def add(
 
 
 def step_data(loaded: LoadedSet, model: Model, solution: Solution) -> dict[str, Any]:
-    """Give the errors before and after the last step of the history, and the verdict on the
+    """Return the errors before and after the latest step of the history, and the verdict on the
     residual."""
     after = model.history[-1]
     before = model.history[-2] if len(model.history) > 1 else after

@@ -1,4 +1,4 @@
-"""arctrue benchmark: measures how often the diagnosis of sets with hidden truth is right."""
+"""arctrue benchmark: measures how often the diagnosis of sets with a hidden cause is right."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""arctrue budget: the uncertainty budget of a set's calibration."""
+"""arctrue budget: computes the uncertainty budget of a set's calibration."""
 
 from __future__ import annotations
 
@@ -88,7 +88,8 @@ def budget(
         },
     )
     if out is not None:
-        # The import of matplotlib takes longer than the computation of the budget.
+        # matplotlib is imported here, because its import takes longer than the computation of the
+        # budget.
         from arctrue.report.budget_report import write_budget_report
 
         for path in write_budget_report(made, facts, out):
@@ -118,7 +119,8 @@ def _budget(loaded: LoadedSet, model_file: Path | None, temperature: float | Non
 
 
 def _by_angle(made: Budget) -> dict[str, Any] | None:
-    """Return U with k = 2 at the readings; None if the budget is for the whole turn only."""
+    """Return the expanded uncertainty U (k = 2) at the readings; None if the budget applies only to
+    the turn as a whole."""
     if made.u_by_angle_arcsec is None:
         return None
     return {

@@ -1,4 +1,5 @@
-"""``arctrue calibrate SET``: from two heads to the coefficients of the gateware."""
+"""``arctrue calibrate SET``: computes the gateware's coefficients from two heads or from a
+reference run."""
 
 from __future__ import annotations
 
@@ -42,7 +43,7 @@ _REFUSED_FAULTS = ("not_a_number", "empty")
 
 
 class _ManyRuns(click.Command):
-    """A command for which ``--run 0 1 3`` means ``--run 0 --run 1 --run 3``."""
+    """A command on whose command line ``--run 0 1 3`` means ``--run 0 --run 1 --run 3``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         expanded: list[str] = []
@@ -198,7 +199,7 @@ def calibrate(
         write_coefficient_file(coefficients, calibration.coefficients, measurement.title or name)
 
         def draw() -> None:
-            # matplotlib takes longer to import than the calibration to run.
+            # matplotlib is imported here, because its import takes longer than the calibration.
             from arctrue.report.charts.calibration_chart import calibration_chart
             from arctrue.report.charts.matplotlib_chart import save_chart
 
@@ -214,7 +215,7 @@ _OF_TWO_HEADS = (*_OF_HEAD1, "runs", "angle", "motion")
 
 
 def _refuse_given(names: Sequence[str], why: str) -> None:
-    """Raise ValueError if the user gave one of the options."""
+    """Raise ValueError if the user gave any of these options."""
     context = click.get_current_context()
     for name in names:
         if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
@@ -283,7 +284,7 @@ def _finish_alone(
         write_coefficient_file(coefficients, alone.coefficients, measurement.title or name)
 
         def draw() -> None:
-            # matplotlib takes longer to import than the calibration to run.
+            # matplotlib is imported here, because its import takes longer than the calibration.
             from arctrue.report.charts.calibration_chart import reference_calibration_chart
             from arctrue.report.charts.matplotlib_chart import save_chart
 
@@ -302,7 +303,8 @@ def _write_figures(json_file: Path | None, figures: dict[str, Any]) -> None:
 
 
 def _stop_if_refused(objections: Sequence[str], out: Path, *, force: bool) -> None:
-    """Print the objections to the coefficients; end the command unless they are forced."""
+    """Print the objections to the coefficients; end the command unless the user forces the
+    coefficients."""
     for objection in objections:
         tell_objection(objection, forced=force)
     if objections and not force:
@@ -476,13 +478,14 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
 
 
 def _finite(value: float) -> float | None:
-    """Return the value; None (null in JSON) if it is infinite: JSON has no infinity."""
+    """Return the value, or None (null in JSON) if the value is infinite, because JSON has no
+    infinity."""
     return float(value) if math.isfinite(value) else None
 
 
 def _plotted(draw: Callable[[], None], picture: Path) -> str:
-    """Draw the plot and return a line with its path; if an extra is missing, the line names the
-    extra."""
+    """Draw the plot and return a line with its path; if an extra is missing, return a line that
+    names the extra."""
     try:
         with needs_extras():
             draw()

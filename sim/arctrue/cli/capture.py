@@ -1,4 +1,5 @@
-"""``arctrue capture PORT OUT``: one turn of a device as a measurement set, or as a run more."""
+"""``arctrue capture PORT OUT``: captures one turn of a device as a measurement set, or appends it
+to a set."""
 
 from __future__ import annotations
 
@@ -85,7 +86,8 @@ def capture(
 
 
 def _guide(kind: str, before: MeasurementSet) -> None:
-    """Print the instructions for the table before the turn is captured. Raises ValueError."""
+    """Print the instructions for the operator of the table before the turn is captured. Raises
+    ValueError."""
     lines = steps(kind, before)
     if not by_device(kind):
         raise ValueError(

@@ -1,4 +1,5 @@
-"""arctrue certificate: a Digital Calibration Certificate of a set, and the same to print."""
+"""arctrue certificate: writes a Digital Calibration Certificate of a set, and a page for
+printing."""
 
 from __future__ import annotations
 
@@ -94,7 +95,7 @@ def certificate(
             np.arange(0.0, FULL_TURN_DEG, step),
             conditions,
         )
-    # The import of matplotlib takes longer than everything else.
+    # matplotlib is imported here, because its import takes longer than everything else.
     from arctrue.report.certificate_page import certificate_page
     from arctrue.report.certificate_xml import CertificateFacts, certificate_xml
 
@@ -133,9 +134,9 @@ def _method(measured: MeasurementSet) -> str:
 
 
 def _temperature(measured: MeasurementSet, details: CertificateDetails, file: Path) -> float:
-    """Return the mean of the recorded temperatures, else the temperature in the file.
+    """Return the mean of the recorded temperatures, or else the temperature in the file of details.
 
-    Raises ValueError without both.
+    Raises ValueError if there is neither.
     """
     rows = [
         part.temperature_c

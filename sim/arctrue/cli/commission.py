@@ -1,4 +1,5 @@
-"""``arctrue commission PORT``: checks how the heads are connected, then places, radii and skew."""
+"""``arctrue commission PORT``: checks how the heads are connected, and measures their places, radii
+and skew."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ TESTS = {
     "normality_p": "normality\np",
 }
 WHITE_P = SIGNIFICANCE / (len(TESTS) * len(CHANNELS))
-"""Significance level of a single test: one set in a hundred fails it by chance."""
+"""Significance level of a single test; one set in a hundred fails any of the tests by chance."""
 
 
 @click.command("compare", short_help="Show where a model does not fit a set.")
@@ -112,7 +112,7 @@ def _identifiability_data(found: Identifiability) -> dict[str, Any]:
 
 
 def _map_data(item: ResidualMap) -> dict[str, Any]:
-    """Give a map as JSON, without the bin of every row and the drawing settings."""
+    """Return a map as JSON, without the number of every row's bin and without drawing settings."""
     return {
         key: value
         for key, value in vars(item).items()
@@ -153,7 +153,8 @@ def _print(result: ModelComparison, names: list[str], *, fitted_here: bool) -> N
 
 
 def _print_noise(noise: dict[str, Any]) -> None:
-    """Print the tests of the whitened residual; σ and p hold only if it is white and normal."""
+    """Print the tests of the whitened residual; σ and p are valid only if the residual is white and
+    normal."""
     tested = {name: item["tests"] for name, item in noise.items() if name in CHANNELS}
     tested = {name: tests for name, tests in tested.items() if tests is not None}
     if not tested:

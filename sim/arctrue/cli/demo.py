@@ -1,4 +1,5 @@
-"""``arctrue demo``: runs the whole loop through the real VHDL and the firmware's C."""
+"""``arctrue demo``: simulates the whole calibration loop with the real VHDL and the firmware's C
+code."""
 
 from __future__ import annotations
 

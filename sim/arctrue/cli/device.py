@@ -1,4 +1,5 @@
-"""``arctrue device``: one program owns the serial port of a device, many watch it."""
+"""``arctrue device``: runs the daemon that owns a device's serial port, and serves many programs
+that watch the device."""
 
 from __future__ import annotations
 
@@ -158,7 +159,8 @@ async def _run(daemon: type, settings: object) -> None:
 
 
 def _token(file: Path) -> str:
-    """Read the token of the store; make one at the first start, readable by its owner only."""
+    """Return the token in the store; at the first start, make a token that only its owner can
+    read."""
     file.parent.mkdir(parents=True, exist_ok=True)
     try:
         handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
@@ -229,7 +231,7 @@ def unit(folder: Path) -> None:
 
 
 def _program() -> str:
-    """Return the path of this installation's command."""
+    """Return the path of the command ``arctrue`` of this installation."""
     return str(Path(sys.executable).with_name("arctrue"))
 
 

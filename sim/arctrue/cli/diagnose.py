@@ -1,4 +1,4 @@
-"""arctrue diagnose: which physical effect is missing."""
+"""arctrue diagnose: finds which physical effect a model lacks."""
 
 from __future__ import annotations
 
@@ -33,10 +33,11 @@ from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
 BESIDE_EFFECTS = 8
-"""Number of steps of a diagnosis in addition to those of the effects: fits, parts, noise and held-
-out rows."""
+"""Number of further progress steps of a diagnosis, after one for each effect: fits, parts, noise
+and held-out rows."""
 SHOWN_AT_LEAST = 3
-"""Number of candidates that are always shown; further ones are shown only if they add something."""
+"""Number of candidates that are always shown; further candidates are shown only if they improve the
+fit."""
 
 
 @click.command("diagnose", short_help="Say which effect a model lacks.")
@@ -105,7 +106,7 @@ def _guide(
 ) -> list[str]:
     """Return the instructions for the next measurement, one per line.
 
-    The steps at the table come first, then the commands.
+    The steps at the table come before the commands.
     """
     kind = result.next_measurement_kind
     if kind not in KINDS:
@@ -113,7 +114,7 @@ def _guide(
     try:
         at_the_table = steps(kind, measurement)
     except ValueError:
-        # Without a capture there are no steps: the text of the diagnosis must suffice.
+        # A set without a capture has no steps at the table; the text of the diagnosis must suffice.
         return []
     typed = commands(kind, folder, model=model_file)
     return ["At the table:", *(f"  {line}" for line in at_the_table), "Then:"] + [
@@ -122,9 +123,9 @@ def _guide(
 
 
 def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
-    """Write the file of the adopted product and return its path.
+    """Write the file of the product that the diagnosis adopted, and return its path.
 
-    Raises ValueError if the verdict has no product.
+    Raises ValueError if the verdict contains no product.
     """
     found = None if result.described is None else result.described.effect
     if not isinstance(found, ProductOfParts):
@@ -134,7 +135,7 @@ def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
 
 def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
     """Return one row per channel. The first row also has name and evidence; a dash marks a value
-    that was not calculated."""
+    that was not computed."""
     first = (item.name, probability(item.p_corrected), figure(item.delta_bic, 0))
     if after is None:
         return [(*first, "", "–", "–")]
@@ -150,7 +151,7 @@ def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
 
 
 def _by_what_lacks(untestable: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """Group the names of the effects by the data that the set lacks for them."""
+    """Return the names of the effects, grouped by the data that the set lacks for them."""
     found: dict[str, list[str]] = {}
     for name, lacking in untestable.items():
         found.setdefault("; ".join(lacking), []).append(name)

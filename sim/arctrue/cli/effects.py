@@ -39,7 +39,7 @@ CORRECTED_BY = {
     "none": "nothing",
     "reference": "nothing",
 }
-"""The part of the gateware that can correct an effect, by its kind of compensation."""
+"""Part of the gateware that can correct an effect, by the effect's kind of compensation."""
 
 
 @click.group(
@@ -93,7 +93,7 @@ def show(context: click.Context, name: str, json_file: Path | None) -> None:
 
 
 def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield label and text of each line; empty entries are omitted."""
+    """Yield label and text of each line of the description; empty entries are omitted."""
     separation = ("capture_sees", "reference_sees", "separated_by", "next_measurement")
     for key in ("physics", "equation", "source", "plausible", *separation):
         if data[key]:
@@ -169,7 +169,8 @@ def check(file: Path, measurement_set: Path | None, json_file: Path | None) -> N
 
 
 def _rows_to_check_on(measurement_set: Path | None) -> MeasurementSet:
-    """Read the named set, or simulate one with every condition that the catalogue uses."""
+    """Read the set that the user named, or simulate a set with every condition that the catalogue
+    uses."""
     if measurement_set is not None:
         return read_measurement_set(measurement_set)
     from arctrue.studies.simulate.experiment import EXPERIMENTS
@@ -179,7 +180,7 @@ def _rows_to_check_on(measurement_set: Path | None) -> MeasurementSet:
 
 
 def effect_data(effect: type[Effect]) -> dict[str, Any]:
-    """Give everything that an effect declares, as JSON."""
+    """Return everything that an effect declares, as JSON values."""
     return {
         "name": effect.name,
         "physics": effect.physics,
@@ -188,7 +189,7 @@ def effect_data(effect: type[Effect]) -> dict[str, Any]:
         "capture_sees": effect.capture_sees,
         "reference_sees": effect.reference_sees,
         "separated_by": effect.separated_by,
-        # The former name of this key is kept for one release.
+        # The earlier name of this key is kept for one release.
         "told_apart_by": effect.separated_by,
         "next_measurement": effect.next_measurement,
         "plausible": effect.plausible,

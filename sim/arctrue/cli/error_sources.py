@@ -1,4 +1,4 @@
-"""arctrue error-sources: simulates each error source of the calibration alone."""
+"""arctrue error-sources: simulates each error source of the calibration separately."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def error_sources(
 
 
 def _stored(source: Path) -> dict[str, Any]:
-    """Read the results of a file. Raises ValueError for a file of another kind."""
+    """Return the results in a file. Raises ValueError for a file with other content."""
     with suppress(ContentError):
         found = read_json(source, dict[str, Any])
         if {"methods", "experiment", "angle_deg"} <= found.keys():

@@ -1,4 +1,4 @@
-"""arctrue explain: lists all causes that a set shows, by size, and the remaining error."""
+"""arctrue explain: lists all causes that a set shows, ordered by size, and the remaining error."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def _data(found: Explanation) -> dict[str, Any]:
         ],
         "dropped": list(found.dropped),
         "not_separated": not_separated,
-        # The former name is kept for one release.
+        # The earlier name of this key is kept for one release.
         "not_told_apart": not_separated,
         "left_arcsec": dict(found.left.rms_arcsec),
         "heldout_arcsec": dict(found.left.heldout_rms_arcsec),

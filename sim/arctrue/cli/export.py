@@ -1,4 +1,5 @@
-"""arctrue export: a fitted model as coefficients of the gateware or a table for a controller."""
+"""arctrue export: writes a fitted model as coefficients of the gateware or as a table for a
+controller."""
 
 from __future__ import annotations
 
@@ -277,7 +278,8 @@ def export(
     written = force or not refused
     if written:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # The file also contains the scale of the host's words, which the gateware does not need.
+        # The file also contains the scale of the words that the host writes; the gateware does not
+        # need this scale.
         scales = [text for text in result.followed if " word " in text]
         title = "; ".join([loaded.measurement, *scales])
         write_coefficient_file(path, result.coefficients, title=title)
@@ -339,11 +341,11 @@ def export(
 
 
 def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path: Path) -> None:
-    """Write the coefficient file of a mean, and add a table of the model's local errors at all
+    """Write the coefficient file of a mean, completed by a table of the model's local errors at all
     heads.
 
-    Raises ValueError for a file without a mean or of another table, or a model without such an
-    error.
+    Raises ValueError for a file that has no mean or belongs to another table, and for a model
+    without such an error.
     """
     of_mean = read_coefficient_file(mean_file, EVERYTHING)
     if of_mean.extension is None or of_mean.extension.mean is None:
@@ -368,7 +370,7 @@ def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path:
 
 
 def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet, float]:
-    """Return the model and the set at the table's temperature, and the thermometer's lag."""
+    """Return the model and the set for the table's temperature, and the lag of the thermometer."""
     with Progress("fitting the thermometer's lag"):
         lag = fitted_sensor_lag(model, loaded.observations, loaded.effects)
         measured = f"{figure(lag.value, 3)} s ± {figure(lag.sigma, 2)} s"
@@ -385,7 +387,7 @@ def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet,
 
 
 def _tell_what_became(became: Outcome) -> None:
-    """Print what corrects each effect of the model, and the remaining error."""
+    """Print which part corrects each effect of the model, and the remaining error."""
     effects_table = table(
         "What becomes of the model, RMS at head 1",
         words("effect"),
@@ -425,7 +427,7 @@ def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
 
 
 def _check_points(form: TableFormat, points: int | None) -> None:
-    """Raise ValueError for a number that the controller does not accept."""
+    """Raise ValueError if the controller does not accept this number."""
     least, most = form.least_points, form.most_points
     if points is not None and not least <= points <= most:
         takes = str(most) if least == most else f"{least} to {most}"

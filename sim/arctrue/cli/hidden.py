@@ -1,4 +1,5 @@
-"""arctrue hidden: a hidden effect, from the gateware's capture to its corrected output."""
+"""arctrue hidden: finds and corrects a hidden effect, from the gateware's capture to its corrected
+output."""
 
 from __future__ import annotations
 
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 FULL_LINES = 16384
 USUAL_LINES = 1024
 LEAST_COUNTS = 1 << 18
-"""Smallest number of counts per turn; with fewer, a turn ends before the firmware has judged the
-previous one."""
+"""Smallest number of counts per turn; with fewer counts a turn ends before the firmware has judged
+the previous turn."""
 FOLLOWED_TURNS = 4
 _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 
@@ -178,7 +179,8 @@ def _on_four_heads(
 
 
 def print_result(result: HiddenResult) -> None:
-    """Print the verdict, the history, and the corrected output before and after."""
+    """Print the verdict, the history of the model, and the output's error before and after the
+    correction."""
     scale = result.settings.revolution
     say(f"What was hidden: {result.case.title}")
     console.print(ladder_table(result.diagnosed.ladder))

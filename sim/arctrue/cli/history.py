@@ -1,4 +1,4 @@
-"""arctrue history: shows the steps of a model and its error after each step."""
+"""arctrue history: shows the steps of a model and the model's error after each step."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ _UNITS = "; ".join(
 
 
 def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
-    """Parse the NAME=VALUE pairs of an option. Raises ValueError for another form."""
+    """Parse the NAME=VALUE pairs of an option. Raises ValueError for a text of another form."""
     found: dict[str, str] = {}
     for pair in given:
         name, equals, value = pair.partition("=")
@@ -54,12 +54,12 @@ def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
 
 
 def _ask(asked: Ambiguous) -> str:
-    """Ask the user at the terminal and return the answer."""
+    """Ask the user at the terminal, and return the answer."""
     note(asked.question)
     if asked.free_text:
         return str(click.prompt(asked.option.strip("-"), err=True))
     answers = click.Choice([*asked.answers, *asked.numbered])
-    # The question lists the columns with their numbers.
+    # The question itself lists the columns with their numbers.
     label = asked.name.strip("-") + (", number or name" if asked.numbered else "")
     return str(click.prompt(label, type=answers, show_choices=not asked.numbered, err=True))
 
@@ -228,7 +228,8 @@ def import_(
 
 
 def _command(answers: Sequence[tuple[str, str]]) -> str:
-    """Compose the command that repeats this import: the typed command plus the answers."""
+    """Return the command that repeats this import: the typed command with the answers as
+    options."""
     context = click.get_current_context()
     words = ["arctrue", "import"]
     assert isinstance(context.command, click.Command)

@@ -1,4 +1,4 @@
-"""arctrue iso230: accuracy and repeatability of positioning according to ISO 230-2."""
+"""arctrue iso230: computes accuracy and repeatability of positioning according to ISO 230-2."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from arctrue.metrology.iso230 import Contributions, Positioning, of_reference
 from arctrue.workbench.model.growth import fitted
 
 SHOWN_TARGETS = 40
-"""Number of targets listed on the terminal; --json and --out contain all."""
+"""Largest number of targets listed on the terminal; --json and --out contain all targets."""
 SIGN = (
     "positioning deviations: actual less target position of a servo that follows head 1; the "
     "error of indication in reference.csv has the other sign"
@@ -92,7 +92,8 @@ def iso230(
     data["program"] = f"arctrue {version('arctrue')}"
     write_json(json_file, data)
     if out is not None:
-        # The import of matplotlib takes longer than the computation of the figures.
+        # matplotlib is imported here, because its import takes longer than the computation of the
+        # figures.
         from arctrue.report.iso230_report import write_iso230_report
 
         for path in write_iso230_report(data, before, after, out):
@@ -161,7 +162,7 @@ def _print_targets(which: Positioning, title: str) -> None:
 
 
 def target_columns(which: Positioning) -> dict[str, NDArray[np.float64]]:
-    """Return the figures per target, (targets,), by their symbols of ISO 230-2."""
+    """Return the figures of each target, (targets,), by their symbols in ISO 230-2."""
     return {
         "x̄↑": which.up.mean_arcsec,
         "x̄↓": which.down.mean_arcsec,

@@ -1,4 +1,4 @@
-"""arctrue life: one machine's history from its measurement sets."""
+"""arctrue life: shows the history of one machine, computed from its measurement sets."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def life(
         machine, allowed, false_alarms_a_year=false_alarms, horizon_days=horizon, seed=seed
     )
     _print(history)
-    # The import of matplotlib takes longer than the computation.
+    # matplotlib is imported here, because its import takes longer than the computation.
     from arctrue.report.life_report import life_data, life_sentences, write_life_page
 
     for sentence in life_sentences(history):
@@ -132,8 +132,8 @@ def life(
 
 
 def _send_alarms(port: str, history: LifeHistory) -> None:
-    """Replace the alarms of the machine's history in the daemon of ``port``; exit 2 if no daemon
-    runs."""
+    """Replace the alarms that the daemon of ``port`` keeps; exit with code 2 if no daemon is
+    running."""
     from arctrue.report.life_report import forecast_sentence
 
     alarms = {
@@ -151,7 +151,7 @@ def _send_alarms(port: str, history: LifeHistory) -> None:
 
 
 def _limit(text: str) -> tuple[str, float]:
-    """Parse EFFECT=SIZE. Raises ValueError for another form."""
+    """Parse EFFECT=SIZE. Raises ValueError for a text of another form."""
     name, _, size = text.partition("=")
     try:
         value = float(size)

@@ -1,4 +1,4 @@
-"""``arctrue load PORT FILE``: a coefficient file into a running device."""
+"""``arctrue load PORT FILE``: loads a coefficient file into a running device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``arctrue monitor PORT``: shows and records a device's telemetry, turn by turn."""
+"""``arctrue monitor PORT``: shows and records the telemetry of a device, turn by turn."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def _turn(source: Watch | Console | None, seconds: float) -> TelemetryLine | Non
 
 
 def _capture(port: str, console: Console | None, seconds: float) -> MeasurementSet:
-    """Take a capture; without ``console``, open the daemon's console for this capture only."""
+    """Capture a turn; without ``console``, open the daemon's console only for this capture."""
     if console is not None:
         return console.dump(seconds)
     console = open_console(port, lambda _: None)
@@ -133,7 +133,7 @@ _COLUMNS = (
     ("die °C", 6),
     ("order1″", 8),
 )
-"""Columns of the live table, which is 76 columns wide, spaces included."""
+"""Columns of the live table; the table is 76 columns wide, spaces included."""
 
 _HEAD = live_head(_COLUMNS)
 

@@ -1,4 +1,4 @@
-"""arctrue monte-carlo: tests whether the calibration's stated uncertainty holds."""
+"""arctrue monte-carlo: tests whether the uncertainty that the calibration states is right."""
 
 from __future__ import annotations
 

@@ -23,8 +23,8 @@ from arctrue.report.numbers import plain
 FULL_INTERPOLATION = 1024
 COARSE_INTERPOLATION = 64
 LEAST_INTERPOLATION = 16
-"""Smallest interpolation factor; with a smaller one, the ramp to new coefficients does not end
-before the polygon's cycles begin."""
+"""Smallest interpolation factor; with a smaller one, the ramp to new coefficients lasts until after
+the polygon's cycles have begun."""
 
 
 @click.command(short_help="The paper's experiment on the virtual instrument.")
@@ -123,7 +123,7 @@ def _run(cycles: int, interpolation: int, lanes: int, seed: int) -> dict[str, An
 
 
 def _stored(source: Path) -> list[dict[str, Any]]:
-    """Read the experiments of a file. Raises ValueError for a file of another kind."""
+    """Return the experiments in a file. Raises ValueError for a file with other content."""
     with suppress(ContentError):
         found = read_json(source, dict[str, Any])
         experiments = typed(found.get("experiments", [found]), list[dict[str, Any]])

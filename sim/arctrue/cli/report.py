@@ -1,4 +1,5 @@
-"""arctrue report: writes the analysis of a set and a model as one file to mail."""
+"""arctrue report: writes the analysis of a set and a model as one file, which can be sent by
+mail."""
 
 from __future__ import annotations
 

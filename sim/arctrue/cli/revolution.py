@@ -1,4 +1,4 @@
-"""arctrue revolution: runs one revolution at the paper's size on the virtual instrument."""
+"""arctrue revolution: simulates one turn at the paper's size on the virtual instrument."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 FULL_LINES = 16384
 LEAST_LINES = 64
-"""Smallest number of grating lines; with fewer, noise and quantisation alone reach the limits."""
+"""Smallest number of grating lines; with fewer lines, noise and quantisation alone exceed the
+limits."""
 FULL_LANES = 32
 FULL_SAMPLES = 12000
 

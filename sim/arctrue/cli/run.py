@@ -119,7 +119,7 @@ def _order_cells(turn: ScenarioTurn, orders: tuple[int, ...], *, by_reference: b
 
 
 def _said(turn: ScenarioTurn) -> list[str]:
-    """List the events of a turn, one per line."""
+    """Return the events of a turn, one per line."""
     lines = list(turn.events)
     for reply in turn.telemetry:
         reason = "" if reply["result"] == "applied" else f": {reply['reason'].replace('_', ' ')}"

@@ -1,4 +1,4 @@
-"""``arctrue save PORT``: saves a device's settings and coefficients for the next power-on."""
+"""``arctrue save PORT``: saves the settings and coefficients of a device for the next power-on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""arctrue serve: serves the page to a browser of this machine."""
+"""arctrue serve: serves the page of the analysis to a browser."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STATE = Path("arctrue") / "page"
 
 
 def state_folder() -> Path:
-    """Return the default folder of sessions (XDG base directories)."""
+    """Return the default folder of sessions, according to the XDG base directories."""
     base = os.environ.get("XDG_STATE_HOME", "")
     return (Path(base) if base else Path.home() / ".local" / "state") / _STATE
 

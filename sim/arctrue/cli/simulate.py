@@ -1,4 +1,5 @@
-"""arctrue simulate: makes a measurement set from a table of exact geometry, and a truth file."""
+"""arctrue simulate: makes a measurement set from a simulated table with exact geometry, and a truth
+file."""
 
 from __future__ import annotations
 
@@ -155,7 +156,7 @@ def simulate(
         heads=heads,
     )
     for leftover in ("capture.csv", "reference.csv"):
-        # Otherwise a reader would take a file of an older set in this folder for a part of this
+        # A reader would otherwise take a file of an older set in this folder for a part of this
         # set.
         (out / leftover).unlink(missing_ok=True)
     write_measurement_set(out, replace(made.measurement, date=measured_at))
@@ -164,7 +165,8 @@ def simulate(
 
 
 def _noise(text: str) -> Wanted:
-    """Parse ``pink=0.05`` or ``pink``. Raises ValueError if the size is no number."""
+    """Parse a noise such as ``pink=0.05`` or ``pink``. Raises ValueError if the size is no
+    number."""
     name, equals, size = text.partition("=")
     if not equals:
         return Wanted(name)

@@ -1,4 +1,5 @@
-"""arctrue stop-and-go: runs the paper's ten cycles with a simulated servo."""
+"""arctrue stop-and-go: runs the paper's ten cycles with a simulated servo that stops at each
+face."""
 
 from __future__ import annotations
 

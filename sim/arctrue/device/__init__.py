@@ -1,1 +1,1 @@
-"""The device on its serial port, from the host's side."""
+"""Communicates with the device from the host, over the device's serial port."""

@@ -1,4 +1,5 @@
-"""Publishes the address of a daemon that owns a serial port, in a file with limited access."""
+"""Publishes the address of a daemon that owns a serial port, in a file that only some users can
+read."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from arctrue.base.whole_file import write_whole_text
 
 FOLDER_VARIABLE = "ARCTRUE_RUN"
 SYSTEM_FOLDER = Path("/run/arctrue")
-"""Folder of the systemd services: each service has a folder in it (RuntimeDirectory)."""
+"""Folder in which systemd makes a folder for each service (RuntimeDirectory)."""
 _REACH_S = 2.0
 
 
@@ -39,7 +40,7 @@ def address_of(host: str, port: int) -> str:
 
 
 def own_folder() -> Path:
-    """Return the folder of this user's announcements."""
+    """Return the folder of this user's announcement files."""
     named = os.environ.get(FOLDER_VARIABLE) or os.environ.get("RUNTIME_DIRECTORY")
     if named:
         return Path(named)
@@ -48,7 +49,8 @@ def own_folder() -> Path:
 
 
 def announce(announcement: Announcement) -> Path:
-    """Write the file, which only the user and the folder's group can read. Raises OSError."""
+    """Write the announcement file; only the user and the folder's group can read it. Raises
+    OSError."""
     folder = own_folder()
     folder.mkdir(mode=0o750, parents=True, exist_ok=True)
     if folder.stat().st_mode & stat.S_IWOTH:
@@ -63,7 +65,7 @@ def announce(announcement: Announcement) -> Path:
 
 
 def announced(port: str) -> Announcement | None:
-    """Return the running daemon of a serial port, or None."""
+    """Return the announcement of the running daemon of a serial port, or None."""
     for found in _all():
         if _name(found.port) == _name(port) and _answers(found):
             return found
@@ -71,7 +73,8 @@ def announced(port: str) -> Announcement | None:
 
 
 def announced_at(address: str) -> Announcement | None:
-    """Return this machine's daemon at HOST:PORT, or None; an empty ``address`` means any daemon."""
+    """Return the announcement of this machine's daemon at HOST:PORT, or None; an empty ``address``
+    means any daemon."""
     for found in _all():
         if address in ("", found.address) and _answers(found):
             return found
@@ -84,12 +87,12 @@ def _all() -> Iterator[Announcement]:
             try:
                 yield msgspec.json.decode(file.read_bytes(), type=Announcement)
             except (OSError, msgspec.MsgspecError):
-                continue  # the file of another user, or no announcement
+                continue  # the file belongs to another user, or is no announcement
 
 
 def _answers(found: Announcement) -> bool:
-    """Tell whether the daemon answers; a killed daemon does not, but its announcement still
-    exists."""
+    """Tell whether the daemon answers; the announcement of a killed daemon still exists, but the
+    daemon does not answer."""
     try:
         socket.create_connection((found.host, found.tcp_port), _REACH_S).close()
     except OSError:
@@ -98,7 +101,7 @@ def _answers(found: Announcement) -> bool:
 
 
 def _name(port: str) -> str:
-    """Return the name of a device, which is the same for the device's file and all links to it."""
+    """Return one name for a device, whether the path is the device's file or a link to it."""
     path = Path(port)
     named = str(path.resolve()) if path.exists() else port
     return named.strip("/").replace("/", "-").replace(":", "-")

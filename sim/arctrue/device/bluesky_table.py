@@ -1,7 +1,8 @@
-"""A corrected table as an ophyd-async device, and the bluesky plan that calibrates it.
+"""Defines a corrected table as an ophyd-async device, and the bluesky plan that calibrates it.
 
-Values come from the PVs of ``arctrue device epics``. Coefficients go through the console of
-``arctrue device run``, which requires its token and ``--allow-control``: PVs have no tokens.
+Values come from the PVs of ``arctrue device epics``. Coefficients are sent through the console of
+``arctrue device run``, which requires its token and ``--allow-control``, because a PV cannot check
+a token.
 """
 
 from __future__ import annotations
@@ -41,19 +42,21 @@ with needs_extras():
     from ophyd_async.epics.core import epics_signal_r, epics_signal_rw
 
 CAPTURE_S = 400.0
-"""Longest time of a capture, as in ``arctrue device epics``."""
+"""Longest time of a capture in seconds, the same as in ``arctrue device epics``."""
 JUDGED_S = 180.0
-"""Longest time until captured turns have judged a loaded file, as in ``arctrue load``."""
+"""Longest time in seconds until captured turns have judged a loaded file, the same as in ``arctrue
+load``."""
 TURN_S = 180.0
-"""Longest time from one turn to the next."""
+"""Longest time from one turn to the next, seconds."""
 
 
 class NotVerifiedError(RuntimeError):
-    """The error after loading is unknown or larger than permitted."""
+    """Is raised if the remaining error after loading is unknown or larger than permitted."""
 
 
 class LoadedCoefficients(Device, Movable[Path]):
-    """The coefficients that a device has loaded: its position is a coefficient file."""
+    """Coefficients of a device as an ophyd-async object whose position is the loaded coefficient
+    file."""
 
     def __init__(self, port: str, turn: SignalR[int], name: str = "") -> None:
         """Store the device's ``port`` and the signal of its turns.
@@ -73,7 +76,7 @@ class LoadedCoefficients(Device, Movable[Path]):
     @AsyncStatus.wrap
     async def set(self, value: Path) -> None:
         """Load a coefficient file; the move ends when turns have judged the file and the PVs show a
-        turn with it.
+        turn that uses it.
 
         Parameters
         ----------
@@ -115,7 +118,7 @@ class LoadedCoefficients(Device, Movable[Path]):
 
 
 class CorrectedTable(StandardReadable, Triggerable):
-    """A table behind ``arctrue device epics``; ``trigger`` takes a capture of the next turn."""
+    """A table that ``arctrue device epics`` serves; ``trigger`` captures the next turn."""
 
     def __init__(self, prefix: str, port: str, name: str = "") -> None:
         """Create the signals of the PVs with ``prefix``, and store the daemon's ``port``.
@@ -151,7 +154,7 @@ class CorrectedTable(StandardReadable, Triggerable):
 
     @AsyncStatus.wrap
     async def trigger(self) -> None:
-        """Take a capture of the next turn; ``capture_set`` is then the set's folder.
+        """Capture the next turn; ``capture_set`` is then the folder of the measurement set.
 
         Raises
         ------
@@ -165,7 +168,8 @@ class CorrectedTable(StandardReadable, Triggerable):
 
 
 def calibrated_file(folder: Path, file: Path, settings: CalibrationSettings | None = None) -> Path:
-    """Calibrate head 1 from a set and write the coefficients, as ``arctrue calibrate`` does.
+    """Calibrate head 1 from a measurement set and write the coefficients, as ``arctrue calibrate``
+    does.
 
     Parameters
     ----------
@@ -201,18 +205,18 @@ def calibrate_load_verify(
     limit_arcsec: float,
     settings: CalibrationSettings | None = None,
 ) -> Generator[Msg, Any, float]:
-    """Plan that captures a turn, calibrates, loads the coefficients, and verifies them on further
-    turns.
+    """Return a plan that captures a turn, calibrates, loads the coefficients, and verifies them on
+    further turns.
 
-    The run has the streams ``before`` and ``after``, one event each. The daemon's folder of
-    captures must be readable from here.
+    The run has the streams ``before`` and ``after``, one event each. This program must be able to
+    read the daemon's folder of captures.
 
     Parameters
     ----------
     table : CorrectedTable
         The table; it must turn.
     file : Path
-        Where the coefficients are written.
+        File to which the coefficients are written.
     limit_arcsec : float
         Largest permitted RMS of the remaining error after the loaded orders, arcseconds.
     settings : CalibrationSettings, optional

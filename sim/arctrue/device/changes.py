@@ -1,4 +1,4 @@
-"""Compares a turn of a device with the turn at which its present calibration began."""
+"""Compares a turn of a device with the turn in which its present calibration began."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 FALSE_CHANGES_A_TURN = 1e-3
-"""Permitted probability that a turn of an unchanged table shows any significant change."""
+"""Permitted probability that a turn of an unchanged table shows at least one significant change."""
 _ARCSEC_A_DEGREE = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One quantity now and at the calibration.
+    """Difference between the present value of a quantity and its value at the calibration.
 
     ``size_arcsec``: for an order the length of the difference of both vectors (amplitude, phase),
     which is not negative; for the head separation the difference with its sign. ``u_arcsec``:
@@ -29,11 +29,12 @@ class Change:
 
 
 def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
-    """Return the index of the first turn with the coefficients that are active at the last turn.
+    """Return the index of the first turn corrected with the coefficients that are active in the
+    last turn.
 
-    Each swap of the coefficients raises the telemetry's ``swaps``. Without a swap in ``turns``, it
-    is the first turn after the board started, or else the first turn of all. ``turns`` is not
-    empty.
+    Each swap of the coefficients raises the telemetry's ``swaps``. Without a swap in ``turns``, the
+    function returns the first turn after the board's start, or else the first turn. ``turns`` is
+    not empty.
     """
     index = len(turns) - 1
     while index > 0:
@@ -47,7 +48,7 @@ def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
 def order_change(before: Sequence[float], now: Sequence[float]) -> tuple[float, float]:
     """Return size and u, arcseconds, of an order's change; arguments are rows of ``harmonics``.
 
-    The row has order, amplitude, phase in radians, and u of cosine and of sine. The size is
+    Each row contains order, amplitude, phase in radians, and u of cosine and of sine. The size is
     |A₂·exp(iφ₂) − A₁·exp(iφ₁)|; u is √(u₁² + u₂²).
     """
     size = abs(cmath.rect(now[1], now[2]) - cmath.rect(before[1], before[2]))
@@ -55,7 +56,7 @@ def order_change(before: Sequence[float], now: Sequence[float]) -> tuple[float, 
 
 
 def changes_since(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[Change]:
-    """Compare two turns of telemetry: the head separation, then each common order.
+    """Compare two turns of telemetry: first the head separations, then every common order.
 
     An order's size² / u² has a χ² distribution with 2 degrees of freedom if nothing changed, so p =
     exp(−size²/2u²). p times the number of quantities (Bonferroni) is at most FALSE_CHANGES_A_TURN

@@ -1,8 +1,8 @@
-"""Measures how the heads of a device are connected, then their places, radii and skew.
+"""Measures how the heads of a device are connected, and then their places, radii and skew.
 
-There are three steps, each with a movement of the table: two turns in the positive direction by
-hand, one turn at constant speed forward, and one backward at the same speed. The caller asks for
-the movement; each function reads the device while the table moves.
+Each of three steps needs a movement of the table: two turns in the positive direction by hand, one
+turn forward at constant speed, and one turn backward at the same speed. The caller asks the
+operator for the movement; each function reads the device while the table moves.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from arctrue.device.console import Console
 from arctrue.device.heads_readings import read_heads
 
 ORDERS = 32
-"""Number of orders of the fit, the same as in the device."""
+"""Number of orders of the fit; the device fits the same number."""
 PLACE_PARAMETERS = ("separation_deg", "head3_deg", "head4_deg")
 STEPS = (
     "Turn the table twice in its positive direction, by hand or by its drive.",
     "Let the table turn forward at constant speed, and keep turning.",
     "Let it turn backward at the same speed.",
 )
-"""The movement that each step needs, as an instruction to the operator."""
+"""Movement that each step needs, as an instruction to the operator."""
 CONNECTION_COLUMNS = ("cable", "moved turns", "index", "place °", "is at head")
 TURNED_COLUMNS = ("head", "place °", "u ″", "radius/nominal", "u", "late ns", "u ns", "delay")
 
@@ -35,7 +35,7 @@ Parameters = dict[str, float]
 
 @dataclass(frozen=True)
 class MeasuredTurn:
-    """Fit of all heads over one turn, with the turn's speed and number of samples."""
+    """Fit of all heads over one turn, with the speed and the number of samples of the turn."""
 
     fit: OnDevice
     speed_rad_s: float
@@ -44,7 +44,7 @@ class MeasuredTurn:
 
 @dataclass(frozen=True)
 class Turned:
-    """Findings of a turn in each direction; ``places_deg`` (heads,) after head 1."""
+    """Findings from one turn in each direction; ``places_deg`` (heads,) are relative to head 1."""
 
     skew: Skew
     turns: tuple[OnDevice, OnDevice]
@@ -52,18 +52,18 @@ class Turned:
 
     @property
     def noise_name(self) -> str:
-        """Name of the combination of readings from which :attr:`noise_arcsec` is calculated."""
+        """Name of the combination of readings from which :attr:`noise_arcsec` is computed."""
         return "parity" if self.places_deg.size == 4 else "differences of the heads"
 
     @property
     def noise_arcsec(self) -> float:
-        """Standard deviation of one sample of the combination, scaled to the noise of one
+        """Standard deviation of this combination in one sample, scaled to the noise of one
         reading."""
         return float(np.sqrt(np.mean([fit.noise_arcsec**2 for fit in self.turns])))
 
 
 def read_parameters(console: Console) -> Parameters:
-    """Return the device's numeric parameters and ``clock_hz``. Raises ConsoleError."""
+    """Return the device's numeric parameters and its ``clock_hz``. Raises ConsoleError."""
     words = [line.split() for line in console.command("show parameters")]
     version = [line.split() for line in console.command("version")]
     return {
@@ -74,7 +74,8 @@ def read_parameters(console: Console) -> Parameters:
 
 
 def planned_places(device: Parameters) -> tuple[float, ...]:
-    """Return the places in the device's parameters; a head without a place ends the list."""
+    """Return the places of the heads in the device's parameters, up to the first head without a
+    place."""
     places = [0.0]
     for name in PLACE_PARAMETERS:
         if not device.get(name):
@@ -86,7 +87,7 @@ def planned_places(device: Parameters) -> tuple[float, ...]:
 def read_connection(
     console: Console, device: Parameters, plan_deg: tuple[float, ...], seconds: float
 ) -> Connection:
-    """Read the heads during the first movement and judge them.
+    """Read the heads during the first movement, and report how they are connected.
 
     Raises ValueError for too little motion, and ConsoleError.
     """
@@ -111,7 +112,8 @@ def measure_turn(
 
 
 def both_directions(device: Parameters, forward: MeasuredTurn, backward: MeasuredTurn) -> Turned:
-    """Compute skew and places from both turns. Raises ValueError for turns in one direction."""
+    """Compute skew and places from a turn in each direction. Raises ValueError for turns in one
+    direction."""
     word, heads = int(device.get("head_delays", 0.0)), forward.fit.offsets_rad.size
     skew = skew_of(
         forward.fit,
@@ -127,13 +129,13 @@ def both_directions(device: Parameters, forward: MeasuredTurn, backward: Measure
 
 
 def write_places(console: Console, places_deg: tuple[float, ...]) -> None:
-    """Set the places of the device. Raises ConsoleError."""
+    """Write the places to the device. Raises ConsoleError."""
     for name, place in zip(PLACE_PARAMETERS, places_deg[1:], strict=False):
         console.command(f"set {name} {place:.6f}")
 
 
 def write_delays(console: Console, skew: Skew) -> None:
-    """Set the delays of the device; the table must stand. Raises ConsoleError."""
+    """Write the delays to the device; the table must stand still. Raises ConsoleError."""
     console.command(f"set head_delays {skew.head_delays}")
 
 

@@ -1,4 +1,5 @@
-"""Connects to the daemon of a device: to its events, or to the console for one operator."""
+"""Connects to the daemon of a device, either to receive its events or to use the console as its one
+operator."""
 
 from __future__ import annotations
 
@@ -16,22 +17,22 @@ from arctrue.device.console import Console, ConsoleError
 from arctrue.device.lines import LineAssembler, TelemetryLine
 
 TOKEN_VARIABLE = "ARCTRUE_DEVICE_TOKEN"
-"""Environment variable with the token for another machine's daemon."""
+"""Environment variable with the token of a daemon on another machine."""
 CONNECT_S = 5.0
 _BLOCK = 65_536
 
 
 class DaemonTransport:
-    """Transfers the device's bytes through its daemon."""
+    """Transfers bytes to and from the device through the device's daemon."""
 
     def __init__(self, connection: socket.socket, timeout_s: float, begun: bytes = b"") -> None:
-        """Take an open connection; ``begun``: bytes that were already read."""
+        """Store an open connection; ``begun`` contains bytes that were already received."""
         connection.settimeout(timeout_s)
         self._connection, self._timeout_s, self._begun = connection, timeout_s, begun
 
     @property
     def unread(self) -> bytes:
-        """Return the bytes that arrived after the latest line."""
+        """Return the received bytes after the last complete line."""
         return self._begun
 
     def write(self, data: bytes, /) -> int | None:
@@ -40,7 +41,7 @@ class DaemonTransport:
         return len(data)
 
     def read_until(self, expected: bytes = b"\n", /) -> bytes:
-        """Return the bytes up to ``expected``; fewer if they do not arrive in time.
+        """Return the bytes up to ``expected``; fewer bytes if they do not arrive in time.
 
         Raises OSError if the daemon ended the connection.
         """
@@ -59,21 +60,21 @@ class DaemonTransport:
         return line + expected
 
     def close(self) -> None:
-        """End the connection."""
+        """Close the connection."""
         self._connection.close()
 
 
 class Watch:
-    """Reads the events of a daemon one after the other; any number of programs may do so at
+    """Reads the events of a daemon one after the other; any number of programs may read them at
     once."""
 
     def __init__(self, daemon: Announcement, latest: int = 0) -> None:
-        """Connect; the ``latest`` recorded turns come first. Raises ConsoleError."""
+        """Connect; the daemon first sends the ``latest`` recorded turns. Raises ConsoleError."""
         self.daemon = daemon
         request = {"ask": "watch", "latest": latest}
         connection, rest, answer = _connected(daemon, request, CONNECT_S)
         self.earlier = int(answer.get("earlier", 0))
-        """Number of recorded turns that come first."""
+        """Number of recorded turns that the daemon sends first."""
         self._transport = DaemonTransport(connection, 0.5, rest)
         self._lines = LineAssembler()
 
@@ -100,16 +101,16 @@ class Watch:
         return None
 
     def close(self) -> None:
-        """End the connection."""
+        """Close the connection."""
         self._transport.close()
 
 
 def ask(
     daemon: Announcement, what: str, seconds: float = CONNECT_S, **content: Any
 ) -> dict[str, Any]:
-    """Request ``status`` or a ``capture``, or send ``life``; return the answer.
+    """Send the daemon a request, ``status``, ``capture`` or ``life``, and return the answer.
 
-    ``content``: further values of the request. Raises ConsoleError.
+    ``content``: further values for the request. Raises ConsoleError.
     """
     connection, _, answer = _connected(daemon, {"ask": what, **content}, seconds)
     connection.close()
@@ -123,10 +124,10 @@ def daemon_of(port: str) -> Announcement | None:
 
 
 def daemon_at(address: str) -> Announcement | None:
-    """Return the daemon at HOST:PORT, of this machine or of another one; None if ``address`` has
-    another form.
+    """Return the daemon at HOST:PORT on this machine or another one; None if ``address`` is not of
+    this form.
 
-    The token of another machine's daemon comes from the environment.
+    The token of a daemon on another machine is read from the environment.
     """
     host, colon, number = address.rpartition(":")
     if not colon or not host or "/" in address or not number.isdigit():
@@ -136,7 +137,7 @@ def daemon_at(address: str) -> Announcement | None:
 
 
 def open_console(port: str, report: Callable[[str], None]) -> Console:
-    """Open the console of the device at ``port``: through its daemon, if one runs.
+    """Open the console of the device at ``port``, through the device's daemon if one is running.
 
     ``report`` gets one sentence if a daemon is used. Raises ConsoleError.
     """
@@ -148,13 +149,14 @@ def open_console(port: str, report: Callable[[str], None]) -> Console:
 
 
 def console_through(daemon: Announcement) -> Console:
-    """Open the console of a daemon's device. Raises ConsoleError, also if the console is in use."""
+    """Open the console of a device through its daemon. Raises ConsoleError, also if another
+    operator uses the console."""
     connection, rest = _greeted(daemon, {"ask": "console"})
     return Console(daemon.port, transport=DaemonTransport(connection, 1.0, rest))
 
 
 def through(port: str, daemon: Announcement) -> str:
-    """Return the sentence that tells the user that the device is used through its daemon."""
+    """Return a sentence which tells the user that a daemon connects to the device."""
     process = f"process {daemon.process}, " if daemon.process else ""
     return f"{port}: through its daemon ({process}{daemon.address})"
 
@@ -166,7 +168,8 @@ def _greeted(daemon: Announcement, request: dict[str, Any]) -> tuple[socket.sock
 def _connected(
     daemon: Announcement, request: dict[str, Any], seconds: float
 ) -> tuple[socket.socket, bytes, dict[str, Any]]:
-    """Send the request; return connection, bytes after the answer, and the answer."""
+    """Send the request; return the connection, the bytes that followed the answer, and the
+    answer."""
     line = msgspec.json.encode({**request, "token": daemon.token}) + b"\n"
     connection = None
     try:

@@ -1,4 +1,4 @@
-"""The console of the firmware: commands, telemetry and dumps over a serial port."""
+"""Controls the console of the firmware over a serial port: commands, telemetry and dumps."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ from arctrue.measurement import MeasurementSet
 
 __all__ = ["Console", "ConsoleError", "TelemetryLine"]
 ATTEMPTS = 3
-"""Number of attempts to get data that were damaged during transmission."""
+"""Number of attempts to get data if some of it is damaged in transmission."""
 SILENCE_S = 5.0
-"""Silence after which a dump counts as ended with a damaged last line."""
+"""Silence in seconds after which a dump counts as ended, if its last line was damaged."""
 LATE_S = 10.0
-"""Longest delay of a late answer."""
+"""Longest delay of a late answer, seconds."""
 
 _LOG = logging.getLogger(__name__)
 
 
 class Console:
-    """The console of one device; separates its lines into answers, telemetry (``{``) and dumps."""
+    """The console of one device; it divides the device's lines into answers, telemetry (``{``) and
+    dumps."""
 
     def __init__(
         self, port: str, *, timeout_s: float = 1.0, transport: Transport | None = None
     ) -> None:
-        """Open ``port`` for this program alone: a device or a URL of pyserial.
+        """Open ``port``, a device or a URL of pyserial, for this program alone.
 
         With ``transport`` nothing is opened, and ``port`` only names the device in messages. Raises
         ConsoleError, which names the program that uses the port if the system reveals it.
@@ -45,14 +46,15 @@ class Console:
         self._transport.close()
 
     def command(self, line: str, seconds: float = 5.0) -> list[str]:
-        """Send a line and return the lines of the answer without the closing ``ok``.
+        """Send a line and return the lines of the answer, without the final ``ok``.
 
         Raises ConsoleError if the answer says error, or none arrives within ``seconds``.
         """
         return self._answer(line, seconds)[:-1]
 
     def confirmed(self, line: str, seconds: float = 5.0) -> str:
-        """Send a line and return the text after the closing ``ok``; raises as :meth:`command`."""
+        """Send a line and return the text after the final ``ok``. Raises the errors of
+        :meth:`command`."""
         return self._answer(line, seconds)[-1].removeprefix("ok").removeprefix(",").strip()
 
     def _answer(self, line: str, seconds: float) -> list[str]:
@@ -75,12 +77,12 @@ class Console:
         raise self._no_answer(line, seconds)
 
     def _drop_late_answers(self, line: str, seconds: float) -> None:
-        """Discard all lines before the answer to a marker, because they answer other requests: an
-        earlier line, whose answer came too late, or a line of another program. The marker is not a
+        """Discard all lines before the answer to a marker. They answer other requests: an earlier
+        line whose answer came too late, or a line from another program. The marker is not a
         command; the device repeats it in its error message."""
         self._markers += 1
         marker = f"marker{os.getpid()}.{self._markers}"
-        # Send an end of line first: the device may still hold a part of a line.
+        # The end of line comes first, because the device may have received a part of a line.
         self._write(f"\r{marker}")
         late = 0
         end = time.monotonic() + max(seconds, LATE_S)
@@ -109,7 +111,7 @@ class Console:
         return self._turns.pop(0) if self._turns else None
 
     def dump(self, seconds: float) -> MeasurementSet:
-        """Return the capture of the next turn; ask again for rows that were damaged.
+        """Return a capture of the next turn; request damaged rows again.
 
         Raises ConsoleError if rows remain missing, or if the samples have no times.
         """
@@ -143,13 +145,14 @@ class Console:
         return head.measurement(rows, self.port)
 
     def _take_rows(self, rows: dict[int, tuple[int, ...]], seconds: float) -> None:
-        """Take rows up to the last line of the dump, or until silence if that line was damaged."""
+        """Receive rows until the last line of the dump, or until silence if that line was
+        damaged."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             text = self._line()
             if text is None:
                 continue
-            # The limit applies to silence, not to the duration of the whole dump.
+            # The limit is a limit of silence, not of the duration of the whole dump.
             end = time.monotonic() + min(seconds, SILENCE_S)
             if text == "end of dump":
                 return
@@ -164,18 +167,18 @@ class Console:
             raise ConsoleError(f"{self.port}: {error}") from error
 
     def _line(self) -> str | None:
-        """Return the next line that is not telemetry, and store telemetry; None if no line arrives
-        in time."""
+        """Return the next line that is no telemetry, and store telemetry lines; None if no line
+        arrives in time."""
         try:
             data = self._transport.read_until(b"\n")
         except OSError as error:
             raise ConsoleError(f"{self.port}: {error}; was the cable pulled?") from error
-        # The device may stop in the middle of a line for longer than a read waits.
+        # The device may pause within a line for longer than one read waits.
         for text in self._lines.add(data):
             if not is_telemetry(text):
                 return text
             turn = telemetry_of(text)
-            # A line that was damaged in transmission only means that a turn is missing.
+            # If a line of telemetry was damaged in transmission, only one turn is missing.
             if turn is not None:
                 self._turns.append(turn)
         return None

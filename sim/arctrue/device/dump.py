@@ -1,7 +1,7 @@
-"""A capture that a device sends row by row, each line with a CRC-32 over its numbers.
+"""Reads a capture that a device sends row by row; each line has a CRC-32 over its numbers.
 
 The CRC covers the numbers of a line as little-endian words, in the order of the line;
-:func:`read_head` names the numbers of the head.
+:func:`read_head` names the numbers of the head line.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _HEAD = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class DumpHead:
-    """Head of a dump: values that are valid for all rows."""
+    """Head line of a dump: values that are valid for all rows."""
 
     sequence: int
     samples: int
@@ -38,13 +38,13 @@ class DumpHead:
     clock_hz: int
     period_clocks: int
     start_time: int
-    """Time stamp of the first sample, clocks."""
+    """Time stamp of the first sample, clocks of the gateware."""
     separation_deg: float
     temperature_c: float | None
-    """Temperature of the die; None if the device has sent none."""
+    """Temperature of the chip; None if the device sent no temperature."""
 
     def missing(self, rows: dict[int, tuple[int, ...]]) -> list[tuple[int, int]]:
-        """Return the first row and the number of rows of each gap."""
+        """Return, for each gap of missing rows, its first row and its number of rows."""
         there = np.zeros(self.samples + 2, dtype=bool)
         there[[0, -1]] = True
         there[[row + 1 for row in rows if row < self.samples]] = True
@@ -55,7 +55,8 @@ class DumpHead:
         ]
 
     def measurement(self, rows: dict[int, tuple[int, ...]], port: str) -> MeasurementSet:
-        """Return all rows as a set; the readings give the places of heads 3 and 4.
+        """Return all rows as a measurement set; the places of heads 3 and 4 are computed from their
+        readings.
 
         Raises ValueError if rows differ in their number of heads.
         """
@@ -88,14 +89,14 @@ class DumpHead:
         return MeasurementSet(table, capture, title=title)
 
     def _further_places(self, counts: NDArray[np.int64]) -> list[float]:
-        """Return the angles of heads 3 and 4 after head 1: mean differences of the readings over
-        the turn."""
+        """Return the angles of heads 3 and 4 relative to head 1: the mean differences of the
+        readings over the turn."""
         apart = (counts[:, 2:] - counts[:, :1]).mean(axis=0) / self.counts_per_rev * 360.0
         return [round(float(place), 6) for place in apart % 360.0]
 
 
 def read_head(line: str) -> DumpHead | None:
-    """Read the head of a dump; None if a character was changed."""
+    """Return the head line of a dump; None if a character of the line was changed."""
     found = _HEAD.fullmatch(line)
     if found is None:
         return None
@@ -126,7 +127,7 @@ def read_head(line: str) -> DumpHead | None:
 
 
 def read_row(line: str) -> tuple[int, ...] | None:
-    """Return number and counts of two to four heads; None if the line is not a row or was
+    """Return number and counts of two to four heads from a line; None if the line is no row or was
     changed."""
     found = _ROW.fullmatch(line)
     if found is None:

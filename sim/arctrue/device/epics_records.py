@@ -1,4 +1,4 @@
-"""The PVs of a device: the telemetry field of each, with unit and limits."""
+"""Defines the PVs of a device: for each PV the telemetry field, the unit and the limits."""
 
 from __future__ import annotations
 
@@ -12,24 +12,25 @@ from arctrue.device.port import ConsoleError
 
 MOST_ORDERS = 128
 NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
-"""Severities of EPICS."""
+"""Names of EPICS alarm severities."""
 STATE, COMM = 7, 9
-"""Alarm status of EPICS: STATE, the state of the device; COMM, no communication."""
+"""EPICS alarm states: STATE for the state of the device, COMM for no communication."""
 ZERO = "Zero"
-"""PV with the value of ProbeAngle at the index, for example that of a motor record."""
+"""PV that holds the value of ProbeAngle at the index, for example a PV of a motor record."""
 CAPTURE = "Capture"
 _TIME_OF_VALUE = -2
-"""Value of an EPICS record's field TSE: the program supplies the time with the value."""
+"""Value of the field TSE of an EPICS record: the program supplies the time together with the
+value."""
 
 
 @dataclass(frozen=True, slots=True)
 class NumberRecord:
-    """A number of the telemetry as an analogue input."""
+    """A number of the telemetry that becomes an EPICS analogue input."""
 
     name: str
     field: str
     fields: dict[str, Any]
-    """Fields of the EPICS record: unit, decimals, display limits, alarm limits."""
+    """Fields of the EPICS record: unit, decimals, display limits and alarm limits."""
 
 
 NUMBERS = (
@@ -42,7 +43,8 @@ NUMBERS = (
     NumberRecord(
         "DieTemperature",
         "temperature_c",
-        # The range of the XC7Z020: 85 °C is also the preset of the device's own alarm.
+        # The limits are the range of the XC7Z020; 85 °C is also the preset of the device's own
+        # alarm.
         {"EGU": "degC", "PREC": 2, "LOPR": 0, "HOPR": 100}
         | {"HIGH": 85, "HSV": "MINOR", "HIHI": 100, "HHSV": "MAJOR"},
     ),
@@ -57,7 +59,7 @@ PROBE = (
     NumberRecord("ProbeAngle", "angle_deg", {"EGU": "deg", "PREC": 7}),
     NumberRecord("ProbeKind", "kind", {}),
 )
-"""Fields of an event ``probe``."""
+"""PVs of one event ``probe``."""
 MOST_EVENTS = 64
 PROBE_ARRAYS = (
     NumberRecord("ProbeEdges", "edge", {}),
@@ -66,31 +68,33 @@ PROBE_ARRAYS = (
     NumberRecord("ProbeAngles", "angle_deg", {"EGU": "deg"}),
     NumberRecord("ProbeKinds", "kind", {}),
 )
-"""Waveforms of the latest MOST_EVENTS events ``probe``, the latest one last."""
+"""Waveform PVs of the latest MOST_EVENTS events ``probe``, the latest event last."""
 ARRAYS = {"Orders": 0, "Amplitudes": 1, "Phases": 2, "Uncertainties": 3, "Applied": 4}
-"""Waveforms of the harmonics, and the index of each value in a harmonic of the telemetry."""
+"""Waveform PVs of the harmonics, with the index of each value in a harmonic of the telemetry."""
 ARRAY_UNITS = {"Amplitudes": "arcsec", "Phases": "rad", "Uncertainties": "arcsec"}
 ACCESS = "ASG(DEFAULT) {{ RULE(1, READ) }}\nASG(CONTROL) {{ RULE(1, READ) RULE(1, {control}) }}\n"
 
 
 def access_text(*, allow_control: bool) -> str:
-    """Return the file of EPICS access security: all PVs read-only, or control PVs writable."""
+    """Return the EPICS access security file with which all PVs are read-only, or control PVs are
+    writable."""
     return ACCESS.format(control="WRITE" if allow_control else "READ")
 
 
 class Records:
-    """The PVs of one device. softioc is imported here, because its variables must be set before the
-    import."""
+    """The PVs of one device. softioc is imported in the methods, because its environment variables
+    must be set first."""
 
     def __init__(self, prefix: str, capture: Callable[[], Awaitable[str]]) -> None:
-        """Make the records.
+        """Make the EPICS records.
 
         ``capture`` takes a capture when a client writes to the PV Capture and returns the set's
         folder; a ConsoleError that it raises becomes the text of CaptureFault.
         """
         from softioc import builder
 
-        # The PVs have the daemon's time of a value, not the time of their processing.
+        # Each PV has the time at which the daemon recorded the value, not the time of the record's
+        # processing.
         of_daemon = {"TSE": _TIME_OF_VALUE}
         self._numbers = {
             item.field: builder.aIn(f"{prefix}{item.name}", **item.fields, **of_daemon)
@@ -147,8 +151,8 @@ class Records:
             if value:
                 await self._take_capture(capture)
 
-        # The record is blocking: a client that waits for the end of its write waits for the
-        # capture.
+        # The record is blocking: a client that waits until its write is complete thereby waits for
+        # the capture.
         builder.boolOut(
             f"{prefix}{CAPTURE}",
             ZNAM="no",
@@ -161,15 +165,16 @@ class Records:
         builder.LoadDatabase()
 
     def show(self, fields: dict[str, Any], recorded_s: float) -> None:
-        """Show one line of telemetry with the time at which it was recorded.
+        """Set the PVs to one line of telemetry with the time at which it was recorded.
 
-        A number that the device did not send, and everything of a refused turn, is INVALID.
+        A number that the device did not send is INVALID; after a refused turn all its PVs are
+        INVALID.
         """
         at: dict[str, Any] = {"timestamp": recorded_s}
         self._device_alarms = list(fields.get("alarms", []))
         self._show_alarms(recorded_s)
         if fields["result"] == "alarm":
-            return  # a line between turns contains alarms only
+            return  # a line between turns contains only alarms
         self._latest = (fields, recorded_s)
         refused = {"severity": MINOR, "alarm": STATE} if fields["result"] == "refused" else {}
         self._result.set(str(fields["result"])[:39], **at, **refused)
@@ -184,18 +189,20 @@ class Records:
         for name, place in ARRAYS.items():
             if harmonics:
                 self._arrays[name].set([float(h[place]) for h in harmonics], **at)
-        # The turn is set last: a client that waits for the next turn then reads all values of that
-        # turn.
+        # The PV of the turn is set last; a client that waits for the next turn then reads all
+        # values of this turn.
         self._turn.set(int(fields["turn"]) % 2**31, **at)
 
     def edge(self, event: dict[str, Any], recorded_s: float) -> None:
-        """Show the table's position at an edge of probe_in, with the time of recording."""
+        """Set the PVs to the table's position at an edge of probe_in, with the time of
+        recording."""
         self._edge = (event, recorded_s)
         self._edges.append(event)
         self._show_edge()
 
     def _show_edge(self) -> None:
-        """Show the latest events; their angles are counted from the zero of the PV Zero."""
+        """Set the waveforms to the latest events; their angles count from the zero in the PV
+        Zero."""
         if self._edge is None:
             return
         event, recorded_s = self._edge
@@ -203,12 +210,14 @@ class Records:
         for field, array in self._probe_arrays.items():
             values = [float(edge[field]) + zero.get(field, 0.0) for edge in self._edges]
             array.set(values, timestamp=recorded_s)
-        # These are set last: a client that waits for the next event then finds it in the waveforms.
+        # These PVs are set last; a client that waits for the next event then finds it in the
+        # waveforms.
         for field, record in self._probe.items():
             record.set(float(event[field]) + zero.get(field, 0.0), timestamp=recorded_s)
 
     def machine_alarms(self, names: list[str], recorded_s: float) -> None:
-        """Show the parameters with an alarm of ``arctrue life``, after the device's own alarms."""
+        """Set the PV of the alarms: first the device's own alarms, then the parameters with an
+        alarm of ``arctrue life``."""
         self._machine_alarms = [f"life: {name}" for name in names]
         self._show_alarms(recorded_s)
 
@@ -228,10 +237,11 @@ class Records:
         self._capture_fault.set("", timestamp=time.time())
 
     def connected(self, is_connected: bool, recorded_s: float) -> None:
-        """Show whether the device can be reached; without it every value is INVALID.
+        """Set Connected to whether the device can be reached; without a connection every value is
+        INVALID.
 
-        After a reconnection the latest turn is shown again, with its own time, before Connected:
-        a client that waits for Connected then finds no INVALID value of the interruption.
+        After a reconnection the latest turn is set again, with its own time, before Connected is
+        set: a client that waits for Connected then finds no INVALID value of the interruption.
         """
         at: dict[str, Any] = {"timestamp": recorded_s}
         if is_connected:

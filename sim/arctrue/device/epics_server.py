@@ -1,4 +1,5 @@
-"""Serves the PVs of a device over Channel Access and PVAccess: a watcher of its daemon."""
+"""Serves the PVs of a device over Channel Access and PVAccess; the server is a watcher of the
+device's daemon."""
 
 from __future__ import annotations
 
@@ -28,8 +29,8 @@ _INTERNET = (socket.AF_INET, socket.AF_INET6)
 
 
 def bind_to(interface: str) -> None:
-    """Set the variables that bind every socket of EPICS to one interface; call before softioc
-    starts."""
+    """Set the environment variables that bind every socket of EPICS to one interface; call this
+    before softioc starts."""
     for name in ("EPICS_CAS_INTF_ADDR_LIST", "EPICS_PVAS_INTF_ADDR_LIST"):
         os.environ[name] = interface
     for name in ("EPICS_CAS_BEACON_ADDR_LIST", "EPICS_PVAS_BEACON_ADDR_LIST"):
@@ -43,10 +44,11 @@ def bind_to(interface: str) -> None:
 
 
 def confine_to_loopback() -> None:
-    """Bind those UDP sockets of this program that listen on all interfaces to loopback (Linux).
+    """Bind those UDP sockets of this program that listen on all interfaces to the loopback
+    interface (Linux only).
 
     PVXS listens for searches at port 5076 of all interfaces, whatever the values of its variables.
-    On systems other than Linux this cannot be changed. Raises OSError if the system refuses it.
+    On other systems the sockets stay as they are. Raises OSError if the system refuses it.
     """
     if not sys.platform.startswith("linux"):
         return
@@ -56,7 +58,7 @@ def confine_to_loopback() -> None:
                 continue
             copy = os.dup(int(name))
         except OSError:
-            continue  # the socket was closed
+            continue  # the socket has been closed
         with socket.socket(fileno=copy) as found:
             if found.type == socket.SOCK_DGRAM and found.family in _INTERNET:
                 found.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"lo\0")
@@ -70,7 +72,7 @@ def serve_pvs(
     *,
     allow_control: bool,
 ) -> None:
-    """Serve until the program is interrupted; wait for the daemon while it does not run.
+    """Serve the PVs until the program is interrupted; while the daemon does not run, wait for it.
 
     ``find`` returns the daemon. Without ``allow_control`` EPICS refuses every write.
     """
@@ -102,10 +104,10 @@ def serve_pvs(
 
 
 def _follow(daemon: Announcement, records: Records) -> None:
-    """Show the daemon's events until it ends. Raises ConsoleError."""
+    """Set the PVs to the daemon's events until the daemon ends. Raises ConsoleError."""
     watch = Watch(daemon, latest=1)
     try:
-        # Connected is set after the values that it declares valid.
+        # Connected is set after those values whose validity it states.
         for _ in range(watch.earlier):
             event = watch.event(_EVENT_S)
             if event is not None:
@@ -131,7 +133,7 @@ def _follow(daemon: Announcement, records: Records) -> None:
 
 
 def _capture(find: Callable[[], Announcement | None], report: Callable[[str], None]) -> str:
-    """Take a capture and return the set's folder. Raises ConsoleError."""
+    """Capture a turn and return the folder of the set. Raises ConsoleError."""
     try:
         daemon = find()
         if daemon is None:
@@ -145,7 +147,7 @@ def _capture(find: Callable[[], Announcement | None], report: Callable[[str], No
 
 
 async def _in_thread(work: Callable[[], str]) -> str:
-    """Await ``work`` in a thread that does not keep the program alive; raises the exceptions of
+    """Await ``work`` in a thread that does not keep the program alive. Raises the exceptions of
     ``work``."""
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[str] = loop.create_future()
@@ -163,9 +165,10 @@ async def _in_thread(work: Callable[[], str]) -> str:
 
 
 def _use_access_file(file: Path) -> None:
-    """Name the file of access security to EPICS, as asSetFilename of its shell does.
+    """Make EPICS read the file of access security, as asSetFilename in the EPICS shell does.
 
-    Raises RuntimeError if EPICS does not accept it, because the PVs must not stay open to writes.
+    Raises RuntimeError if EPICS does not accept it, because every client could write to the PVs
+    otherwise.
     """
     from epicscorelibs import path
 

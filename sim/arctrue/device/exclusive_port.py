@@ -1,4 +1,5 @@
-"""A serial port for one program at a time: two readers would each get a part of every line."""
+"""Reserves a serial port for one program at a time, because two readers would each receive a part
+of every line."""
 
 from __future__ import annotations
 
@@ -12,14 +13,14 @@ if sys.platform != "win32":
     import termios
 
 COMMAND_SHOWN = 200
-"""Largest number of shown characters of another program's command line."""
+"""Largest number of characters of another program's command line that a message shows."""
 
 
 def keep_others_out(port: Any) -> None:
     """Prevent all other programs, except the administrator's, from opening ``port``.
 
     The lock that pyserial sets with ``exclusive`` works only against programs that ask for it. A
-    port without a terminal behind it (a URL of pyserial, Windows) stays unlocked.
+    port that is no terminal (a URL of pyserial, a port of Windows) is not locked.
     """
     descriptor = _descriptor(port)
     if descriptor is not None:
@@ -27,7 +28,8 @@ def keep_others_out(port: Any) -> None:
 
 
 def let_others_in(port: Any) -> None:
-    """Undo :func:`keep_others_out`; a pseudo-terminal would keep the lock after it is closed."""
+    """Undo :func:`keep_others_out`; otherwise a pseudo-terminal would keep the lock after it is
+    closed."""
     descriptor = _descriptor(port)
     if descriptor is not None:
         fcntl.ioctl(descriptor, termios.TIOCNXCL)
@@ -41,7 +43,7 @@ def _descriptor(port: Any) -> int | None:
 
 
 def other_users(port: str) -> list[str]:
-    """Return the other programs that have ``port`` open, as ``COMMAND LINE (process NUMBER)``.
+    """Return the other programs that have ``port`` open, each as ``COMMAND LINE (process NUMBER)``.
 
     Linux shows a user only the user's own programs, and shows an administrator all programs; on
     other systems the list is empty.

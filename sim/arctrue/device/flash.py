@@ -1,11 +1,11 @@
-"""Writes a boot image into the flash of a running device, over its console.
+"""Writes a boot image into the flash of a running device, over the device's console.
 
 The boot ROM starts the first image that it finds: it looks for a header every 32 KB, beginning at
 the start of the flash (UG585, chapter 6). The image at the start is updated; the golden image after
-it is written once and stays. The signature in the header of the first image is overwritten before
-anything is erased, and the header is written last. Power may therefore be lost at any moment, also
-during an erase: until the header is complete, the golden image starts. The bitstream after the
-images has a CRC of its own; the firmware also starts without an intact bitstream.
+it is written once and then remains. The signature in the header of the first image is overwritten
+before anything is erased, and the header is written last. Power may therefore be lost at any
+moment, also during an erase: until the header is complete, the golden image starts. The bitstream
+after the images has its own CRC; the firmware starts even if the bitstream is damaged.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 
 GOLDEN = 0x4_0000
-"""Address of the golden image, and largest length of each of the two images, bytes; as in
-flash_map.h of firmware/zynq."""
+"""Address of the golden image, and largest length of each of the two images, bytes; flash_map.h of
+firmware/zynq has the same values."""
 BITSTREAM = 0x10_0000
 END = 0xF0_0000
 PAGE_BYTES = 256
@@ -31,20 +31,21 @@ ERASED = b"\xff"
 HEADER_BYTES = 0x8C0
 SIGNATURE_AT, SIGNATURE = 0x24, b"XNLX"
 CHECKED_LAST = 4 * LINE_WORDS * WORD_BYTES
-"""End of the image's first lines, bytes. They contain the width detection word, the signature and
-the check sum, and are written last."""
+"""Number of bytes at the image's start that contain the width detection word, the signature and the
+check sum; they are written last."""
 ATTEMPTS = 3
-"""Number of attempts to send a line that was damaged during transmission."""
+"""Number of attempts to send a line if it is damaged in transmission."""
 ERASE_S = 15.0
 
 
 class FlashRefusedError(Exception):
-    """The image or the flash cannot be used; the message says why and what to do."""
+    """Is raised if the image or the flash cannot be used; the message states the reason and the
+    remedy."""
 
 
 @dataclass(frozen=True)
 class FlashState:
-    """State of the flash as the device reports it."""
+    """State of the flash, as the device reports it."""
 
     has_golden: bool
     sector_bytes: int
@@ -52,7 +53,7 @@ class FlashState:
 
 
 def parts_of(image: bytes) -> tuple[bytes, bytes]:
-    """Split an image into boot image and bitstream, each without erased bytes at its end.
+    """Divide an image into boot image and bitstream, each without erased bytes at its end.
 
     Raises FlashRefusedError for a file that ``make image`` did not write.
     """
@@ -69,7 +70,8 @@ def parts_of(image: bytes) -> tuple[bytes, bytes]:
 
 
 def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None) -> Iterator[str]:
-    """Yield the console lines that write ``data[first:last]``; byte 0 goes to ``address``.
+    """Yield the console lines that write ``data[first:last]``; the byte ``data[0]`` has the address
+    ``address``.
 
     A line ends at the end of a page; bytes that equal erased flash are omitted.
     """
@@ -90,7 +92,8 @@ def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None)
 
 
 def state_of(console: Console) -> FlashState:
-    """Ask for the state. Raises FlashRefusedError if the device has no supported flash."""
+    """Return the state of the flash. Raises FlashRefusedError if the device has no supported
+    flash."""
     answers = dict(line.split(" ", 1) for line in _ask(console, "flash status") if " " in line)
     state = FlashState(
         answers.get("golden") == "whole",
@@ -103,10 +106,10 @@ def state_of(console: Console) -> FlashState:
 
 
 def write_image(console: Console, image: bytes, progress: Callable[[int, int], None]) -> FlashState:
-    """Write a whole BOOT.BIN and return the state of the flash before.
+    """Write a whole BOOT.BIN, and return the state of the flash before the writing.
 
-    ``progress`` gets the written and the total number of bytes. A golden image is written first if
-    there is none. Raises FlashRefusedError, ConsoleError.
+    ``progress`` receives the number of written bytes and the total number of bytes. A golden image
+    is written first if there is none. Raises FlashRefusedError, ConsoleError.
     """
     boot, fabric = parts_of(image)
     state = state_of(console)
@@ -118,12 +121,13 @@ def write_image(console: Console, image: bytes, progress: Callable[[int, int], N
     done = 0
     for data, address in areas:
         if data is boot:
-            # After an interrupted erase the header may be intact while the image is not.
+            # After an interrupted erase, the header may be intact although the image behind it is
+            # not.
             for line in lines_of(bytes(WORD_BYTES), address + SIGNATURE_AT):
                 _send(console, line)
         for sector in range(address, address + len(data), state.sector_bytes):
             _ask(console, f"flash erase {sector:X}", ERASE_S)
-        # The part that makes the boot ROM accept the image is written last.
+        # The bytes that make the boot ROM accept the image are written last.
         for first, last in ((CHECKED_LAST, len(data)), (0, CHECKED_LAST)):
             for line in lines_of(data, address, first, last):
                 _send(console, line)

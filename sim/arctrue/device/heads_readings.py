@@ -1,4 +1,4 @@
-"""Reads all heads of a device at one clock, again and again, over the console."""
+"""Reads all heads of a device at one clock, repeatedly, over the console."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from arctrue.device.console import Console, ConsoleError
 
 TURNS_WANTED = 2.1
-"""Number of turns to read: in the first turn every head finds its index; the second one shows the
-places."""
+"""Number of turns to read: in the first turn every head finds its index, and the second turn shows
+the places."""
 READINGS_LEAST = 24
 
 
 @dataclass(frozen=True)
 class HeadsReadings:
-    """Readings of all heads, each row at one clock.
+    """Readings of all heads; all readings in a row are from one clock.
 
-    ``positions`` (n, heads) modulo 2³²; ``angles`` (m, heads) after the index, from the moment when
-    all heads of ``indexed`` (heads,) have passed it.
+    ``positions`` (n, heads) modulo 2³²; ``angles`` (m, heads) are counts after the index, from the
+    time on when all heads marked in ``indexed`` (heads,) have passed their index.
     """
 
     positions: NDArray[np.int64]
@@ -36,7 +36,8 @@ def read_heads(
     seconds: float,
     tell: Callable[[float], None] = lambda turns: None,
 ) -> HeadsReadings:
-    """Read until a head has moved by 2.1 turns, at least 24 times, at most ``seconds``.
+    """Read the heads until one of them has moved by 2.1 turns, at least 24 times and for at most
+    ``seconds``.
 
     ``tell`` is called with the number of turns so far. Raises ConsoleError if the device does not
     know the command.

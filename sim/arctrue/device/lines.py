@@ -1,4 +1,4 @@
-"""Splits the output of a device into lines and finds the telemetry among them."""
+"""Divides the output of a device into lines, and finds the telemetry among the lines."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from msgspec import Meta, Struct
 from arctrue.base.typed_content import typed
 
 LONGEST_LINE = 65_536
-"""Longest line that is accepted, bytes; the longest line of the firmware has 2,128."""
+"""Length in bytes of the longest line that is accepted; the longest line of the firmware has 2,128
+bytes."""
 
 
 _Count = Annotated[int, Meta(ge=0, le=2**53)]
-"""Whole number that a record can store; a damaged digit could give a larger one."""
+"""Largest whole number that a record can store; a damaged digit could make a number larger."""
 
 
 class _TelemetryFields(Struct):
-    """The fields that are shown or recorded; a line may have further ones."""
+    """The fields of a line of telemetry that are shown or recorded; a line may have further
+    fields."""
 
     turn: _Count
     result: str
@@ -37,7 +39,8 @@ class _TelemetryFields(Struct):
     table_c: float | None = None
     swaps: _Count | None = None
     harmonics: list[tuple[_Count, float, float, float, _Count]] = []
-    """Order, amplitude, phase, standard uncertainty, whether it was applied."""
+    """Harmonics, each with order, amplitude, phase, standard uncertainty, and whether it was
+    applied."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +51,8 @@ class TelemetryLine:
 
     @property
     def result(self) -> str:
-        """Return ``applied``, ``kept`` or ``refused``; ``alarm`` for a line between turns."""
+        """Return ``applied``, ``kept`` or ``refused``; for a line between turns return
+        ``alarm``."""
         return str(self.fields["result"])
 
 
@@ -58,7 +62,7 @@ def is_telemetry(text: str) -> bool:
 
 
 def telemetry_of(text: str) -> TelemetryLine | None:
-    """Read a line of telemetry; None for a line that was damaged on the way."""
+    """Return the telemetry of a line; None for a line that was damaged in transmission."""
     try:
         fields = json.loads(text, parse_constant=_refuse)
         typed(fields, _TelemetryFields)
@@ -72,21 +76,22 @@ def _refuse(constant: str) -> None:
 
 
 class LineAssembler:
-    """Joins the parts of lines as they arrive; drops a line that is longer than LONGEST_LINE."""
+    """Joins received parts of lines to whole lines; a line longer than LONGEST_LINE is dropped."""
 
     def __init__(self) -> None:
-        """Start without any part of a line."""
+        """Begin without a part of a line."""
         self._begun = b""
         self._dropping = False
         self.too_long = 0
         """Number of lines that were dropped because of their length."""
 
     def forget_begun(self) -> None:
-        """Drop the part of a line that has arrived, for example after the port was lost."""
+        """Discard the received part of a line, for example after the port was lost."""
         self._begun, self._dropping = b"", False
 
     def add(self, data: bytes) -> list[str]:
-        """Return the lines that ``data`` completes, without their ends; bytes over 127 become �."""
+        """Return the lines that ``data`` completes, without their line ends; bytes above 127 become
+        �."""
         *ended, rest = (self._begun + data).split(b"\n")
         complete = []
         for line in ended:

@@ -33,18 +33,20 @@ DEVICE_LOADS = Capability(
     local_table=True,
     failover=True,
 )
-"""Parts of a coefficient file that the console accepts; a core that lacks one refuses the set."""
+"""Parts of a coefficient file that the console can accept; a core that lacks one of them refuses
+the set."""
 TABLE_WINDOWS = 4
-"""Number of window starts that the device expects, including unused windows."""
+"""Number of starts of windows that a frame contains, unused windows included."""
 ATTEMPTS = 3
-"""Number of attempts to send the whole set if a line was damaged during transmission."""
+"""Number of attempts to send the whole set if a line is damaged in transmission."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
 _SPOILED = ("wrong_crc", "wrong_frame", "not_whole")
-"""Reasons of the device that concern the transmission, not the set."""
+"""Reasons of a refusal that concern the transmission and not the set."""
 
 
 class LoadRefusedError(Exception):
-    """The device does not take the coefficients; the message says why and what to do."""
+    """Is raised if the device refuses the coefficients; the message states the reason and the
+    remedy."""
 
 
 def _words(values: Sequence[int]) -> bytes:
@@ -57,9 +59,9 @@ def _frame(name: str, values: Sequence[int]) -> str:
 
 
 def _mean_of(coefficients: Coefficients) -> MeanSet | None:
-    """Return the mean of the file, if it has one.
+    """Return the definition of the heads' mean in the file, or None.
 
-    Raises ValueError for an extension that the device has no command for.
+    Raises ValueError for an extension for which the device has no command.
     """
     extension = coefficients.extension
     if extension is None:
@@ -70,7 +72,7 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
 
 
 def _sets(coefficients: Coefficients) -> tuple[tuple[MeanSet, Coefficients], ...]:
-    """Give each set for a missing head, preceded by its mean."""
+    """Return the prepared set for each missing head, after the definition of its mean."""
     if coefficients.extension is None:
         return ()
     sets = ((entry.extension, entry) for entry in coefficients.extension.without)
@@ -79,7 +81,8 @@ def _sets(coefficients: Coefficients) -> tuple[tuple[MeanSet, Coefficients], ...
 
 
 def _follows(coefficients: Coefficients) -> bool:
-    """Tell whether lanes of the file or of its sets follow the temperature or a condition."""
+    """Tell whether any lane of the file or of its prepared sets follows the temperature or a
+    condition."""
     every = (coefficients, *(entry for _, entry in _sets(coefficients)))
     return any(
         one.thermal is not None or (one.extension is not None and one.extension.modulators)
@@ -88,7 +91,7 @@ def _follows(coefficients: Coefficients) -> bool:
 
 
 def heads_without_sets(coefficients: Coefficients) -> tuple[int, ...]:
-    """Return the heads whose prepared sets are in the file but are not sent.
+    """Return the heads for whose loss the file has a prepared set that is not sent.
 
     The device accepts no prepared sets if lanes follow the temperature or a condition: the firmware
     would have to write all sets again with every change.
@@ -98,7 +101,7 @@ def heads_without_sets(coefficients: Coefficients) -> tuple[int, ...]:
 
 
 def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
-    """Return names and numbers of the frames of a mean."""
+    """Return names and numbers of the frames that define a mean."""
     used = sum(1 << head for head, is_used in enumerate(mean.used) if is_used)
     delays = sum(clocks << 8 * head for head, clocks in enumerate(mean.delays_clocks))
     heads = enumerate(zip(mean.weights, mean.offsets, strict=True))
@@ -112,8 +115,8 @@ POINTS_A_FRAME = 5
 
 
 def _table_values(coefficients: Coefficients) -> list[tuple[str, list[int]]]:
-    """Return names and numbers of the frames of the local table; points after the file's last one
-    are not sent."""
+    """Return names and numbers of the frames of the local table; the points after the file's last
+    point are not sent."""
     extension = coefficients.extension
     if extension is None or extension.local_table is None:
         return []
@@ -130,7 +133,8 @@ def _table_values(coefficients: Coefficients) -> list[tuple[str, list[int]]]:
 
 
 def _set_values(mean: MeanSet, entry: Coefficients) -> list[tuple[str, list[int]]]:
-    """Return names and numbers of the frames of the set for a missing head, lanes ascending."""
+    """Return names and numbers of the frames of the set for a missing head, in ascending order of
+    the lanes."""
     (_, choice), *heads = _mean_values(mean, entry.offset)
     rows = zip(
         entry.orders.tolist(),
@@ -154,7 +158,7 @@ def load_frames(
     sets: bool = True,
     clock_hz: float = CLOCK_HZ,
 ) -> list[str]:
-    """Return the console lines that load the lanes whose amplitude is not 0.
+    """Return the console lines that load those lanes whose amplitude is not 0.
 
     With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
     that the heads cannot see, words of the processor. With ``force`` it also accepts orders that
@@ -174,7 +178,8 @@ def load_frames(
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
     sources = dict(coefficients.extension.phase_sources) if coefficients.extension else {}
-    # If an order also has a lane with a condition, the calibration does not change its plain lane.
+    # If an order has a second lane that follows a condition, the calibration does not change the
+    # order's plain lane.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
         lane
@@ -229,10 +234,10 @@ def load_frames(
 
 
 def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
-    """Return the lines that give the device the phases of its lanes of real orders.
+    """Return the console lines that state the phases of the lanes of real orders.
 
-    The frames omit phases that the device finds itself. ``turn``: the core's number of the turn
-    that is turn 0 of the file; the file's phases are those of its turn 0.
+    The lines omit phases that the device finds itself. ``turn``: the core's number of the turn that
+    is turn 0 of the file; the phases in the file are valid for this turn.
     """
     if coefficients.extension is None:
         return []
@@ -246,7 +251,8 @@ def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
 
 @dataclass(frozen=True)
 class SentSet:
-    """The sent set: its orders, and the CRC of all frames, by which the device identifies it."""
+    """The set that was sent: its orders, and the CRC of all frames, by which the device identifies
+    the set."""
 
     crc: int
     orders: tuple[int, ...]
@@ -262,19 +268,20 @@ class SentSet:
     has_table: bool = False
     """Whether the set has a local table."""
     has_sets: bool = False
-    """Whether the device accepted sets for a missing head."""
+    """Whether the device has accepted sets for a missing head."""
     lacks_failover: bool = False
-    """Whether the file has such sets, but the gateware is built without FAILOVER."""
+    """Whether the file has sets for a missing head, but the gateware was built without FAILOVER."""
 
     @property
     def is_empty(self) -> bool:
-        """Tell whether the device has no loaded set any more."""
+        """Tell whether the set contains no lane and no table, so that the device has no loaded set
+        afterwards."""
         return not (self.orders or self.followed or self.real or self.has_table)
 
 
 def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
-    """Test whether the device accepts the first set of the file; older firmware refuses this
-    frame."""
+    """Test whether the device accepts the file's first set for a missing head; older firmware
+    refuses this frame."""
     first = next(frame for frame in frames if frame.startswith("load without "))
     try:
         console.command(first)
@@ -291,12 +298,12 @@ def send_coefficients(
     force: bool = False,
     unseen: bool = False,
 ) -> SentSet:
-    """Send all frames, again from the first if one was damaged during transmission.
+    """Send all frames; if one was damaged in transmission, send all of them again.
 
     ``progress`` gets the number of sent frames and the number of all frames. ``force`` and
-    ``unseen`` as in :func:`load_frames`. Raises LoadRefusedError if the device refuses the set,
-    ConsoleError if it does not answer, ValueError as :func:`load_frames`. A core without FAILOVER
-    gets no sets for a missing head.
+    ``unseen`` are those of :func:`load_frames`. Raises LoadRefusedError if the device refuses the
+    set, ConsoleError if it does not answer, and the ValueError of :func:`load_frames`. A core
+    without FAILOVER receives no sets for a missing head.
     """
     frames = load_frames(coefficients, force=force, unseen=unseen)
     has_sets = any(frame.startswith("load without ") for frame in frames)
@@ -342,7 +349,7 @@ _WAITED = {
 
 @dataclass(frozen=True)
 class _Status:
-    """The device's answer to ``load status``."""
+    """Answer of the device to ``load status``."""
 
     state: str
     reason: str
@@ -352,7 +359,7 @@ class _Status:
     refused: tuple[int, ...]
     crc: int | None
     waits_for: tuple[str, ...] = ()
-    """Conditions under which the device has not yet seen a turn."""
+    """Conditions at which the device has not yet captured a turn."""
 
     @classmethod
     def read(cls, console: Console) -> _Status:
@@ -385,7 +392,8 @@ class _Status:
         )
 
     def holds(self, sent: SentSet) -> bool:
-        """Tell whether the active set is the sent one; older firmware reports orders, no CRC."""
+        """Tell whether the active set is the sent one; older firmware reports its orders but no
+        CRC."""
         if sent.is_empty:
             return self.state == "none"
         same = self.orders == sent.orders if self.crc is None else self.crc == sent.crc
@@ -393,10 +401,11 @@ class _Status:
 
 
 def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[int, ...]:
-    """Wait until captured turns have judged the sent set; return the orders without a judgement.
+    """Wait until captured turns have judged the sent set; return the orders that no turn has
+    judged.
 
-    Raises LoadRefusedError if a turn contradicts the set, or if another set is loaded in the end;
-    ConsoleError if no turn decides.
+    Raises LoadRefusedError if a turn contradicts the set, or if the device has another set at the
+    end; ConsoleError if no turn decides.
     """
     end = time.monotonic() + seconds
     status = _Status.read(console)

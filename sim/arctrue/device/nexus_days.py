@@ -1,8 +1,8 @@
-"""One HDF5 file a day in NeXus form, written from the record of a device.
+"""Writes one HDF5 file for each day, in NeXus form, from the record of a device.
 
-The files are made from the record. A file is written completely or not at all, so that a reader
-always finds a complete file and no file needs repair after a crash. (A file that is extended while
-others read it, HDF5's SWMR mode, cannot be opened again after its writer was killed.)
+A file is written completely or not at all, so that a reader always finds a complete file and no
+file needs repair after a crash. (A file that is extended while others read it, HDF5's SWMR mode,
+cannot be opened again after its writer was killed.)
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ from arctrue.device.recorder import RecordedTurn, read_turns, record_identity
 h5py: Any = LazyModule("h5py")
 
 _STEP = timedelta(hours=1)
-"""Part of the day that is read in one step, so that the turns of a day need not fit into memory."""
+"""Duration of the part of a day that is read in one step, so that the turns of a whole day need not
+fit into memory."""
 _BLOCK = 4096
-"""Number of turns of an earlier file that are copied at once."""
+"""Number of turns of an earlier file that are copied in one step."""
 _RECORD, _LAST_ID = "arctrue_record", "arctrue_last_id"
-"""Attributes of the entry: the record from which the file was written, and the id of the file's
-last turn."""
+"""Attributes of the NeXus entry: the record from which the file was written, and the id of the last
+turn in the file."""
 _MILLISECOND_BITS = 27
-"""Bits that hold the milliseconds of a day: 86,400,000 < 2^27."""
+"""Number of bits that hold the milliseconds of a day: 86,400,000 < 2^27."""
 _NUMBERS = {
     "separation_deg": "deg",
     "u_separation_arcsec": "arcsec",
@@ -52,12 +53,12 @@ _OF_ORDER = {"amplitude": "arcsec", "phase": "rad", "amplitude_errors": "arcsec"
 
 
 def day_file(folder: Path, day: date) -> Path:
-    """Return the file of a day."""
+    """Return the path of the file of a day."""
     return folder / f"arctrue-{day.isoformat()}.nxs"
 
 
 def recorded_days(record: Path) -> dict[date, int]:
-    """Return the days (UTC) with turns in the record, each with the id of its last turn.
+    """Return the days (UTC) that have turns in the record, each with the id of its last turn.
 
     Raises sqlite3.Error.
     """
@@ -66,10 +67,10 @@ def recorded_days(record: Path) -> dict[date, int]:
 
 
 def write_missing_days(record: Path, folder: Path) -> list[Path]:
-    """Write the file of each day that lacks turns of the record, and return these files.
+    """Write the file of each day that lacks turns of the record; return the written files.
 
-    A file keeps its turns that the record does not have: those that retention has deleted, and
-    those of another record. Raises sqlite3.Error, OSError, MissingExtraError.
+    A file keeps turns that the record lacks: turns that retention has deleted, and turns of another
+    record. Raises sqlite3.Error, OSError, MissingExtraError.
     """
     identity = record_identity(record)
     written = []
@@ -88,15 +89,15 @@ def turns_of_file(path: Path) -> int:
 
 
 def write_day(record: Path, day: date, path: Path) -> None:
-    """Write all turns that were recorded on ``day`` (UTC) to ``path``.
+    """Write all turns recorded on ``day`` (UTC) to ``path``.
 
-    Turns of an earlier file that the record does not have come first.
-    Raises sqlite3.Error, OSError, MissingExtraError.
+    Turns of an earlier file that the record lacks come first. Raises sqlite3.Error, OSError,
+    MissingExtraError.
     """
     start = datetime(day.year, day.month, day.day, tzinfo=UTC)
     with _opened(path) as earlier:
-        # Read the ids before the turns, so that a turn that is recorded in between is written again
-        # the next time.
+        # The ids are read before the turns; a turn that is recorded in between is thus written
+        # again in the next update.
         ids, times_s = _ids_and_times(record, day, start.timestamp())
         kept = _rows_not_in(earlier, _keys(ids, times_s))
         orders = sorted({*_orders(record, day), *_orders_of_file(earlier)})
@@ -200,7 +201,7 @@ def _extend(dataset: Any, values: Any) -> None:
 
 
 def _write_events(entry: Any, record: Path, day: date, earlier: list[tuple[str, str, str]]) -> None:
-    """Write the events of the day; those of an earlier file stay."""
+    """Write the events of the day; the events of an earlier file are kept."""
     query = "SELECT recorded, kind, text FROM event WHERE recorded LIKE ? ORDER BY id"
     recorded = [(str(a), str(b), str(c)) for a, b, c in _rows(record, query, f"{day}T%")]
     rows = list(dict.fromkeys([*earlier, *recorded]))
@@ -218,7 +219,7 @@ def _events_of_file(file: Any) -> list[tuple[str, str, str]]:
 
 
 def _copy(source: Any, entry: Any, rows: Any) -> None:
-    """Append turns of an earlier file; a column that it lacks stays without values."""
+    """Append the turns of an earlier file; a column that this file lacks gets no values."""
     turns, table = source["turns"], source["orders"]
     for name, column in entry["turns"].items():
         if name in turns:
@@ -238,7 +239,7 @@ def _orders_of_file(file: Any) -> list[int]:
 
 
 def _rows_not_in(file: Any, keys: Any) -> Any:
-    """Return the rows of a file's turns, (n,), that are not in the record."""
+    """Return the indices of those turns of a file, (n,), that are not in the record."""
     if file is None:
         return np.empty(0, dtype=np.int64)
     turns = file["entry/turns"]
@@ -246,7 +247,7 @@ def _rows_not_in(file: Any, keys: Any) -> Any:
 
 
 def _keys(ids: Any, times_s: Any) -> Any:
-    """Return a number for each turn, (n,), from id and time.
+    """Return a number that identifies each turn, (n,), computed from id and time.
 
     Turns of different records may have the same id, but not the same time.
     """
@@ -254,7 +255,7 @@ def _keys(ids: Any, times_s: Any) -> Any:
 
 
 def _ids_and_times(record: Path, day: date, start_s: float) -> tuple[Any, Any]:
-    """Return ids, (n,), and seconds since midnight, (n,), of the record's turns of a day."""
+    """Return ids, (n,), and seconds since midnight, (n,), of the turns of a day in the record."""
     query = "SELECT id, recorded FROM turn WHERE recorded LIKE ? ORDER BY id"
     rows = [
         (number, datetime.fromisoformat(recorded).timestamp() - start_s)
@@ -272,7 +273,7 @@ def _orders(record: Path, day: date) -> list[int]:
 
 
 def _has(path: Path, identity: str, last: int) -> bool:
-    """Tell whether the file was written from this record and has its turns up to ``last``."""
+    """Tell whether the file was written from this record and contains its turns up to ``last``."""
     with _opened(path) as file:
         if file is None:
             return False
@@ -284,7 +285,7 @@ def _has(path: Path, identity: str, last: int) -> bool:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """Open the file of a day; None if it is missing, damaged or not a file of a day."""
+    """Open the file of a day; return None if it is missing, damaged or no such file."""
     file = None
     with contextlib.suppress(OSError):
         file = h5py.File(path, "r")

@@ -1,4 +1,5 @@
-"""Opens a serial port for one program alone, and names the program that already uses it."""
+"""Opens a serial port for one program alone, and names the program that is already using the
+port."""
 
 from __future__ import annotations
 
@@ -19,12 +20,13 @@ BAUD = 115_200
 
 
 class ConsoleError(Exception):
-    """The device does not answer, or gives another answer than expected; the user sees the
+    """Is raised if the device does not answer, or answers something unexpected; the user sees the
     message."""
 
 
 class Transport(Protocol):
-    """The bytes to and from a device: a serial port, or a connection to the program that uses it.
+    """The methods that carry bytes to and from a device: a serial port, or a connection to the
+    program that uses the port.
 
     The methods raise OSError if the connection is lost.
     """
@@ -33,14 +35,14 @@ class Transport(Protocol):
         """Send all of ``data``."""
 
     def read_until(self, expected: bytes = b"\n", /) -> bytes:
-        """Return the bytes up to ``expected``; fewer if they do not arrive in time."""
+        """Return the bytes up to ``expected``; fewer bytes if they do not arrive in time."""
 
     def close(self) -> None:
-        """End the connection."""
+        """Close the connection."""
 
 
 class SerialTransport:
-    """A serial port that no other program can use while it is open."""
+    """A serial port that no other program can open while it is open here."""
 
     def __init__(self, port: str, timeout_s: float, baud: int = BAUD) -> None:
         """Open ``port``, a device or a URL of pyserial.
@@ -57,7 +59,7 @@ class SerialTransport:
         keep_others_out(self._serial)
 
     def fileno(self) -> int:
-        """Return the file descriptor. Raises OSError for a port without one."""
+        """Return the file descriptor of the port. Raises OSError for a port without one."""
         number = getattr(self._serial, "fd", None)
         if not isinstance(number, int):
             raise OSError(errno.ENOTSUP, "this kind of port has no file descriptor")
@@ -68,19 +70,20 @@ class SerialTransport:
         return self._serial.write(data)
 
     def read_until(self, expected: bytes = b"\n", /) -> bytes:
-        """Return the bytes up to ``expected``; fewer if they do not arrive in time."""
+        """Return the bytes up to ``expected``; fewer bytes if they do not arrive in time."""
         return bytes(self._serial.read_until(expected))
 
     def close(self) -> None:
-        """Close the port; other programs may open it then."""
+        """Close the port; other programs may then open it."""
         if self._serial.is_open:
-            with suppress(OSError):  # raised if the device has been unplugged
+            with suppress(OSError):  # pyserial raises it if the device has been unplugged
                 let_others_in(self._serial)
         self._serial.close()
 
 
 def _not_opened(port: str, error: Exception) -> ConsoleError:
-    # pyserial repeats the port's name and the system's error; its lock raises a different error.
+    # pyserial repeats the name of the port and the system's error; a locked port causes another
+    # message.
     number = getattr(error, "errno", None)
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
         return _in_use(port, other_users(port))

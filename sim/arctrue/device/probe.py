@@ -1,7 +1,7 @@
-"""Reads the corrected positions at a probe's edges and at compare pulses, over the console.
+"""Reads the corrected positions at edges of the probe and at compare pulses, over the console.
 
-A core with the generic EVENTS keeps its events in a queue, so that edges may come in bursts. With a
-core without this queue, only the latch can be read, which keeps the last edge.
+A core with the generic EVENTS keeps its events in a queue, so that edges may come in bursts. A core
+without this queue has only a latch, which holds the last edge.
 """
 
 from __future__ import annotations
@@ -16,36 +16,40 @@ from arctrue.device.console import Console, ConsoleError
 
 EDGES_WRAP: Final = 1 << 16
 LOOK_S = 0.1
-"""Time between two reads of the latch; if edges come faster, only the last one is seen."""
+"""Time in seconds between two reads of the latch; of several edges in this time only the last one
+is read."""
 QUEUE_LOOK_S = 0.02
-"""Time between two reads of an empty queue, which holds 64 events."""
+"""Time in seconds between two reads of an empty queue; the queue holds 64 events."""
 CSV_HEAD: Final = "edge,time_s,position_counts,angle_deg,kind,missed"
 EVENTS_COMMAND: Final = "probe events"
 KINDS: Final = {1: "probe", 2: "compare", 3: "probe and compare"}
-"""Names of the kinds of an event: an edge of probe_in, a pulse of compare_out, both at once."""
+"""Kinds of events with their names: an edge of probe_in, a pulse of compare_out, both in one
+clock."""
 _EVENT_WORDS: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
 class Latch:
-    """Position of the table at an edge of the probe, or at a pulse of the compare."""
+    """One event: the position of the table at an edge of the probe, or at a pulse of
+    compare_out."""
 
     edge: int
-    """Number of the event since the reset of the device, modulo 2¹⁶."""
+    """Number of the event since the device's reset, modulo 2¹⁶."""
     time_s: float
-    """Time by the device's clock."""
+    """Time of the event by the device's clock."""
     position_counts: int
-    """Corrected position over many turns."""
+    """Corrected position, counted over many turns."""
     angle_deg: float
-    """Corrected angle after the index."""
+    """Corrected angle from the index."""
     missed: int
-    """Number of events between the previous one and this one, whose positions nobody read."""
+    """Number of events between the previous event and this one that were missed, so that their
+    positions are unknown."""
     kind: int = 1
-    """Kind of the event, a key of KINDS."""
+    """Kind of the event, one of the keys of KINDS."""
 
     @property
     def missed_edges(self) -> str:
-        """Return the numbers of the missed events: the first and the last one."""
+        """Return the numbers of the first and the last missed event."""
         first, last = (self.edge - self.missed) % EDGES_WRAP, (self.edge - 1) % EDGES_WRAP
         return f"{first}" if self.missed == 1 else f"{first} to {last}"
 
@@ -58,13 +62,14 @@ class Latch:
 
 
 def missed_before(edge: int, before: int | None) -> int:
-    """Return the number of missed events between ``before`` and ``edge``; 0 without an earlier
-    event."""
+    """Return the number of events that were missed between ``before`` and ``edge``; 0 without an
+    earlier event."""
     return 0 if before is None else (edge - before - 1) % EDGES_WRAP
 
 
 def event_of(text: str, clock_hz: float, counts_per_rev: float, before: int | None) -> Latch | None:
-    """Read a line ``event NUMBER KIND TIME POSITION ANGLE``; None for any other or damaged line.
+    """Read a line ``event NUMBER KIND TIME POSITION ANGLE``; return None for any other or damaged
+    line.
 
     ``before``: number of the event before it.
     """
@@ -82,10 +87,11 @@ def event_of(text: str, clock_hz: float, counts_per_rev: float, before: int | No
 
 
 class Probe:
-    """Reads the events of a device that occur after the connection."""
+    """Reads the events of a device that occur after the connection was made."""
 
     def __init__(self, console: Console) -> None:
-        """Connect. Raises ConsoleError if no device answers, or its core has no probe."""
+        """Connect to the device. Raises ConsoleError if no device answers, or its core has no
+        probe."""
         self._console = console
         self._clock_hz = _value(_told(console, "version"), "clock_hz", console)
         parameters = _told(console, "show parameters")
@@ -94,7 +100,7 @@ class Probe:
         self._waiting: deque[Latch] = deque()
         self._edge: int | None = None
         self.has_queue = self._forget_queue()
-        """True if the device has a queue of events."""
+        """Whether the device has a queue of events."""
         if not self.has_queue:
             self._edge = int(self._read("edges"))
 
@@ -110,7 +116,7 @@ class Probe:
             time.sleep(QUEUE_LOOK_S if self.has_queue else LOOK_S)
 
     def _forget_queue(self) -> bool:
-        """Take the events that wait; False if the device has no queue."""
+        """Read the events that wait in the queue; return False if the device has no queue."""
         try:
             self._read_queue()
         except ConsoleError as error:
@@ -126,7 +132,7 @@ class Probe:
         return self._waiting.popleft() if self._waiting else None
 
     def _read_queue(self) -> None:
-        """Take the events that wait in the queue, at most 64."""
+        """Read up to 64 events that wait in the queue."""
         for line in self._console.command(EVENTS_COMMAND):
             found = event_of(line, self._clock_hz, self._counts_per_rev, self._edge)
             if found is not None:

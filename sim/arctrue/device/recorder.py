@@ -1,4 +1,4 @@
-"""Telemetry in an SQLite file: one row for each turn, harmonic and event."""
+"""Records telemetry in an SQLite file: one row for each turn, each harmonic and each event."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ _TURN = {
     "swaps": "INTEGER",
     "alarms": "TEXT NOT NULL",
 }
-"""Columns of a turn and their types."""
+"""Columns of the table of turns, with their types."""
 _FIELDS = tuple(name for name in _TURN if name not in ("recorded", "number", "alarms"))
 """Columns that have the same name as a field of the telemetry."""
 _KIND_OF_EDGE = "kind INTEGER NOT NULL DEFAULT 1"
-"""Column that files of earlier versions lack: a key of arctrue.device.probe.KINDS."""
+"""Column that files of earlier versions lack; its values are keys of arctrue.device.probe.KINDS."""
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS turn (
     id INTEGER PRIMARY KEY,
@@ -74,11 +74,11 @@ CREATE TABLE IF NOT EXISTS event (
 );
 """
 CLOCK_STEP_S = 1.0
-"""Largest difference between the steps of system clock and monotonic clock; more means that the
-system clock was set."""
+"""Largest difference in seconds between the advances of the system clock and of the monotonic
+clock; a larger one means that the system clock was set."""
 _DELETED_AT_ONCE = 500
 _BETWEEN_RETENTIONS = 100
-"""Number of turns between two checks of the limits."""
+"""Number of turns after which the limits are checked again."""
 _DAY_S = 86_400.0
 _MEGABYTE = 1_000_000
 
@@ -94,9 +94,9 @@ class Retention:
 class Recorder:
     """Appends turns and events to ``file``; a turn is on the disk when ``add`` returns.
 
-    The rows' ``id`` gives their order, also after the system's clock was set back. The file is in
-    SQLite's WAL mode: others can read it at the same time, and a program that is killed loses at
-    most the turn that it was writing. All methods raise sqlite3.Error.
+    The ``id`` of the rows gives their order even after the system's clock was set back. The file is
+    in SQLite's WAL mode: other programs can read it at the same time, and a program that is killed
+    loses at most the turn that it was writing. All methods raise sqlite3.Error.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class Recorder:
         clock: Callable[[], float] = time.time,
         monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Open or make the file. ``clock`` and ``monotonic`` return seconds."""
+        """Open or create the file. ``clock`` and ``monotonic`` return seconds."""
         self._retention = retention or Retention()
         self._clock, self._monotonic = clock, monotonic
         self._connection = sqlite3.connect(file, isolation_level=None, timeout=1.0)
@@ -116,7 +116,7 @@ class Recorder:
         if self._one("SELECT count(*) FROM identity") == 0:
             self._connection.execute("INSERT INTO identity VALUES (?)", (uuid.uuid4().hex,))
         self.deletable: int | None = None
-        """Greatest id that retention may delete; None: any."""
+        """Largest id that retention may delete; None: no limit."""
         self._add_what_older_files_lack()
         self._last_id = self._one("SELECT coalesce(max(id), 0) FROM turn")
         self._since_retention = 0
@@ -136,7 +136,7 @@ class Recorder:
             self.event("clock", f"the clock shows a time before the latest turn, {row[0]}")
 
     def add(self, turn: TelemetryLine) -> int:
-        """Append one turn and return its id."""
+        """Append one turn; return its id."""
         self._state_a_set_clock()
         fields = turn.fields
         values = [self._now(), fields["turn"], *(fields.get(name) for name in _FIELDS)]
@@ -157,7 +157,7 @@ class Recorder:
         return self._last_id
 
     def event(self, kind: str, text: str) -> None:
-        """Append an event after the latest turn, for example a lost port."""
+        """Append an event, for example a lost port, after the latest turn."""
         with self._transaction():
             self._connection.execute(
                 "INSERT INTO event (recorded, after_turn, kind, text) VALUES (?, ?, ?, ?)",
@@ -165,7 +165,7 @@ class Recorder:
             )
 
     def edges(self, latches: Sequence[Latch]) -> None:
-        """Append the table's positions at edges of probe_in and pulses of compare_out."""
+        """Append the positions of the table at edges of probe_in and pulses of compare_out."""
         names = ("edge", "time_s", "position_counts", "angle_deg", "missed", "kind")
         before = (self._now(), self._last_id)
         rows = [(*before, *(getattr(latch, name) for name in names)) for latch in latches]
@@ -177,7 +177,7 @@ class Recorder:
             )
 
     def apply_retention(self) -> None:
-        """Delete the oldest turns until both limits are met."""
+        """Delete the oldest turns until both limits are satisfied."""
         if self._retention.days is not None:
             before = _utc(self._clock() - self._retention.days * _DAY_S)
             while self._delete_oldest("AND recorded < ?", before):
@@ -192,7 +192,7 @@ class Recorder:
         most = self._last_id if self.deletable is None else self.deletable
         chosen = f"SELECT id FROM turn WHERE id <= ? {where} ORDER BY id LIMIT {_DELETED_AT_ONCE}"
         ids = [row[0] for row in self._connection.execute(chosen, (most, *values))]
-        # The latest turn is never deleted, so that a new row never gets the id of an earlier row.
+        # The latest turn is never deleted; a new row therefore never gets the id of an earlier row.
         ids = [number for number in ids if number != self._last_id]
         if not ids:
             return False
@@ -238,23 +238,24 @@ class Recorder:
 
 
 def _utc(seconds: float) -> str:
-    """Return the time in UTC with milliseconds, as SQLite's own functions write it."""
+    """Return the time in UTC with milliseconds, in the format of SQLite's own functions."""
     moment = datetime.fromtimestamp(seconds, UTC)
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedTurn:
-    """A turn of the record; ``fields`` are those of the telemetry."""
+    """A turn of the record; ``fields`` are the fields of the telemetry."""
 
     id: int
     recorded_s: float
-    """Seconds since 1970, UTC."""
+    """Time of the recording in seconds since 1970, UTC."""
     fields: dict[str, Any]
 
 
 def record_identity(file: Path) -> str:
-    """Return the name that distinguishes a record from others; empty for an older version.
+    """Return the name that distinguishes a record from other records; empty for a record of an
+    older version.
 
     Raises sqlite3.Error.
     """
@@ -270,14 +271,15 @@ def record_identity(file: Path) -> str:
 
 
 def last_turn(file: Path) -> int:
-    """Return the id of the latest turn of a record; 0 without one. Raises sqlite3.Error."""
+    """Return the id of the latest turn of a record; 0 for a record without turns. Raises
+    sqlite3.Error."""
     return max((turn.id for turn in read_turns(file, latest=1)), default=0)
 
 
 def read_turns(
     file: Path, latest: int = -1, after: int = 0, span: tuple[str, str] | None = None
 ) -> list[RecordedTurn]:
-    """Read the ``latest`` turns of a record (-1: all) with an id above ``after``, oldest first.
+    """Return the ``latest`` turns of a record (-1: all) with an id above ``after``, oldest first.
 
     ``span``: only turns recorded from the first to before the second time, as ISO 8601 in UTC.
     Raises sqlite3.Error.
@@ -290,7 +292,7 @@ def read_turns(
     query = f"SELECT * FROM turn WHERE {where} ORDER BY id DESC LIMIT ?"
     turns: dict[int, RecordedTurn] = {}
     try:
-        connection.execute("BEGIN")  # both queries read the same state
+        connection.execute("BEGIN")  # one transaction, so that both queries read the same state
         for row in reversed(connection.execute(query, [*values, latest]).fetchall()):
             fields = dict(row)
             identifier, recorded = fields.pop("id"), fields.pop("recorded")

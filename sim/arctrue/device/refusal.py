@@ -1,4 +1,5 @@
-"""Reasons why a device refuses a command: the device's word, and the explanation in its help."""
+"""Explains why a device refuses a command: finds the device's word for the reason, and its
+explanation in the device's help."""
 
 from __future__ import annotations
 
@@ -6,13 +7,13 @@ from arctrue.device.console import Console, ConsoleError
 
 
 def reason_of(error: ConsoleError, command: str) -> str | None:
-    """Return the device's word after ``error: COMMAND``; None for another error or no answer."""
+    """Return the word that follows ``error: COMMAND``; None for another error or no answer."""
     _, found, reason = str(error).rpartition(f"error: {command} ")
     return reason.split()[0] if found and reason else None
 
 
 def explained(console: Console, reason: str) -> str:
-    """Return the word, and the sentence of the device's help if there is one."""
+    """Return the word, followed by the sentence from the device's help if there is one."""
     try:
         return f"{reason}: {console.command(f'help {reason}')[0]}"
     except (ConsoleError, IndexError):

@@ -1,4 +1,4 @@
-"""Saves the device's present settings in its flash."""
+"""Saves the device's present settings in the device's flash."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 
 SAVE_S = 15.0
-"""Longest time for an answer, s: erasing takes up to 3 s, and the device gives up after 8 s."""
+"""Longest time in seconds for an answer: erasing takes up to 3 s, and the device gives up after 8
+s."""
 
 
 class SaveRefusedError(Exception):
-    """The device cannot save; the message says why and what to do."""
+    """Is raised if the device cannot save; the message states the reason and the remedy."""
 
 
 def save_settings(console: Console) -> str:
-    """Save the settings; return the device's answer after it has read the record back.
+    """Save the settings; return the device's answer, which it sends after it has read the record
+    back.
 
     Raises SaveRefusedError if the flash does not take it, ConsoleError if the device does not
     answer.

@@ -1,1 +1,2 @@
-"""Bit-true models of the gateware: numpy integers, one module per entity, same names."""
+"""Models the gateware bit by bit with numpy integers; each module models the entity of the same
+name."""

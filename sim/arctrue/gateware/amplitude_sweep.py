@@ -1,4 +1,5 @@
-"""Model of the entity ``amplitude_sweep``: amplitudes times their modulators, rounded once."""
+"""Models the entity ``amplitude_sweep``: amplitudes are multiplied by their modulators and rounded
+once."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from arctrue.gateware.table_conditions import MODULATOR_FRACTION, MODULATOR_ONE
 
 
 class Modulators(NamedTuple):
-    """Factors by which lanes are multiplied, s1.16."""
+    """Modulators, the factors by which amplitudes of lanes are multiplied, s1.16."""
 
     direction: int = 0
     speed: int = 0
@@ -22,7 +23,7 @@ class Modulators(NamedTuple):
 
     @property
     def values(self) -> NDArray[np.int64]:
-        """Return the factors in the order of the names in ``extension.MODULATORS``, (6,)."""
+        """Return the modulators in the order of the names in ``extension.MODULATORS``, (6,)."""
         square = int(rounded_product(self.speed, self.speed))
         return np.array(
             [MODULATOR_ONE, self.direction, self.speed, square, self.word_a, self.word_b]
@@ -37,12 +38,14 @@ def rounded_product(word: ArrayLike, modulator: ArrayLike) -> NDArray[np.int64]:
 
 
 def effective_amplitudes(amplitudes: ArrayLike, modulator: ArrayLike) -> NDArray[np.int64]:
-    """Return amplitudes in 2⁻¹¹ count, as the pipeline reads them; the shapes broadcast."""
+    """Return amplitudes in 2⁻¹¹ count as the pipeline reads them; the shapes of the arguments
+    broadcast."""
     return np.minimum(rounded_product(amplitudes, modulator), AMPLITUDE_WORD_MAX)
 
 
 def modulated(coefficients: Coefficients, modulators: Modulators) -> Coefficients:
-    """Return the bank with the amplitudes that the pipeline reads for constant modulators."""
+    """Return the bank with the amplitudes that the pipeline reads while the modulators are
+    constant."""
     chosen = modulators.values[coefficients.modulator_numbers]
     amplitudes = effective_amplitudes(coefficients.amplitudes, chosen)
     return dataclasses.replace(coefficients, amplitudes=amplitudes.astype(np.int32))

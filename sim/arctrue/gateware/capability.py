@@ -1,4 +1,5 @@
-"""Generics of a bitstream beyond the lanes, and those that a coefficient file requires."""
+"""Compares the generics of a bitstream, apart from the lanes, with the generics that a coefficient
+file requires."""
 
 from __future__ import annotations
 
@@ -10,10 +11,11 @@ HEADS_MOST: Final = 4
 
 @dataclass(frozen=True)
 class Capability:
-    """Generics of ``arctrue_core`` as the register ``capability`` states them; the defaults are
-    those of the default build.
+    """Generics of ``arctrue_core`` as the register ``capability`` states them; the defaults
+    describe the default build.
 
-    The same structure states the requirements of a coefficient file: the smallest build for it.
+    An object of this class also states the requirements of a coefficient file, as the smallest
+    build that can load the file.
     """
 
     heads: int = 2
@@ -24,7 +26,8 @@ class Capability:
     failover: bool = False
 
     def lacking(self, needed: Capability) -> list[str]:
-        """List generics that ``needed`` requires and this bitstream lacks, as ``"HEADS = 4"``."""
+        """Return the generics that ``needed`` requires and this bitstream lacks, as ``"HEADS =
+        4"``."""
         found = []
         for field in fields(self):
             wanted, built = getattr(needed, field.name), getattr(self, field.name)
@@ -35,4 +38,4 @@ class Capability:
 
 
 EVERYTHING: Final = Capability(HEADS_MOST, True, True, True, True, True)
-"""Capability that every file fits, for a reader that only displays the file."""
+"""Capability that satisfies every file, for a reader that only displays a file."""

@@ -1,8 +1,8 @@
 """Reads and writes the coefficient file, which ``arctrue calibrate`` writes and the gateware loads.
 
-The format is TOML. The gateware loads the integer words; further keys give the same values in
-arcseconds and degrees, and the reader checks that both agree. Lanes that are not listed have
-amplitude 0. docs/map-extensions.md describes the additions of schema 3.
+The format is TOML. The gateware loads the integer words; further keys state the values of these
+words in arcseconds and degrees, and the reader checks that keys and words agree. Lanes that are not
+listed have amplitude 0. docs/map-extensions.md describes the additions of schema 3.
 """
 
 from __future__ import annotations
@@ -45,12 +45,13 @@ from arctrue.generated.number_formats import LANES_MAX, PHASE_STEP_WIDTH, PHASE_
 
 SCHEMA = 1
 THERMAL_SCHEMA = 2
-"""Schema of a file with lanes that follow the temperature and without extension."""
+"""Schema number of a file with lanes that follow the temperature and without an extension."""
 EXTENDED_SCHEMA = 3
-"""Schema of a file with a part that needs a generic of the gateware; other files have schema 1."""
+"""Schema number of a file with a part that needs a generic of the gateware; all other files have
+schema 1."""
 
-# Permitted difference between a value for people and its word, in units of the word: half a unit
-# for the rounding of a typed value, and a small margin for the number of written digits.
+# Permitted difference between a value in a unit for people and its word, in units of the word: half
+# a unit for the rounding of a typed value, and a small margin for the number of written digits.
 _AGREEMENT = 0.51
 
 
@@ -116,7 +117,7 @@ class _ExtendedLane(_ThermalLane, forbid_unknown_fields=True, kw_only=True):
 
     @property
     def phase_source(self) -> PhaseSource | None:
-        """Return the origin of the lane's phase; None: the operator."""
+        """Return the origin of the lane's phase; None: the operator states the phase."""
         if self.phase_from == "operator" and not (self.probe_side or self.probe_phase):
             return None
         return PhaseSource(self.phase_from, self.probe_side, self.probe_phase)
@@ -179,12 +180,13 @@ _DECLARED: Mapping[int, type[_File]] = {
 
 
 class CoefficientFileError(ValueError):
-    """A coefficient file that cannot be used; the message names the file and the key."""
+    """Is raised for a coefficient file that cannot be used; the message names the file and the
+    key."""
 
 
 def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: str = "") -> None:
-    """Write ``coefficients`` completely or not at all: an existing file stays until the new one is
-    complete.
+    """Write ``coefficients`` completely or not at all: an existing file remains until the new file
+    is complete.
 
     Raises OSError if the folder cannot be written.
     """
@@ -233,7 +235,8 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
 
 
 def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
-    """Format an array of tables called ``table`` with the lanes whose words are not all 0."""
+    """Return the lines of the TOML array of tables ``table``, one table for each lane whose words
+    are not all 0."""
     arcsec = ARCSEC_PER_TURN / coefficients.counts_per_rev
     thermal = coefficients.thermal
     extension = coefficients.extension or Extension()
@@ -283,7 +286,7 @@ def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
 
 
 def _extension_lines(extension: Extension | None) -> list[str]:
-    """Format the tables of schema 3 that precede the lanes."""
+    """Return the lines of those tables of schema 3 that precede the lanes."""
     lines: list[str] = []
     if extension is None:
         return lines
@@ -325,7 +328,7 @@ def _extension_lines(extension: Extension | None) -> list[str]:
 
 
 def _without_lines(entry: Coefficients) -> list[str]:
-    """Format the prepared set for a missing head."""
+    """Return the lines of the prepared set for a missing head."""
     mean = entry.extension.mean if entry.extension else None
     assert mean is not None, "checked by Coefficients"
     return [
@@ -341,11 +344,12 @@ def _without_lines(entry: Coefficients) -> list[str]:
 
 
 def read_coefficient_file(path: Path | str, bitstream: Capability | None = None) -> Coefficients:
-    """Read and check a coefficient file for ``bitstream``; None: the default build.
+    """Read a coefficient file and check it for ``bitstream``; None: the default build.
 
-    Raises CoefficientFileError for a missing file, wrong TOML, a key that is missing,
-    unknown or of the wrong type, a word outside its format, words that contradict the values
-    for people, or a part that the bitstream cannot hold, with the generic that builds it.
+    Raises CoefficientFileError for a missing file, wrong TOML, a key that is missing, unknown or of
+    the wrong type, a word outside its format, words that contradict their values in arcseconds or
+    degrees, or a part that the bitstream cannot hold (the message then names the generic that the
+    part needs).
     """
     path = Path(path)
     try:
@@ -366,7 +370,7 @@ def read_coefficient_file(path: Path | str, bitstream: Capability | None = None)
 
 
 def _check_loadable(extension: Extension, bitstream: Capability) -> None:
-    """Raise ContentError if the bitstream lacks a requirement of the file."""
+    """Raise ContentError if the bitstream lacks a part that the file requires."""
     lacking = bitstream.lacking(extension.needs)
     if lacking:
         raise ContentError(
@@ -397,7 +401,8 @@ def _coefficients(file: _File) -> Coefficients:
 def _lanes(
     listed: Sequence[_Lane], key: str, file: _File
 ) -> tuple[dict[int, _Lane], dict[int, tuple[int, ...]]]:
-    """Give lanes by number, and slopes by order. Raises ContentError for contradictions."""
+    """Return the lanes by their numbers, and the slopes by order. Raises ContentError for
+    contradictions."""
     lanes: dict[int, _Lane] = {}
     slopes: dict[int, tuple[int, ...]] = {}
     for number, lane in enumerate(listed, start=1):
@@ -430,7 +435,7 @@ def _words(
 
 
 def _of_lanes(lanes: Mapping[int, _Lane]) -> dict[str, Any]:
-    """Return modulators and turn steps in the form of the extension."""
+    """Return modulators and turn steps as the extension stores them."""
     extended = {at: lane for at, lane in lanes.items() if isinstance(lane, _ExtendedLane)}
     return {
         "modulators": tuple(
@@ -547,7 +552,7 @@ def _thermal(table: _Temperature, slopes: Mapping[int, tuple[int, ...]]) -> Ther
 
 
 def _check_words(place: str, lane: _Lane, counts_per_rev: int) -> None:
-    """Raise ContentError if the words of a lane contradict its values."""
+    """Raise ContentError if the words of a lane contradict its values in arcseconds and degrees."""
     if isinstance(lane, _ExtendedLane):
         _check_real_order(place, lane, counts_per_rev)
     else:
@@ -564,9 +569,9 @@ def _check_words(place: str, lane: _Lane, counts_per_rev: int) -> None:
 
 
 def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> None:
-    """Raise ContentError if phase step or turn step does not belong to the order.
+    """Raise ContentError if the phase step or the turn step contradicts the order.
 
-    The order has 53 bits: a step may differ by the rounding of the order and by half a unit.
+    A step may differ by the rounding of the order to 53 bits and by half a unit.
     """
     turn = 1 << PHASE_STEP_WIDTH
     order = Fraction(lane.order)
@@ -584,7 +589,8 @@ def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> N
 
 
 def _real_order(step: int, turn_step: int, counts_per_rev: int) -> float:
-    """Give the order nearest to the phase step with the fraction of the turn step."""
+    """Return the real order that is nearest to the phase step and has the fraction of the turn
+    step."""
     turn = 1 << PHASE_STEP_WIDTH
     fraction = Fraction(turn_step, turn)
     return float(round(Fraction(step * counts_per_rev, turn) - fraction) + fraction)
@@ -605,7 +611,7 @@ def _check_slope(place: str, lane: _ThermalLane, counts_per_rev: int) -> None:
 def _agree(
     place: str, value: float, word_key: str, word: int, unit: float, turn: float = math.inf
 ) -> None:
-    """Raise ContentError if ``value`` is not ``word`` units, modulo whole ``turn``s."""
+    """Raise ContentError if ``value`` is not ``word`` units, up to multiples of ``turn``."""
     difference = value - word * unit
     if math.isfinite(turn):
         difference = math.remainder(difference, turn)

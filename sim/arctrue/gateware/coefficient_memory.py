@@ -1,4 +1,4 @@
-"""Model of the entity ``coefficient_memory``: words in, two banks, one swap."""
+"""Models the entity ``coefficient_memory``, which has two banks of words; a swap exchanges them."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ WORD_MASK = 2**32 - 1
 
 
 def bank_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
-    """Give the writes that load a bank: address (lane * 4 + word) and 32-bit data.
+    """Return the writes that load a bank, as addresses (lane * 4 + word) with 32-bit data.
 
-    They exclude the offset, which has its own register.
+    The writes do not include the offset, which has a register of its own.
     """
     for lane in range(coefficients.lanes):
         step = int(coefficients.phase_steps[lane])
@@ -34,7 +34,7 @@ def bank_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
 
 
 def turn_step_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
-    """Give the writes of the turn steps: address (lane * 2 + word) and 32-bit data."""
+    """Return the writes of the turn steps, as addresses (lane * 2 + word) with 32-bit data."""
     for lane, step in enumerate(coefficients.turn_steps.tolist()):
         yield 2 * lane, step & WORD_MASK
         yield 2 * lane + 1, step >> 32
@@ -43,11 +43,11 @@ def turn_step_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
 class CoefficientMemory:
     """Both banks of ``lanes`` lanes, at the level of writes, read-backs and swaps.
 
-    ``compensation_pipeline`` models the clocks, in which every angle meets one bank only.
+    ``compensation_pipeline`` models the clocks; there, each angle is corrected with a single bank.
     """
 
     def __init__(self, counts_per_rev: int, lanes: int = LANES_DEFAULT) -> None:
-        """Start with both banks zero, as at power-up."""
+        """Begin with zeros in both banks, as at power-up."""
         self._counts_per_rev = counts_per_rev
         self._words = [0] * (WORDS_A_LANE * lanes)
         self._offset = 0
@@ -59,7 +59,7 @@ class CoefficientMemory:
         return self._active
 
     def write(self, address: int, data: int) -> None:
-        """Write a word of the idle bank; a write to a lane that is not built is ignored.
+        """Write a word of the idle bank; a write to a lane that the gateware lacks is ignored.
 
         Raises ValueError for an address or a word that the bus cannot carry.
         """
@@ -70,11 +70,11 @@ class CoefficientMemory:
             self._words[address] = _stored(address % WORDS_A_LANE, data)
 
     def write_offset(self, data: int) -> None:
-        """Write the offset of the idle bank, a 32-bit word of which s13.11 is stored."""
+        """Write the offset of the idle bank; the memory stores s13.11 of the 32-bit word."""
         self._offset = _signed(data, AMPLITUDE_WIDTH)
 
     def read(self, address: int) -> int:
-        """Return a word of the idle bank; 0 for a lane that is not built."""
+        """Return a word of the idle bank; 0 for a lane that the gateware lacks."""
         _check_address(address)
         return self._words[address] if address < len(self._words) else 0
 
@@ -92,7 +92,7 @@ class CoefficientMemory:
         )
 
     def load(self, coefficients: Coefficients) -> None:
-        """Write a whole bank with its offset and swap."""
+        """Write a whole bank with its offset, and swap the banks."""
         for address, data in bank_words(coefficients):
             self.write(address, data)
         self.write_offset(coefficients.offset & WORD_MASK)

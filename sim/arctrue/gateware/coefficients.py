@@ -1,4 +1,4 @@
-"""The coefficients of equation (9) as the gateware holds them."""
+"""Holds the coefficients of equation (9) in the number formats of the gateware."""
 
 from __future__ import annotations
 
@@ -35,29 +35,30 @@ ORDER_MAX = (1 << ORDER_WIDTH) - 1
 AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
 AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
 SIDE_MOST = 8
-"""Largest side that is tried for a line with the phase of a drive's index; the side is the whole
-number in :class:`PhaseSource`."""
+"""Largest side that is tried for a line whose phase comes from a drive's index;
+:class:`PhaseSource` defines the side, a whole number."""
 SIDE_TOLERANCE = 0.005
-"""Largest distance of a fitted order from a multiple of the drive's index, periods a turn: five
-times the standard uncertainty of an order from one turn of a reference."""
+"""Largest distance of a fitted order from a multiple of the drive's index, periods a turn. It is
+five times the standard uncertainty of an order that is fitted to one turn of a reference."""
 RANGE_STEPS = 32
-"""Number of steps of a temperature range for bounds over it; equal to the firmware's."""
+"""Number of steps into which a temperature range is divided to compute bounds; the firmware uses
+the same number."""
 STEEPEST = STEEPEST_PERCENT / 100
 AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
 
 
 @dataclass(frozen=True, eq=False)
 class Coefficients:
-    """One bank of the coefficient memory.
+    """Holds one bank of the coefficient memory.
 
-    ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn a count; ``phase_offsets``: uint32 (lanes,),
-    Φ in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count;
-    ``offset``: in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn for which K was
-    computed; ``thermal``: the lanes that follow the temperature, which the firmware
-    updates; ``extension``: mean, conditions, real orders and table, if the gateware is built with
-    them. A lane with a turn step has a real order, of which ``orders`` holds the nearest whole one.
+    ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn a count; ``phase_offsets``: uint32 (lanes,), Φ
+    in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count; ``offset``:
+    in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn for which K was computed;
+    ``thermal``: the lanes that follow the temperature, which the firmware updates; ``extension``:
+    mean, conditions, real orders and table, if the gateware is built with them. A lane with a turn
+    step has a real order; ``orders`` then holds the nearest whole number.
 
-    Raises ValueError for a word that its format cannot hold.
+    Raises ValueError for a word that does not fit its format.
     """
 
     phase_steps: NDArray[np.uint64]
@@ -152,7 +153,7 @@ class Coefficients:
                 raise ValueError("without: each set has the lanes and counts a turn of the file")
 
     def __eq__(self, other: object) -> bool:
-        """Tell whether all words are equal."""
+        """Tell whether all words of both objects are equal."""
         if not isinstance(other, Coefficients):
             return NotImplemented
         return (
@@ -166,7 +167,7 @@ class Coefficients:
         )
 
     def at(self, celsius: float) -> Coefficients:
-        """Give the bank at a temperature; the same bank if no lane follows the temperature."""
+        """Return the bank at a temperature; it is this bank if no lane follows the temperature."""
         if self.thermal is None:
             return self
         offsets, amplitudes = self.phase_offsets.copy(), self.amplitudes.copy()
@@ -181,12 +182,13 @@ class Coefficients:
         return dataclasses.replace(self, phase_offsets=offsets, amplitudes=amplitudes, thermal=None)
 
     def extent(self) -> tuple[float, float]:
-        """Bound |dε/dR| and the largest amplitude of a lane in counts, at any temperature.
+        """Return bounds of |dε/dR| and of a lane's largest amplitude in counts, valid at any
+        temperature.
 
-        The bounds are the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
-        most that a lane can exceed the chord between two of them, c₂h²/4. Phases are ignored:
-        Σ n·|c_n| bounds the sum of all lanes anywhere in the turn. The slope of a local table adds
-        to that of the lanes.
+        Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
+        largest excess of a lane over the chord between two of these temperatures, c₂h²/4. Phases
+        are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the turn. The slope of a
+        local table adds to that of the lanes.
         """
         thermal, orders = self.thermal, self.real_orders
         written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
@@ -217,7 +219,8 @@ class Coefficients:
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """Return the order of every lane, (lanes,), modulo counts_per_rev: whole counts alias."""
+        """Return the order of every lane, (lanes,), modulo counts_per_rev, because orders alias at
+        whole counts."""
         return np.array(
             [
                 ((2 * step * self.counts_per_rev + 2**PHASE_STEP_WIDTH) >> (PHASE_STEP_WIDTH + 1))
@@ -229,15 +232,17 @@ class Coefficients:
 
     @property
     def real_orders(self) -> NDArray[np.float64]:
-        """Return the order of every lane, (lanes,), with the fraction of lanes with a turn step."""
+        """Return the order of every lane, (lanes,); a lane with a turn step has an order with a
+        fraction."""
         fractions = self.turn_steps.astype(np.float64) / 2.0**PHASE_STEP_WIDTH
         turns = self.phase_steps.astype(np.float64) * (self.counts_per_rev / 2.0**PHASE_STEP_WIDTH)
         return np.where(fractions > 0.0, np.rint(turns - fractions) + fractions, self.orders)
 
     def with_real_orders(self, orders: Mapping[int, float]) -> Coefficients:
-        """Give the bank with lanes of real orders; ``orders``: number of the lane → order.
+        """Return the bank with lanes of real orders; ``orders`` maps the number of a lane to its
+        order.
 
-        Amplitude and phase offset stay; the phase offset holds in turn 0.
+        Amplitude and phase offset remain; the phase offset is valid in turn 0.
         """
         steps = self.phase_steps.copy()
         for lane, order in orders.items():
@@ -249,13 +254,15 @@ class Coefficients:
         return dataclasses.replace(self, phase_steps=steps, extension=extension)
 
     def with_phase_from_heads(self) -> Coefficients:
-        """Give the bank whose lanes of real orders get their phase on the device from the heads."""
+        """Return the bank in which the device determines the phase of each lane of a real order
+        from the heads."""
         return self._with_phase_sources(
             {lane: PhaseSource("heads") for lane in np.flatnonzero(self.turn_steps).tolist()}
         )
 
     def with_phase_from_probe(self, edge_turns: float, edges_per_turn: float) -> Coefficients:
-        """Give the bank whose lanes of real orders get their phase from an index of the drive.
+        """Return the bank in which the device determines the phase of each lane of a real order
+        from an index of the drive.
 
         ``edge_turns``: angle of the table at an index, in turns from the start of turn 0;
         ``edges_per_turn``: number of indices in a turn of the table. A line has the same phase at
@@ -278,8 +285,8 @@ class Coefficients:
         return dataclasses.replace(self, extension=extension)
 
     def from_turn(self, turn: int) -> Coefficients:
-        """Give the bank whose lanes have in turn ``turn`` the phases that this bank's lanes have in
-        turn 0."""
+        """Return the bank whose lanes have, in turn ``turn``, the phases that the lanes of this
+        bank have in turn 0."""
         fractions = turn_offsets(-turn, self.turn_steps, np.zeros(self.lanes))
         offsets = (self.phase_offsets + fractions) % 2**PHASE_WIDTH
         return dataclasses.replace(self, phase_offsets=offsets.astype(np.uint32))
@@ -303,7 +310,7 @@ class Coefficients:
 
     @classmethod
     def zero(cls, counts_per_rev: int, lanes: int = LANES_DEFAULT) -> Coefficients:
-        """Give a bank without correction."""
+        """Return a bank that corrects nothing."""
         return cls.from_harmonics((), (), (), counts_per_rev, lanes)
 
     @classmethod
@@ -316,13 +323,14 @@ class Coefficients:
         lanes: int = LANES_DEFAULT,
         offset_counts: float = 0.0,
     ) -> Coefficients:
-        """Quantise ε(θ) = offset + Σ amplitude·cos(n·θ + phase), equation (9).
+        """Quantise the coefficients of ε(θ) = offset + Σ amplitude·cos(n·θ + phase), equation (9).
 
-        ``orders``, ``amplitudes_counts`` (2·A_n) and ``phases_rad`` have one entry a harmonic, at
-        most ``lanes``; the other lanes have amplitude 0. Warns of an order of at least half of
-        ``counts_per_rev``: whole counts cannot distinguish it from a lower one. Raises ValueError
-        for values that the formats cannot hold: more harmonics than lanes, an order outside
-        0…65535, an amplitude or offset of 8192 counts or more, a value that is not finite.
+        ``orders``, ``amplitudes_counts`` (2·A_n) and ``phases_rad`` have one entry per harmonic, at
+        most ``lanes``; the lanes without a harmonic have amplitude 0. Warns of an order of at least
+        half of ``counts_per_rev``: whole counts cannot distinguish this order from a lower one.
+        Raises ValueError for values that the formats cannot hold: more harmonics than lanes, an
+        order outside 0…65535, an amplitude or offset of 8192 counts or more, a value that is not
+        finite.
         """
         check_counts_per_rev(counts_per_rev)
         if not 1 <= lanes <= LANES_MAX:
@@ -381,7 +389,8 @@ class Coefficients:
             self.phases_rad,
             strict=True,
         ):
-            # order · angle is a whole number up to here: the reduction to one turn is exact.
+            # order · angle is an exact whole number up to this line, so the reduction to one turn
+            # is exact.
             turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
             if turn_step:
                 whole = _whole_part(order, turn_step)
@@ -392,7 +401,7 @@ class Coefficients:
 
 
 def check_counts_per_rev(counts_per_rev: int) -> None:
-    """Raise ValueError unless the gateware can count this many counts a turn."""
+    """Raise ValueError unless the gateware supports this number of counts a turn."""
     if not COUNTS_PER_REV_MIN <= counts_per_rev <= COUNTS_PER_REV_MAX:
         raise ValueError(
             f"counts_per_rev: {counts_per_rev}, the gateware counts "
@@ -413,7 +422,8 @@ def turn_step(order: float) -> int:
 
 
 def _whole_part(nearest: int, turn_step: int) -> int:
-    """Return the largest whole number up to a real order, from the whole number nearest to it."""
+    """Return the largest whole number that does not exceed a real order, from the whole number
+    nearest to the order."""
     return nearest - (turn_step >= 1 << (PHASE_STEP_WIDTH - 1))
 
 

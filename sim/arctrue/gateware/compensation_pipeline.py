@@ -1,4 +1,4 @@
-"""Model of the entity ``compensation_pipeline``: equations (8) and (9), bit by bit."""
+"""Models the entity ``compensation_pipeline``, equations (8) and (9), bit by bit."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ from arctrue.gateware.phase_unit import phase_unit
 from arctrue.gateware.turn_offset_sweep import turn_offsets
 from arctrue.generated.number_formats import COSINE_WIDTH, PAIR_FRACTION
 
-# Number of angles processed at a time: their phases and cosines then fit the processor's cache.
+# Number of angles that are processed at a time; their phases and cosines then fit the processor's
+# cache.
 _BLOCK = 2048
 
 
@@ -36,7 +37,8 @@ def pair_sums(
     rotation: Rotation = "cordic",
     turns: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """Sum the harmonics of ``angle`` (counts, (clocks,)) in pairs: (clocks, pairs) in 2⁻ᶠ.
+    """Return the sums of two harmonics each for ``angle`` (counts, (clocks,)): (clocks, pairs) in
+    2⁻ᶠ.
 
     ``turns``: turn number of each angle, (clocks,), of a core with REAL_ORDERS; None: all 0.
     """
@@ -62,12 +64,12 @@ def compensate(
     table: LocalTable | None = None,
     turns: NDArray[np.int64] | None = None,
 ) -> Subtracted:
-    """Give the settled outputs: compensation on, no ramp active.
+    """Return the outputs in the settled state: compensation on, no ramp active.
 
     ``angle``: counts, 0 <= angle < counts_per_rev, and ``position``: counts, both (readings,).
-    ``table``: that of a core with LOCAL_TABLE; ``turns``: turn numbers, (readings,), of one with
-    REAL_ORDERS.
-    Returns corrected angle and position in counts and the correction in 2⁻¹¹ count, int64.
+    ``table``: local table of a core with LOCAL_TABLE; ``turns``: turn numbers, (readings,), of a
+    core with REAL_ORDERS. Returns corrected angle and position in counts and the correction in 2⁻¹¹
+    count, int64.
 
     Raises ValueError for an angle outside the turn.
     """
@@ -93,16 +95,16 @@ def compensate_clocks(
     rotation: Rotation = "cordic",
     turns: ArrayLike | None = None,
 ) -> Compensated:
-    """Give the outputs of consecutive clocks, with swaps, enable and bypass (without latency).
+    """Return the outputs of consecutive clocks, with swaps, enable and bypass; latency is omitted.
 
     ``bank``: index into ``banks`` for the angle of each clock; ``swap_marker``: true with the first
-    angle after each swap; ``apply`` as the port; all (clocks,). ``ramp_rate``: u8.24 in 2⁻¹¹ count
-    per clock. ``state``: the state after the previous clocks, default: after reset. ``fold``: the
-    angle of the first clock is accepted and then one every ``fold`` clocks; the inputs of other
-    clocks are ignored. The omitted latency is 28 + ``fold`` clocks. ``turns``: turn number of the
-    angle of each clock, (clocks,), of a core with REAL_ORDERS. Raises ValueError for an angle
-    outside the turn, banks for different turns or lanes, or a number of lanes that is not a
-    multiple of ``fold``.
+    angle after each swap; ``apply``: level of the port of this name; all (clocks,). ``ramp_rate``:
+    u8.24 in 2⁻¹¹ count per clock. ``state``: the state after the previous clocks, default: after
+    reset. ``fold``: the gateware accepts the angle of the first clock and then one angle every
+    ``fold`` clocks; the inputs of other clocks are ignored. The omitted latency is 28 + ``fold``
+    clocks. ``turns``: turn number of the angle of each clock, (clocks,), of a core with
+    REAL_ORDERS. Raises ValueError for an angle outside the turn, banks for different turns or
+    lanes, or a number of lanes that is not a multiple of ``fold``.
     """
     if len({(entry.counts_per_rev, entry.lanes) for entry in banks}) != 1:
         raise ValueError("banks: expected at least one, all for the same counts_per_rev and lanes")
@@ -120,7 +122,7 @@ def compensate_clocks(
         met = of_clock == index
         sums[met] = pair_sums(angles[met], entry, cosine_width, rotation, numbers[met])
     offsets = np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock]
-    # A reading is held until the next; a swap is active in its first clock.
+    # A reading is held until the next reading; a swap is active in the first clock of a reading.
     marker = np.zeros(clocks, dtype=np.bool_)
     marker[::fold] = np.asarray(swap_marker, dtype=np.bool_)[::fold]
     return error_compensation(
@@ -137,7 +139,7 @@ def compensate_clocks(
 
 
 def _held(accepted: NDArray[Any], fold: int, clocks: int) -> NDArray[Any]:
-    """Repeat each entry of ``accepted`` for ``fold`` clocks, (clocks, …)."""
+    """Repeat each entry of ``accepted`` for ``fold`` clocks, giving (clocks, …)."""
     return accepted if fold == 1 else np.repeat(accepted, fold, axis=0)[:clocks]
 
 

@@ -1,4 +1,5 @@
-"""Model of the entity ``cordic_rotation``: equations (10) to (12) for the cosine alone."""
+"""Models the entity ``cordic_rotation``: equations (10) to (12), of which only the cosine is
+computed."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ ITERATIONS = range(8, 25)
 
 @dataclass(frozen=True, eq=False)
 class RotationTables:
-    """Constants that the entity computes at elaboration.
+    """Constants that are computed when the entity is elaborated.
 
     ``steps``: arctan 2⁻ⁱ in 2⁻ᶠ turn, f = ``angle_fraction``; ``x`` and ``y``: int32 (32,), after
     the tabulated iterations, in units of the last place of x; ``y_final``: the first iteration that
@@ -34,13 +35,14 @@ class RotationTables:
 
 
 def start_radius(iterations: int = CORDIC_ITERATIONS) -> float:
-    """Return x₀ of equation (11): the inverse of the gain of all iterations."""
+    """Return x₀ of equation (11), which is the inverse of the gain of all iterations."""
     return 1.0 / math.prod(math.sqrt(1.0 + 2.0 ** (-2 * i)) for i in range(iterations))
 
 
 @functools.cache
 def rotation_tables(cosine_width: int, iterations: int) -> RotationTables:
-    """Compute the constants for ``cosine_width`` bits; raises ValueError for a width not built."""
+    """Compute the constants for ``cosine_width`` bits. Raises ValueError for a width that the
+    entity does not support."""
     if cosine_width not in COSINE_WIDTHS or iterations not in ITERATIONS:
         raise ValueError(
             f"cosine of {cosine_width} bits with {iterations} iterations: the gateware has "
@@ -55,7 +57,7 @@ def rotation_tables(cosine_width: int, iterations: int) -> RotationTables:
     )
     x = y = np.full(1, start_radius(iterations))
     for i in range(1, TABULATED_ITERATIONS):
-        # Split every vector so far into one rotated to the left and one rotated to the right.
+        # Replace every vector by two: one rotated to the left and one rotated to the right.
         direction = np.tile([1.0, -1.0], x.size)
         x, y = np.repeat(x, 2), np.repeat(y, 2)
         x, y = x - direction * y * 2.0**-i, y + direction * x * 2.0**-i
@@ -75,7 +77,7 @@ def cordic_rotation(
 ) -> NDArray[np.int32]:
     """Return x after the last iteration in 2⁻ᶠ, f = ``cosine_width``.
 
-    It has two bits more than the cosine. ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any
+    x has two bits more than the cosine. ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any
     shape; the result has the same shape.
     """
     tables = rotation_tables(cosine_width, iterations)
@@ -85,11 +87,11 @@ def cordic_rotation(
     change = np.empty_like(z)
     index = np.zeros_like(z)
     for i in range(1, TABULATED_ITERATIONS):
-        # −1 if the rotation turns to the right, else 0.
+        # −1 if the rotation goes to the right, else 0.
         np.right_shift(z, 31, out=right)
         index += index
         index -= right
-        # The change is the step, or −step to the right: the complement plus 1.
+        # The change is the step; in a rotation to the right it is −step, the complement plus 1.
         np.bitwise_xor(right, tables.steps[i], out=change)
         change -= right
         z -= change
@@ -100,7 +102,7 @@ def cordic_rotation(
     for i in range(TABULATED_ITERATIONS, iterations):
         np.right_shift(z, 31, out=right)
         if i < tables.y_final:
-            # Adding half a unit before the lower bits are truncated rounds the value.
+            # The added half unit makes the truncation of the lower bits round the value.
             np.add(x, 1 << (i - 1), out=x_change)
             x_change >>= i
             x_change ^= right

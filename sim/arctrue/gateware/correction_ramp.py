@@ -1,4 +1,4 @@
-"""Model of the entity ``correction_ramp``: total = ε + r, without a step at a marker."""
+"""Models the entity ``correction_ramp``: total = ε + r changes without a step at a marker."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
 TICK_BITS = 8
 """Binary logarithm of the number of clocks between two changes of the velocity. The summed velocity
-has as many fraction bits; r moves by its whole part, in 2⁻ᶠ count."""
+has as many fraction bits; r changes by the whole part of the sum, in 2⁻ᶠ count."""
 VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
 TOTAL_MOST = 2**19
-"""Limit of the total, s19.F, in counts; the total is always smaller than this."""
+"""Limit of the total correction, s19.F, in counts; the total is always smaller than this limit."""
 HOLD = 3
-"""Number of clocks for which a marker holds the total."""
+"""Number of clocks for which the total is held after a marker."""
 CATCH_AGE = 1
-# Number of clocks from a marker to the last total for which r cannot have decreased by a unit.
+# Number of clocks from a marker to the last total for which r has certainly not decreased by a
+# unit.
 DECAY_START = 5
 
 
 @dataclass(frozen=True)
 class RampState:
-    """State of the ramp: the held total and r as last captured, in 2⁻ᶠ count.
+    """State of the ramp: the total and r as last captured, in 2⁻ᶠ count.
 
     ``age``: clocks since the last marker.
     """
@@ -39,18 +40,18 @@ class RampState:
     caught: int = 0
     age: int = HOLD
     motion: RampVelocity | None = None
-    """r and its velocity, used in place of ``caught`` if the acceleration is bounded."""
+    """r and its velocity if the acceleration is bounded; they replace ``caught``."""
     excess_then: int = 0
-    """−r for the last clock's total if the acceleration is bounded; ``motion`` contains the value
-    of the next clock."""
+    """−r that belongs to the total of the last clock if the acceleration is bounded; ``motion``
+    contains the value for the next clock."""
 
 
 @dataclass
 class RampVelocity:
-    """Model of the entity ``ramp_velocity``, one call of :meth:`clock` a clock.
+    """Models the entity ``ramp_velocity``; one call of :meth:`clock` is one clock.
 
-    ``velocity``: 2⁻⁵¹ count per clock; ``way``: braking distance, 2⁻ᶠ count; ``excess``: -r of the
-    next total, held by correction_ramp; ``step``: change of ``excess`` in a clock.
+    ``velocity``: 2⁻⁵¹ count per clock; ``way``: braking distance, 2⁻ᶠ count; ``excess``: -r for the
+    next total, which correction_ramp stores; ``step``: change of ``excess`` in a clock.
     """
 
     excess: int = 0
@@ -65,13 +66,13 @@ class RampVelocity:
     was_marker: bool = False
     is_stale: bool = False
     seen: tuple[int, bool, bool] = (0, True, False)
-    """Sampled remainder r: its size, whether it is 0, and whether it grows."""
+    """Sampled properties of the remainder r: its size, whether it is 0, and whether it grows."""
     fits: tuple[bool, bool] = (False, False)
     """Whether the braking distance permits a higher velocity, and whether it permits the present
-    one."""
+    velocity."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """Advance by one clock; the caller has set ``excess`` to its value in the previous
+        """Advance by one clock; before, the caller sets ``excess`` to its value in the previous
         clock."""
         whole = self.velocity >> VELOCITY_FRACTION
         moved = self.fraction + whole
@@ -91,7 +92,7 @@ class RampVelocity:
             enough = self.way + more + (more >> MARGIN_BITS), self.way + (whole >> MARGIN_BITS)
             self.fits = self.seen[0] >= enough[0], self.seen[0] >= enough[1]
         elif self.tick == DECIDE and (self.is_stale or marker):
-            # The remainder is unknown: the ramp brakes.
+            # While the remainder is unknown, the ramp brakes.
             velocity, self.way = velocity - acceleration, self.way - whole
             if velocity <= 0:
                 self.moves, velocity, self.way = False, 0, 0
@@ -114,7 +115,7 @@ class RampVelocity:
 def ramp_arcsec_s(ramp_rate: float, counts_per_rev: int) -> float:
     """Convert a ramp's velocity from the register's 2⁻³⁵ count a clock to ″/s.
 
-    The firmware computes its parameter of the same name back from this.
+    The firmware computes the register from its parameter of this name.
     """
     return ramp_rate / 2**35 * CLOCK_HZ * ARCSEC_PER_TURN / counts_per_rev
 
@@ -125,7 +126,8 @@ def ramp_arcsec_s2(ramp_acceleration: float, counts_per_rev: int) -> float:
 
 
 class RampResult(NamedTuple):
-    """``total``: int64 in 2⁻ᶠ count, F = PAIR_FRACTION; ``limited`` and ``busy``: bool."""
+    """Outputs of the ramp. ``total``: int64 in 2⁻ᶠ count, F = PAIR_FRACTION; ``limited`` and
+    ``busy``: bool."""
 
     total: NDArray[np.int64]
     limited: NDArray[np.bool_]
@@ -142,14 +144,15 @@ def correction_ramp(
     inserted: NDArray[np.int64] | None = None,
     ramp_acceleration: int = 0,
 ) -> RampResult:
-    """Give the total correction of consecutive clocks.
+    """Return the total correction of consecutive clocks.
 
     ``correction``: ε in 2⁻ᶠ count, (clocks,); ``marker``: (clocks,), true if ε has another origin
     than in the previous clock; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count per clock.
     ``state``: the state after the previous clocks, default: after reset. ``inserted``: counts by
     which the reading jumps in the clock of a marker, (clocks,); ignored in other clocks.
-    ``ramp_acceleration`` in 2⁻⁵⁹ count per clock and clock; 0: the velocity equals the rate at
-    once. Raises ValueError for a rate that u8.24, or an acceleration that 32 bits cannot hold.
+    ``ramp_acceleration`` in 2⁻⁵⁹ count per clock and clock; 0: the velocity is equal to the rate
+    from the first clock on. Raises ValueError for a rate that u8.24, or an acceleration that 32
+    bits cannot hold.
     """
     if not 0 <= ramp_acceleration <= ACCELERATION_MAX:
         raise ValueError(
@@ -170,7 +173,7 @@ def correction_ramp(
     held, caught, age = state.held, state.caught, state.age
     start = 0
     for end in [*np.flatnonzero(marker).tolist(), clocks]:
-        # After the previous marker the total is held, then r decays.
+        # After the previous marker, the total is held first; then r decays.
         until = min(end, start + max(HOLD - 1 - age, 0))
         if age < CATCH_AGE <= age + until - start:
             caught = held - int(correction[start + CATCH_AGE - age - 1])
@@ -197,7 +200,7 @@ def correction_ramp(
 
 
 def _jumped(held: int, counts: int, limit: int) -> tuple[int, bool]:
-    """Give the held total after a jump, clipped to the limit, and whether it was clipped."""
+    """Return the held total after a jump of the reading, limited, and whether the limit acted."""
     whole = (held >> PAIR_FRACTION) + counts
     fits = -TOTAL_MOST <= whole < TOTAL_MOST
     if not fits:
@@ -222,7 +225,7 @@ def _accelerated(
     state: RampState,
     inserted: NDArray[np.int64] | None,
 ) -> RampResult:
-    """Compute clock by clock, because the velocity depends on r."""
+    """Compute the total clock by clock, because the velocity depends on r."""
     motion = replace(state.motion or RampVelocity())
     held, age, excess, top = state.held, state.age, state.excess_then, limit << PAIR_FRACTION
     jumps = np.zeros(correction.size, dtype=np.int64) if inserted is None else inserted

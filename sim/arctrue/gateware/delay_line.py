@@ -1,4 +1,4 @@
-"""Model of the entity ``delay_line``."""
+"""Models the entity ``delay_line``, which delays words by whole clocks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Word = TypeVar("Word", bound=np.generic)
 
 
 def delay_line(undelayed: NDArray[Word], clocks: int = DELAY_LINE_LATENCY) -> NDArray[Word]:
-    """Delay words, (clocks of the run, …), by ``clocks``; the first outputs are 0.
+    """Delay words, (clocks of the run, …), by ``clocks`` clocks; the first outputs are 0.
 
     Raises ValueError for a delay below one clock.
     """

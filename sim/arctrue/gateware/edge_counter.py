@@ -1,4 +1,4 @@
-"""Bit-true model of ``rtl/decoder/edge_counter.vhd``: every output in every clock."""
+"""Models ``rtl/decoder/edge_counter.vhd`` bit by bit: every output in every clock."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class CountedEdges:
-    """Steps of the levels of A and B. Shape (clocks,), known after that clock."""
+    """Steps of the levels of A and B, in arrays (clocks,); a step is known after its clock."""
 
     step: Ints
-    """1 up, -1 down, else 0."""
+    """1 for a step upwards, -1 for a step downwards, 0 for no step."""
     up: Bools
-    """Whether the last step was upwards."""
+    """Whether the latest step was upwards."""
     breaks_order: Bools
 
 
 @dataclass(frozen=True)
 class EdgeCounterTrace:
-    """The outputs in every clock, shape (clocks + 1,): element t is the output during clock t."""
+    """Outputs in every clock, shape (clocks + 1,): element t is the output during clock t."""
 
     position: Ints
     """Position, counts."""
@@ -36,16 +36,16 @@ class EdgeCounterTrace:
     step: Ints
     step_up: Ints
     last_edge_time: NDArray[np.uint64]
-    """Time of the last edge, clocks."""
+    """Time of the latest edge, clocks."""
 
 
 def counted_edges(a: Ints, b: Ints, preload: Bools, reset: Bools) -> CountedEdges:
-    """Compare levels, each (clocks,), with those of the previous clock."""
+    """Return the steps of the levels, (clocks,), compared with the levels of the previous clock."""
     a_before, b_before = earlier(a), earlier(b)
     valid = ~preload & ~reset
     a_changes, b_changes = a != a_before, b != b_before
     moves = (a_changes != b_changes) & valid
-    # When the count rises, A leads B: whichever of them changed, A now differs from the earlier B.
+    # A leads B when the count rises: whether A or B has changed, A then differs from the earlier B.
     step = np.where(moves, np.where(a != b_before, 1, -1), 0)
     last_move = latest(moves)
     known = last_move > latest(reset)
@@ -61,10 +61,10 @@ def edge_counter(
     timestamp: NDArray[np.uint64],
     reset_position: int = 0,
 ) -> EdgeCounterTrace:
-    """Count the edges of the levels ``a`` and ``b``, each (clocks,)."""
+    """Return the position and the other outputs for the levels ``a`` and ``b``, each (clocks,)."""
     edges = counted_edges(a, b, preload, reset)
     last_reset = latest(reset)
-    # A step changes the count one clock after its detection.
+    # The count changes one clock after the step is detected.
     moved = np.where(reset, 0, earlier(edges.step))
     moves = moved != 0
     total = np.cumsum(moved)
@@ -73,7 +73,7 @@ def edge_counter(
     last_edge_time = np.where(
         last_move > last_reset, value_at(last_move, timestamp, 0), np.uint64(0)
     )
-    # Levels in the clock in which the position was determined.
+    # Levels of A and B in the clock in which the position was determined.
     place = 2 * b + (a ^ b)
     place = np.where(preload, place, earlier(place))
     phase_of_zero = np.where(reset | preload, 0, earlier((place - position) % 4))

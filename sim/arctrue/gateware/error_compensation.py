@@ -1,4 +1,4 @@
-"""Model of the entity ``error_compensation``: θ_com = R − ε(R) of equation (8)."""
+"""Models the entity ``error_compensation``: θ_com = R − ε(R) of equation (8)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ LIMIT_MAX_COUNTS = (1 << (CORRECTION_WIDTH - 1 - CORRECTION_FRACTION)) - 1
 
 
 class Subtracted(NamedTuple):
-    """Outputs of the gateware, int64: counts, counts, and 2⁻¹¹ count."""
+    """Outputs of the gateware: corrected angle and position in counts, correction in 2⁻¹¹ count,
+    int64."""
 
     corrected_angle: NDArray[np.int64]
     corrected_position: NDArray[np.int64]
@@ -31,7 +32,7 @@ class Subtracted(NamedTuple):
 
 
 class Compensated(NamedTuple):
-    """The outputs of the entity, one per clock, and the state after the last clock."""
+    """Outputs of the entity, one per clock, and the state after the last clock."""
 
     corrected_angle: NDArray[np.int64]
     corrected_position: NDArray[np.int64]
@@ -52,7 +53,7 @@ class CompensationState:
 
 
 def correction_limit(counts_per_rev: int) -> int:
-    """Give the largest correction in counts: below half a turn, and within s19.11."""
+    """Return the largest permitted correction in counts: below half a turn, and within s19.11."""
     return min((counts_per_rev - 1) // 2, LIMIT_MAX_COUNTS)
 
 
@@ -61,7 +62,8 @@ def add_pairs(
     offset: int | NDArray[np.int64],
     local_value: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """Sum ε in 2⁻ᶠ count, (clocks,), F = PAIR_FRACTION.
+    """Return ε in 2⁻ᶠ count, (clocks,), F = PAIR_FRACTION: the sum of pairs, offset and local
+    table.
 
     ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``offset``: in 2⁻¹¹ count, one or one per clock;
     ``local_value``: value of the local table in 2⁻²² count, (clocks,).
@@ -79,10 +81,10 @@ def subtract(
     total: NDArray[np.int64],
     counts_per_rev: int,
 ) -> Subtracted:
-    """Subtract the total correction, rounded once: R − floor(total + ½).
+    """Return R − floor(total + ½): the total correction is rounded once and subtracted.
 
-    ``angle`` and ``position`` in counts, ``total`` in 2⁻ᶠ count, all (clocks,). The angle is
-    folded into one turn, the position into 32 bits with sign.
+    ``angle`` and ``position`` in counts, ``total`` in 2⁻ᶠ count, all (clocks,). The angle wraps at
+    one turn, the position at 32 bits with sign.
     """
     rounded = (total + (1 << (PAIR_FRACTION - 1))) >> PAIR_FRACTION
     half = 1 << (POSITION_WIDTH - 1)
@@ -108,11 +110,11 @@ def error_compensation(
     mean_term: NDArray[np.int64] | None = None,
     jump: NDArray[np.int64] | None = None,
 ) -> Compensated:
-    """Give the outputs for the inputs of consecutive clocks (without the latency of 4 clocks).
+    """Return the outputs for the inputs of consecutive clocks; the latency of 4 clocks is omitted.
 
     ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``angle`` and ``position``: counts, (clocks,);
     ``apply`` and ``swap_marker``: (clocks,). ``state``: the state after the previous clocks,
-    default: after reset. ``zero_moved`` toggles with the first angle from another zero;
+    default: after reset. ``zero_moved`` toggles with the first angle that counts from another zero;
     ``put_back``: counts in ``position`` that did not come from an edge; both (clocks,), by default
     those of ``state``. With the mean of the heads, ``mean_term`` in 2⁻²⁰ count and ``jump``: counts
     by which the reading jumps with the first angle of another carrier, which is a ``swap_marker``,

@@ -1,4 +1,5 @@
-"""Parts of the coefficients beyond plain lanes: mean, conditions, real orders, local table."""
+"""Defines the parts of the coefficients other than plain lanes: mean, conditions, real orders,
+local table."""
 
 from __future__ import annotations
 
@@ -20,9 +21,10 @@ if TYPE_CHECKING:
     from arctrue.gateware.coefficients import Coefficients
 
 MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
-"""Factors of a lane's amplitude; the index is the lane's word."""
+"""Factors of a lane's amplitude; the index of a factor is its word in the lane."""
 PHASE_SOURCES: Final = ("operator", "heads", "probe")
-"""Origins of the phase of a lane of a real order; the index is the device's number."""
+"""Origins of the phase of a lane of a real order; the index of an origin is its number in the
+device."""
 POINTS: Final = 4096
 POINT_LIMIT: Final = 1 << 17
 FRACTION_BITS: Final = (4, 6, 8, 10)
@@ -31,7 +33,8 @@ WINDOW_EXPONENT_MOST: Final = 6
 
 @dataclass(frozen=True)
 class Conditions:
-    """Direction h of width W (u20.4 counts) with a dead zone in counts, and the nominal speed."""
+    """Parameters of the direction h, with width W (u20.4 counts) and a dead zone in counts, and the
+    nominal speed."""
 
     width: int
     dead_zone_counts: int
@@ -51,7 +54,7 @@ class Conditions:
 
 @dataclass(frozen=True)
 class LocalTable:
-    """A table over windows of the turn.
+    """A local table over one or more windows of the turn.
 
     ``points``: up to 4,096 words in 2⁻ᶠ count, F = ``fraction_bits``, divided evenly among the
     windows that begin at ``starts_counts`` (one, two or four), each 2^-``width_exponent`` turn.
@@ -84,7 +87,7 @@ class LocalTable:
     def steepest(self, counts_per_rev: int) -> float:
         """Return the largest |dε/dR| of the table.
 
-        At the start of a window shorter than a turn the value steps from 0 to the first point: the
+        At the start of a window shorter than a turn the value steps from 0 to the first point; this
         step counts as a slope over one count.
         """
         windows = len(self.starts_counts)
@@ -99,9 +102,9 @@ class LocalTable:
 
 @dataclass(frozen=True)
 class PhaseSource:
-    """Origin of the phase of a lane of a real order on the device.
+    """Origin from which the device gets the phase of a lane of a real order.
 
-    ``heads``: the difference of the heads shows the line, which is fixed to the disc. ``probe``:
+    ``heads``: the line is fixed to the disc, and the difference of the heads shows it. ``probe``:
     at each rising edge of ``probe_in``, an index of the drive, the line has the phase
     ``probe_phase`` (u0.24 turn) plus ``side`` times the table's angle.
     """
@@ -126,17 +129,18 @@ class PhaseSource:
 
     @property
     def numbers(self) -> list[int]:
-        """Return the numbers that the device's console takes."""
+        """Return the numbers with which the device's console describes this origin."""
         return [PHASE_SOURCES.index(self.source), self.side, self.probe_phase]
 
 
 @dataclass(frozen=True)
 class Extension:
-    """The parts of a coefficient file of schema 3; lanes not in a mapping are plain.
+    """The parts of a coefficient file of schema 3; a lane that no mapping names is plain.
 
     ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → ν, u0.48 turn a turn;
-    ``without``: one set for each head that may fail, its mean in its own extension;
-    ``phase_sources``: lane of a real order → the origin of its phase, if it is not the operator.
+    ``without``: one set for each head that may fail, each with its own extension, which contains
+    the set's mean; ``phase_sources``: lane of a real order → the origin of its phase, if it is not
+    the operator.
     """
 
     mean: MeanSet | None = None
@@ -148,7 +152,7 @@ class Extension:
     phase_sources: tuple[tuple[int, PhaseSource], ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise ValueError if the parts do not fit each other."""
+        """Raise ValueError if the parts contradict each other."""
         for lane, name in self.modulators:
             if name not in MODULATORS[1:]:
                 raise ValueError(
@@ -174,7 +178,7 @@ class Extension:
 
     @property
     def needs(self) -> Capability:
-        """Give the smallest bitstream that can load these parts."""
+        """Return the smallest bitstream that can load these parts."""
         sets = [entry.extension for entry in self.without if entry.extension is not None]
         return Capability(
             heads=self.mean.heads if self.mean else 2,

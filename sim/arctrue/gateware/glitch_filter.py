@@ -1,4 +1,4 @@
-"""Bit-true model of ``rtl/decoder/glitch_filter.vhd``."""
+"""Models ``rtl/decoder/glitch_filter.vhd`` bit by bit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.gateware.latest import latest, value_at
 def glitch_filter(
     unfiltered: ArrayLike, filter_length: ArrayLike = 1, reset: ArrayLike = False
 ) -> NDArray[np.int64]:
-    """Filter the level of one signal; return the output in every clock, shape (clocks + 1,).
+    """Return the filtered level of one signal in every clock, shape (clocks + 1,).
 
     Element t is the output during clock t, 0 in clock 0; the last one follows the last input.
     ``unfiltered`` is the level (0 or 1) in each clock, shape (clocks,); ``filter_length`` in clocks
@@ -23,8 +23,8 @@ def glitch_filter(
     )
     if level.size == 0:
         return np.zeros(1, dtype=np.int64)
-    # A level is accepted once it has lasted long enough. Accepting a level that equals the output
-    # has no effect, so runs need not be distinguished by the present output.
+    # A level is accepted once it has lasted long enough. A level that equals the output has no
+    # effect when it is accepted, so the present output need not be compared.
     changes = np.diff(level, prepend=level[0]) != 0
     run_start = np.maximum(latest(changes), 0)
     lasted = np.arange(level.size) - run_start + 1

@@ -1,4 +1,4 @@
-"""Model of the entity ``harmonic_lane``: amplitude · cos(phase) of equation (9)."""
+"""Models the entity ``harmonic_lane``: amplitude · cos(phase) of equation (9)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from arctrue.gateware.table_rotation import table_rotation
 from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
 
 Rotation = Literal["cordic", "table"]
-"""Values of the generic ROTATION, the method of the cosine."""
+"""Values of the generic ROTATION, which selects how the cosine is computed."""
 
-# Number of phases processed at a time: their arrays then fit the processor's cache.
+# Number of phases that are processed at a time; their arrays then fit the processor's cache.
 _BLOCK = 16384
 
 
@@ -25,10 +25,11 @@ def lane_cosine(
     iterations: int = CORDIC_ITERATIONS,
     rotation: Rotation = "cordic",
 ) -> NDArray[np.int32]:
-    """Return the cosine in the multiplier's format: sign, integer bit, ``cosine_width`` − 2 bits.
+    """Return the cosine in the format of the multiplier's input: sign, integer bit,
+    ``cosine_width`` − 2 fraction bits.
 
     ``phase``: int32, 2⁻²⁴ turn, 0 <= phase < 2²⁴, of any shape; the result has the same shape.
-    Raises ValueError for a width or a number of iterations that is not built.
+    Raises ValueError for a width or a number of iterations that the entity does not support.
     """
     if rotation == "table" and (cosine_width, iterations) != (COSINE_WIDTH, CORDIC_ITERATIONS):
         raise ValueError(
@@ -44,7 +45,7 @@ def lane_cosine(
             rotated = table_rotation(folded)
         else:
             rotated = cordic_rotation(folded, cosine_width, iterations)
-        # The rounded complement is the negative of the rounded value.
+        # The complement of the rounded value is the negative of the rounded value.
         rotated ^= negative
         rotated += 1 << (GUARD_WIDTH - 1)
         np.right_shift(rotated, GUARD_WIDTH, out=cosine[block])
@@ -59,10 +60,10 @@ def harmonic_lane(
     partner: ArrayLike = 0,
     rotation: Rotation = "cordic",
 ) -> NDArray[np.int64]:
-    """Compute amplitude · cos(phase) + ``partner`` in 2⁻ᶠ count, f = ``cosine_width`` + 9 (27).
+    """Return amplitude · cos(phase) + ``partner`` in 2⁻ᶠ count, f = ``cosine_width`` + 9 (27).
 
-    ``phase``: int32, 2⁻²⁴ turn; ``amplitude``: 2⁻¹¹ count; ``partner``: the product of the other
-    lane of the pair, 2⁻ᶠ count. The shapes broadcast.
+    ``phase``: int32, 2⁻²⁴ turn; ``amplitude``: 2⁻¹¹ count; ``partner``: product of the other lane
+    of the pair, 2⁻ᶠ count. The shapes of the arguments broadcast.
     """
     cosine = lane_cosine(phase, cosine_width, iterations, rotation).astype(np.int64)
     product: NDArray[np.int64] = cosine * np.asarray(amplitude, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Model of the entity ``harmonic_unit``: the terms of equation (9), added in pairs."""
+"""Models the entity ``harmonic_unit``: the terms of equation (9), added in pairs."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ def harmonic_unit(
     iterations: int = CORDIC_ITERATIONS,
     rotation: Rotation = "cordic",
 ) -> NDArray[np.int64]:
-    """Add amplitude · cos(phase) of the lanes 2i and 2i + 1, in 2⁻ᶠ count, F = PAIR_FRACTION.
+    """Return the sums of amplitude · cos(phase) of the lanes 2i and 2i + 1, in 2⁻ᶠ count, F =
+    PAIR_FRACTION.
 
     ``phases``: int32 (angles, lanes), 2⁻²⁴ turn; ``amplitudes``: 2⁻¹¹ count, (lanes,) or, if they
-    change with the angle, (angles, lanes). Returns (angles, pairs); the last pair of an odd number
-    of lanes is the last lane alone. The latency is omitted.
+    change with the angle, (angles, lanes). Returns (angles, pairs); if the number of lanes is odd,
+    the last pair contains only the last lane. The latency is omitted.
     """
     cosines = lane_cosine(phases, cosine_width, iterations, rotation)
     factors = np.asarray(amplitudes, dtype=np.int64)

@@ -1,4 +1,5 @@
-"""Model of ``head_failover``: selects the loaded set and the heads that are left out."""
+"""Models the entity ``head_failover``, which selects the loaded set and the heads that are left
+out."""
 
 from __future__ import annotations
 
@@ -6,14 +7,15 @@ from dataclasses import dataclass
 from typing import Final
 
 OWN_WORDS: Final = 7
-"""Value of ``heads_status.set`` while the processor's own words are active."""
+"""Value of ``heads_status.set`` while the words that the processor wrote are active."""
 REARM_CLOCKS: Final = 8
-"""Number of clocks for which the index of a left-out head is cleared."""
+"""Number of clocks for which the index of a head is cleared when the head is left out."""
 
 
 @dataclass(frozen=True)
 class FailoverInputs:
-    """Inputs of the entity in one clock; a set of heads has one bit per head, head 1 the lowest."""
+    """Inputs of the entity in one clock; a set of heads is a number with one bit per head, head 1
+    in the lowest bit."""
 
     failed: int = 0
     causes: int = 0
@@ -27,16 +29,16 @@ class FailoverInputs:
     refused: bool = False
     clear: bool = False
     take_set: int | None = None
-    """Number of the set that ``heads_command`` requests."""
+    """Number of the prepared set that ``heads_command`` requests."""
     come_back: int = 0
 
 
 @dataclass
 class HeadFailover:
-    """The registers of the entity, with ``failover.enable`` set; ``clock`` is one clock.
+    """Registers of the entity with ``failover.enable`` set; one call of ``clock`` is one clock.
 
     A head remains left out until a set is loaded in which it is not the missing head, or until it
-    returns after its index while the processor's own words are active.
+    has found its index again while the words that the processor wrote are active.
     """
 
     heads: int

@@ -1,4 +1,4 @@
-"""Model of the entity ``head_watch``: detects a failed head, clock by clock."""
+"""Models the entity ``head_watch``, which detects a failed head, clock by clock."""
 
 from __future__ import annotations
 
@@ -11,21 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 SETTLE_CLOCKS: Final = 16
-"""Number of clocks without a search for steps after a jump of the readings."""
+"""Number of clocks after a jump of the readings in which no steps are searched."""
 STORED: Final = 8
-"""Number of stored readings: a step is compared over 7 to 8 intervals."""
+"""Number of stored readings; a step is therefore compared over 7 to 8 intervals."""
 MISSING_MOST: Final = 255
 STEP_COUNTS: Final = 32
-"""Step limit for heads on a radius of 100 mm at 2²⁴ counts: an axis that moves by 0.5 µm changes a
-reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, a difference of two by 26.8; eccentricity of 142″
-adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s; and rounding adds 1."""
+"""Limit of a step for heads on a radius of 100 mm at 2²⁴ counts. An axis that moves by 0.5 µm
+changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, and a difference of two readings by 26.8
+counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s;
+rounding adds 1 count."""
 MISSING_COUNTS: Final = 48
-"""Limit of missing edges. It exceeds the differences above, and corresponds to 11.5 µs at 90°/s
-(4.19 million counts a second)."""
+"""Limit of missing edges. The limit exceeds the differences above, and corresponds to 11.5 µs at
+90°/s (4.19 million counts a second)."""
 
 
 class Cause(IntEnum):
-    """Bits of ``causes``, in the order of the register ``failover``."""
+    """Names of the bits of ``causes``, in the order of the bits in the register ``failover``."""
 
     ILLEGAL = 0
     OVERSPEED = 1
@@ -36,11 +37,11 @@ class Cause(IntEnum):
 
 
 def stepped_head(moved: NDArray[np.int64], limit: int) -> int | None:
-    """Find the head (from 0 on) without which all others moved by equal amounts.
+    """Return the head (from 0 on) without which all other heads have moved by equal amounts.
 
-    ``moved`` (heads,): changes of the readings, all relative to the same reading. The others agree
-    if their changes differ by less than ``limit`` counts. Return None if no head or several heads
-    meet this condition.
+    ``moved`` (heads,): changes of the readings, all relative to the same reading. Changes count as
+    equal if they differ by less than ``limit`` counts. The function returns None if no head or
+    several heads meet this condition.
     """
     candidates = [
         head
@@ -56,7 +57,7 @@ def stepped_head(moved: NDArray[np.int64], limit: int) -> int | None:
 
 @dataclass
 class StepSearch:
-    """The comparison of readings with those of 7 to 8 intervals earlier; one call a clock."""
+    """Compares the readings with those of 7 to 8 intervals earlier; one call is one clock."""
 
     heads: int
     interval_bits: int = 14
@@ -67,7 +68,7 @@ class StepSearch:
     moved: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def clock(self, differences: NDArray[np.int64], limit: int, *, restart: bool) -> int | None:
-        """Give the head that ``stepped`` shows after this clock."""
+        """Return the value of ``stepped`` after this clock."""
         found = None
         pairs = self.heads * (self.heads - 1) // 2
         begun = bool(self.stored)
@@ -92,18 +93,18 @@ class StepSearch:
 
 @dataclass
 class MissingEdges:
-    """For every pair of heads: counts of the second since the last edge of the first; one call per
-    clock."""
+    """Holds for every pair of heads how many counts the second head has moved since the last edge
+    of the first head; one call is one clock."""
 
     heads: int
     ahead: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
 
     def __post_init__(self) -> None:
-        """Start without motion."""
+        """Begin in the state of a table at rest."""
         self.ahead = np.zeros((self.heads, self.heads), dtype=np.int64)
 
     def clock(self, steps: NDArray[np.int64], limit: int, *, watching: bool) -> NDArray[np.bool_]:
-        """Give the heads that ``dead`` shows after this clock; ``steps`` of -1, 0 or 1 (heads,)."""
+        """Return the value of ``dead`` after this clock; ``steps`` (heads,) are -1, 0 or 1."""
         reached = (np.abs(self.ahead) >= limit) | np.eye(self.heads, dtype=bool)
         looks = watching and limit > 0
         dead: NDArray[np.bool_] = np.logical_and(reached.all(axis=1), looks)

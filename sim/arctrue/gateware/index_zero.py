@@ -1,4 +1,4 @@
-"""Bit-true model of ``rtl/decoder/index_zero.vhd``: every output in every clock."""
+"""Models ``rtl/decoder/index_zero.vhd`` bit by bit: every output in every clock."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from arctrue.gateware.latest import (
 from arctrue.generated.number_formats import INDEX_SKEW
 
 JUDGED_AFTER = 3
-"""Clocks from the detection of an index to its check."""
+"""Number of clocks from the detection of an index to its check."""
 
 HEALED_MOST = 2**14
-"""Largest healed slip, counts; a slip of this size or more is not corrected."""
+"""Limit of a healed slip: slips from −2¹⁴ to 2¹⁴ − 1 counts are healed."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -31,9 +31,9 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class IndexZeroTrace:
-    """The outputs in every clock, shape (clocks + 1,): element t is the output during clock t.
+    """Outputs in every clock, shape (clocks + 1,): element t is the output during clock t.
 
-    Counts unless said otherwise.
+    Values are in counts unless another unit is stated.
     """
 
     angle: Ints
@@ -51,26 +51,27 @@ class IndexZeroTrace:
 
 
 def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
-    """Give the passages of the index, their directions, and their zeros; each (clocks,)."""
+    """Return the passages of the index, their directions and their zeros; each has the shape
+    (clocks,)."""
     clocks = z.size
     index, index_up = np.zeros(clocks, dtype=np.bool_), np.zeros(clocks, dtype=np.bool_)
     offset = np.zeros(clocks, dtype=np.int64)
     at = np.flatnonzero(step)
     if not at.size:
         return index, index_up, offset
-    # The level of a step is sampled INDEX_SKEW clocks later, or just before the next step.
+    # The level that belongs to a step is sampled INDEX_SKEW clocks later, or just before the next
+    # step.
     following = np.append(at[1:], clocks + INDEX_SKEW)
     is_cut = following <= at + INDEX_SKEW
     decided = np.where(is_cut, following, at + INDEX_SKEW)
     level = z[np.minimum(np.where(is_cut, following - 1, decided), clocks - 1)]
-    # ``before``: the level of the previous step, or of the last clock of a reset between both
-    # steps.
+    # ``before``: level at the previous step, or in the last clock of a reset between the two steps.
     last_unsettled = latest(unsettled)
     begun = last_unsettled[at]
     is_first = begun > np.append(-1, at[:-1])
     before = np.where(is_first, z[begun], np.append(0, level[:-1]))
     settled = np.where(is_first, begun, np.append(-1, decided[:-1]))
-    # ``within``: the level in the count before the step if that count lasted long enough, else
+    # ``within``: level during the count before the step if this count lasted long enough; otherwise
     # ``before``.
     stays = at - settled > INDEX_SKEW
     within = np.where(stays, z[at - INDEX_SKEW - 1], before)
@@ -87,21 +88,22 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
 
 @dataclass(frozen=True)
 class _Verdicts:
-    """Results of the check of each mark; all (clocks,), in the clock of the check."""
+    """Results of the check of each mark, in arrays (clocks,) at the clock of the check."""
 
     is_judged: Bools
     misplaced: Bools
     agrees: Bools
-    """The mark lies a turn from the previous mark."""
+    """Whether the mark lies one turn from the previous mark."""
     other_agrees: Bools
     can_move: Bools
     forgotten: Bools
     detected: Bools
-    """Clocks in which a mark is detected."""
+    """Clocks in which a mark is detected, (clocks,)."""
 
 
 def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
-    """Return the clocks in which a mark becomes the zero, and those in which a mark is trusted."""
+    """Return the clocks in which a mark becomes the zero, and the clocks in which a mark is
+    trusted."""
     moved = np.zeros(verdicts.detected.size, dtype=np.bool_)
     trusted = np.zeros_like(moved)
     last_forgotten = latest(verdicts.forgotten)
@@ -110,7 +112,7 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
     for clock in np.flatnonzero(judged).tolist():
         if last_forgotten[clock] >= in_doubt_since:
             in_doubt_since = -1
-        # ``is_last``: no other mark has come since the checked one.
+        # ``is_last``: no other mark has been detected since the checked one.
         follows = verdicts.detected[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
         is_last = verdicts.is_judged[clock] and not follows and not verdicts.forgotten[clock]
         is_proven = (verdicts.agrees[clock] and in_doubt_since >= 0) or (
@@ -126,7 +128,8 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
 
 
 def _slips(zero: Ints, at: Ints, begins: Bools, turn: Ints) -> Ints:
-    """Return the angle, -half a turn to half a turn, of each mark that becomes the zero; (at,)."""
+    """Return the angle, from -half a turn to half a turn, of each mark that becomes the zero;
+    (at,)."""
     slips = np.zeros(at.size, dtype=np.int64)
     last_begin = latest(begins)
     last_moved = -1
@@ -152,11 +155,12 @@ def index_zero(
     preload: Bools,
     reset: Bools,
 ) -> tuple[IndexZeroTrace, Bools]:
-    """Give the outputs, and the clocks with a misplaced mark; everything (clocks,).
+    """Return the outputs, and the clocks with a misplaced mark; everything (clocks,).
 
-    ``position`` is that of edge_counter after each clock, which counts the same ``edges``.
+    ``position`` is the position of the entity edge_counter after each clock; edge_counter counts
+    the edges ``edges``.
 
-    Raises ValueError for a ``counts_per_rev`` outside 4 to 2**24 that is sampled.
+    Raises ValueError if a ``counts_per_rev`` that the entity samples is outside 4 to 2**24.
     """
     clocks = np.arange(reset.size)
     taken_over = reset | preload | rearm
@@ -171,11 +175,12 @@ def index_zero(
     total = np.cumsum(moved)
     passed, passed_up, offset = _index(z, edges.step, preload | reset)
 
-    # The zero is the position of the last reset or rearm, or of the first index after it.
+    # The zero is the position at the last reset or rearm, or at the first index after the reset or
+    # rearm.
     forgotten = reset | rearm
     index = was(passed) & ~forgotten
     index_up = was(passed_up)
-    # Counts from the zero to the position; the step of this clock follows.
+    # Counts from the zero to the position, without the step of this clock.
     behind_zero = np.where(index, moved - earlier(offset), 0)
     last_forgotten = latest(forgotten)
     index_number = np.cumsum(index) - value_at(last_forgotten, np.cumsum(index), 0)
@@ -183,7 +188,7 @@ def index_zero(
     zero = total - behind_zero
     turn_in_force = np.maximum(earlier(turn), 1)
 
-    # Stage 3: the index, one clock after the position.
+    # Stage 3 handles the index, one clock after the position.
     strobe = was(index) & ~forgotten
     latched = wrapped(earlier(position - behind_zero))
     last_strobe = latest(strobe)
@@ -193,7 +198,8 @@ def index_zero(
     interval = np.where(repeated, wrapped(latched - latched_before), 0)
     size = np.abs(interval)
     deviation = np.minimum(size, np.abs(size - turn_in_force))
-    # The mark is checked two clocks after it was latched, with the tolerance of that clock.
+    # A mark is checked two clocks after it was latched, with the tolerance in the clock of the
+    # check.
     judged = was(was(repeated) & ~reset)
     misplaced = judged & (earlier(earlier(deviation)) > index_tolerance)
     of_a_turn = earlier(earlier(np.abs(size - turn_in_force)))
@@ -210,7 +216,7 @@ def index_zero(
     )
     moved_zero, trusted = _moved_zeros(verdicts)
     at = np.flatnonzero(moved_zero)
-    # The zero of the mark, which was detected this number of clocks earlier.
+    # The zero follows from the mark, which was detected this number of clocks earlier.
     zero[at] = zero[at - JUDGED_AFTER - 1]
     slip = np.zeros(clocks.size, dtype=np.int64)
     slip[at] = _slips(zero, at, forgotten | first_index, turn_in_force)

@@ -1,4 +1,4 @@
-"""Bit-true model of ``rtl/decoder/input_synchroniser.vhd``."""
+"""Models ``rtl/decoder/input_synchroniser.vhd`` bit by bit."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ STAGES_DEFAULT = 2
 
 
 def input_synchroniser(asynchronous: ArrayLike, stages: int = STAGES_DEFAULT) -> NDArray[Any]:
-    """Delay levels by ``stages`` clocks, 0 before; the first axis is the clock.
+    """Return the levels delayed by ``stages`` clocks, with 0 in the first clocks; the first axis is
+    the clock.
 
-    The shape stays the same. Raises ValueError for ``stages`` outside 2 to 4.
+    The shape is not changed. Raises ValueError for ``stages`` outside 2 to 4.
     """
     if not 2 <= stages <= 4:
         raise ValueError(f"stages is {stages}; expected 2 to 4")

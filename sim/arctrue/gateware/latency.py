@@ -1,4 +1,5 @@
-"""Number of clocks from an angle to its result, from the latencies of the gateware's parts."""
+"""Computes the number of clocks from an angle to its result, from the latencies of the gateware's
+parts."""
 
 from __future__ import annotations
 
@@ -8,15 +9,17 @@ from arctrue.generated.number_formats import PIPELINE_LATENCY
 
 
 def pipeline_clocks(fold: int = 1) -> int:
-    """Give the clocks from an accepted reading to its corrected angle, with this FOLD."""
+    """Return the number of clocks from an accepted reading to its corrected angle, with this
+    FOLD."""
     return PIPELINE_LATENCY + fold - 1
 
 
 def pin_to_pin_clocks(fold: int = 1) -> tuple[int, int]:
-    """Give the least and most clocks from an edge at head 1's pins to the output's edge.
+    """Return the smallest and the largest number of clocks from an edge at head 1's pins to the
+    edge at the output.
 
-    This is for the shortest input filter and an edge that no rule delays at the output. The
-    pipeline accepts a reading every FOLD clocks, so that an edge waits up to FOLD − 1 clocks.
+    The numbers apply to the shortest input filter and to an edge that no rule delays at the output.
+    The pipeline accepts a reading every FOLD clocks, so that an edge waits up to FOLD − 1 clocks.
     """
     least = decoder_clocks() + pipeline_clocks(fold) + OUTPUT_CLOCKS
     return least, least + fold - 1

@@ -1,4 +1,5 @@
-"""Registers that hold a value from one event to the next, without a loop over the clocks."""
+"""Computes registers that hold a value from one event to the next, without a loop over the
+clocks."""
 
 from __future__ import annotations
 
@@ -9,35 +10,37 @@ from numpy.typing import NDArray
 
 
 def latest(event: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the clock of the latest event up to each clock, -1 before the first; (clocks,)."""
+    """Return for each clock the clock of the latest event, -1 before the first event; (clocks,)."""
     return np.maximum.accumulate(np.where(event, np.arange(event.size), -1))
 
 
 def value_at(clock: NDArray[np.int64], values: NDArray[Any], otherwise: int) -> NDArray[Any]:
-    """Return ``values`` at ``clock``, and ``otherwise`` if that is -1; shape (clocks,)."""
+    """Return ``values`` at the clocks ``clock``, and ``otherwise`` for a clock of -1; shape
+    (clocks,)."""
     return np.where(clock >= 0, values[clock], values.dtype.type(otherwise))
 
 
 def clock_before(clock: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return ``latest`` of the previous clock, -1 (none) in the first clock."""
+    """Return the values of ``latest`` in the previous clock; -1 (none) in the first clock."""
     return np.concatenate([[-1], clock[:-1]])
 
 
 def earlier(values: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the values of the previous clock, 0 in the first clock."""
+    """Return the values in the previous clock; 0 in the first clock."""
     return np.concatenate([np.zeros_like(values[:1]), values[:-1]])
 
 
 def was(event: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Tell for each clock whether the event was one clock before."""
+    """Tell for each clock whether the event occurred one clock earlier."""
     return np.concatenate([[False], event[:-1]])
 
 
 def wrapped(counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Wrap counts to a signed 32-bit position."""
+    """Return counts as a signed 32-bit position, which wraps."""
     return (counts + 2**31) % 2**32 - 2**31
 
 
 def outputs(begin: int, values: NDArray[Any]) -> NDArray[np.int64]:
-    """Return a register in every clock: ``begin`` at power-up, then its values after each clock."""
+    """Return the content of a register in every clock: ``begin`` at power-up, then its values after
+    each clock."""
     return np.concatenate([[begin], values]).astype(np.int64)

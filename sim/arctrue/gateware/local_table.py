@@ -1,4 +1,5 @@
-"""Model of the entity ``local_table``: points over the turn or its windows, joined by lines."""
+"""Models the entity ``local_table``: points over the turn or over windows, joined by straight
+lines."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ POINTS = 4096
 FRACTIONS = (4, 6, 8, 10)
 VALUE_FRACTION = 22
 LINE_WIDTH = 12
-"""Number of bits of the position between two points."""
+"""Number of bits that state a place between two points."""
 LATENCY = 17
 """Latency in clocks."""
 WIDTHS = range(7)
@@ -26,7 +27,7 @@ WIDTHS = range(7)
 
 @dataclass(frozen=True, eq=False)
 class LocalTable:
-    """One bank of the table, as words of the register map.
+    """One bank of the table in the words of the register map.
 
     ``starts``: first count of each of the one, two or four windows; ``width``: a window is 2^−width
     turn; ``fraction``: F, fraction bits of a point; ``points``: int64 (4096,).
@@ -39,7 +40,7 @@ class LocalTable:
     points: NDArray[np.int64]
 
     def __post_init__(self) -> None:
-        """Check the words. Raises ValueError for a table that the gateware cannot hold."""
+        """Raise ValueError for a table that the gateware cannot hold."""
         if len(self.starts) not in (1, 2, 4):
             raise ValueError(f"{len(self.starts)} windows; expected one, two or four")
         if any(not 0 <= start < self.counts_per_rev for start in self.starts):
@@ -56,7 +57,7 @@ class LocalTable:
 
     @classmethod
     def of_file(cls, table: extension.LocalTable, counts_per_rev: int) -> LocalTable:
-        """Make the bank that a coefficient file describes; points that it lacks are 0.
+        """Return the bank for the table of a coefficient file; points that the file lacks are 0.
 
         Raises ValueError for a table that the gateware cannot hold.
         """
@@ -67,7 +68,8 @@ class LocalTable:
         )
 
     def place_words(self) -> list[int]:
-        """Give the seven words of the window ``local_place``, the choice first."""
+        """Return the seven words of the register window ``local_place``; the word of the choice is
+        the first."""
         windows = len(self.starts)
         choice = (
             ((1 << windows) - 1)
@@ -80,14 +82,14 @@ class LocalTable:
 
     @property
     def step(self) -> int:
-        """Return round(2⁴⁸·2^width / counts_per_rev): windows per count, u0.48."""
+        """Return round(2⁴⁸·2^width / counts_per_rev), the windows per count, u0.48."""
         turn = self.counts_per_rev
         return ((1 << (PHASE_STEP_WIDTH + self.width + 1)) + turn) // (2 * turn)
 
 
 def line_bound(table: LocalTable) -> float:
-    """Return the largest deviation from the exact lines in counts; the entity's header derives
-    it."""
+    """Return the largest deviation in counts from the exact straight lines; the entity's header
+    derives it."""
     each = table.points.reshape(len(table.starts), -1)
     rise = np.abs(np.roll(each, -1, axis=1) - each).max() / 2.0**table.fraction
     places = 2.0**-13 + 2.0**-13 + (0.0 if len(table.starts) == 1 else 2.0**-12)

@@ -1,4 +1,5 @@
-"""Weights, offsets and carrier of the mean of two to four heads, as the gateware holds them."""
+"""Holds the weights, offsets and carrier of the mean of two to four heads in the formats of the
+gateware."""
 
 from __future__ import annotations
 
@@ -9,19 +10,20 @@ from arctrue.gateware.capability import HEADS_MOST
 from arctrue.generated.number_formats import COSINE_FRACTION, COSINE_WIDTH
 
 WEIGHT_FRACTION: Final = COSINE_FRACTION
-"""Fraction bits of a weight, s1.16 like a cosine."""
+"""Number of fraction bits of a weight, s1.16 like a cosine."""
 WEIGHT_WIDTH: Final = COSINE_WIDTH
 WEIGHT_ONE: Final = 1 << WEIGHT_FRACTION
 WEIGHT_LIMIT: Final = 1 << (WEIGHT_WIDTH - 1)
 OFFSET_FRACTION: Final = 4
-"""Fraction bits of an offset, u24.4 counts."""
+"""Number of fraction bits of an offset, u24.4 counts."""
 OFFSET_ONE: Final = 1 << OFFSET_FRACTION
 DELAY_MOST_CLOCKS: Final = 255
 
 
 @dataclass(frozen=True)
 class MeanSet:
-    """θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, one entry per head.
+    """Parameters of the mean θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, one entry per
+    head.
 
     ``weights`` in 2⁻¹⁶, their sum 65536; ``offsets`` oᵢ in 1/16 count; ``carrier`` s, from 1 on;
     ``missing``: number of the head that is left out, 0 for none; ``delays_clocks``: delay of A, B
@@ -36,7 +38,7 @@ class MeanSet:
     delays_clocks: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check every word."""
+        """Raise ValueError for a word that does not fit its format."""
         if not self.delays_clocks:
             object.__setattr__(self, "delays_clocks", (0,) * self.heads)
         if not 2 <= self.heads <= HEADS_MOST:
@@ -73,16 +75,17 @@ class MeanSet:
 
     @property
     def heads(self) -> int:
-        """Number of heads that the gateware must have."""
+        """Number of heads that the gateware must have for this mean."""
         return len(self.weights)
 
     @property
     def used(self) -> tuple[bool, ...]:
-        """Heads whose index is required: all except the missing one."""
+        """Heads whose index is needed: all except the missing one."""
         return tuple(head != self.missing for head in range(1, self.heads + 1))
 
     def words(self) -> list[int]:
-        """Return the words of the window ``mean`` up to ``choice``, as unsigned 32 bits."""
+        """Return the words of the register window ``mean`` up to ``choice``, as unsigned 32-bit
+        numbers."""
         empty = [0] * (HEADS_MOST - self.heads)
         used = sum(1 << place for place, is_used in enumerate(self.used) if is_used)
         return [

@@ -1,4 +1,5 @@
-"""Model of the entity ``parity_sum``: Σ cᵢ·rᵢ of the heads' readings, and its weights."""
+"""Models the entity ``parity_sum``, the sum Σ cᵢ·rᵢ of the heads' readings, and computes its
+weights."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from arctrue.gateware.mean_set import WEIGHT_ONE
 from arctrue.generated.number_formats import CORRECTION_FRACTION, MEAN_TERM_FRACTION
 
 PARITY_LSB_COUNTS: Final = 2.0**-CORRECTION_FRACTION
-"""Value of the last place of a word of the parity, counts."""
+"""Value of the last bit of a word of the parity, counts."""
 
 
 def parity_sum(differences: ArrayLike, weights: ArrayLike) -> NDArray[np.int64]:
@@ -25,11 +26,12 @@ def parity_sum(differences: ArrayLike, weights: ArrayLike) -> NDArray[np.int64]:
 
 
 def parity_weights(places_rad: ArrayLike) -> NDArray[np.int64]:
-    """Compute words cᵢ for four heads at ``places_rad``: Σ cᵢ = 0, Σ cᵢ·e^{jβᵢ} = 0, max |cᵢ| = 1.
+    """Compute the words cᵢ for four heads at ``places_rad``: Σ cᵢ = 0, Σ cᵢ·e^{jβᵢ} = 0, max |cᵢ| =
+    1.
 
     Three real equations for four weights have one solution up to a factor; here c₁ > 0. The
     rounding of the words to 2⁻¹⁶ keeps Σ cᵢ = 0 exact. Raises ValueError for another number of
-    heads: three heads have no such sum.
+    heads; for three heads no such sum exists.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     if places.shape != (4,):

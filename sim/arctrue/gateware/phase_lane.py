@@ -1,4 +1,4 @@
-"""Model of the entity ``phase_lane``: n·θ + Φ of one lane of equation (9)."""
+"""Models the entity ``phase_lane``, which computes n·θ + Φ for one lane of equation (9)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 def phase_lane(
     angle: ArrayLike, phase_step: ArrayLike, phase_offset: ArrayLike
 ) -> NDArray[np.int32]:
-    """Compute θ·K + Φ modulo one turn in 2⁻²⁴ turn, rounded half up.
+    """Return θ·K + Φ modulo one turn in 2⁻²⁴ turn, rounded half up.
 
     ``angle``: counts below 2²⁴; ``phase_step``: K in 2⁻⁴⁸ turn a count; ``phase_offset``: Φ in 2⁻²⁴
-    turn; whole numbers. The shapes broadcast; the result has the common shape.
+    turn; all are whole numbers. The shapes of the arguments broadcast; the result has the common
+    shape.
     """
-    # Products wrap modulo 2⁶⁴; the 48 bits of a turn are the low ones.
+    # Products wrap modulo 2⁶⁴, which does not change the 48 low bits, one turn.
     turns = np.asarray(angle, dtype=np.uint64) * np.asarray(phase_step, dtype=np.uint64)
     rounding = np.uint64(1 << (_CUT_OFF - 1))
     turns += (np.asarray(phase_offset, dtype=np.uint64) << np.uint64(_CUT_OFF)) + rounding

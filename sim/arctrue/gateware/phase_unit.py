@@ -1,4 +1,4 @@
-"""Model of the entity ``phase_unit``: the phases of all lanes."""
+"""Models the entity ``phase_unit``, which computes the phases of all lanes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.gateware.phase_lane import phase_lane
 def phase_unit(
     angle: ArrayLike, phase_steps: ArrayLike, phase_offsets: ArrayLike
 ) -> NDArray[np.int32]:
-    """Compute the phases in 2⁻²⁴ turn, (angles, lanes); the latency is omitted.
+    """Return the phases in 2⁻²⁴ turn, (angles, lanes); the latency is omitted.
 
     ``angle``: counts, 0 <= angle < 2²⁴, (angles,). ``phase_steps``: K in 2⁻⁴⁸ turn a count and
     ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,) or, if they change with the angle, (angles, lanes).

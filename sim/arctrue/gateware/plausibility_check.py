@@ -1,4 +1,4 @@
-"""Bit-true model of ``rtl/decoder/plausibility_check.vhd``: every output in every clock."""
+"""Models ``rtl/decoder/plausibility_check.vhd`` bit by bit: every output in every clock."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from arctrue.gateware.edge_counter import CountedEdges
 from arctrue.gateware.latest import clock_before, earlier, latest, outputs, value_at, was
 
 COUNTER_MAX = 2**16 - 1
-"""Limit at which the fault counters saturate."""
+"""Largest value of the fault counters, at which they saturate."""
 
 PERIOD = 4
 """Number of counts in a period of A and B."""
 
 SPACING_MAX = 2**16 - 1
-"""Largest measured spacing of edges, in clocks."""
+"""Largest spacing of edges that is measured, clocks; a larger spacing counts as this value."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -25,7 +25,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class PlausibilityTrace:
-    """The outputs in every clock, shape (clocks + 1,): element t is the output during clock t."""
+    """Outputs in every clock, shape (clocks + 1,): element t is the output during clock t."""
 
     index_error: Ints
     index_error_count: Ints
@@ -43,7 +43,8 @@ def _edges_lost(
     edges: CountedEdges,
     settling: Bools,
 ) -> Bools:
-    """Find clocks in which the levels before the filter are a period ahead of the filtered ones.
+    """Return the clocks in which the levels before the filter are one period ahead of the filtered
+    levels.
 
     ``levels``: A and B before the filter; ``settling``: clocks in which they are ignored.
     """
@@ -53,7 +54,7 @@ def _edges_lost(
     moves = np.where(a_changes != b_changes, np.where(a != b_before, 1, -1), 0)
     still = np.minimum(np.arange(a.size) - latest(a_changes | b_changes) - 1, 255)
     quiet = ~(a_changes | b_changes) & (still >= filter_length)
-    # The steps are summed one clock later.
+    # The steps are added one clock later.
     moved, breaks = earlier(moves), was(a_changes & b_changes)
     filtered_moved, filtered_breaks = earlier(edges.step), was(edges.breaks_order)
     starts_anew = settling | was(quiet)
@@ -77,7 +78,8 @@ def _edges_lost(
 
 
 def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
-    """Return flag and counter after each clock; an event in the clock of a clear still counts."""
+    """Return flag and counter after each clock; an event in the same clock as a clear still
+    counts."""
     total = np.cumsum(event)
     gone = np.where(reset, total, total - event)
     count = total - value_at(latest(clear | reset), gone, 0)
@@ -95,7 +97,7 @@ def plausibility_check(
     settling: Bools,
     reset: Bools,
 ) -> PlausibilityTrace:
-    """Find the faults of a head; all arrays (clocks,).
+    """Return the faults of a head; all arrays have the shape (clocks,).
 
     ``levels``: A and B before the filter; ``edges``: edges of the filtered levels; ``settling``:
     clocks in which the levels before the filter are ignored.
@@ -103,7 +105,7 @@ def plausibility_check(
     moves = np.where(reset, 0, earlier(edges.step)) != 0
     last_move = latest(moves)
     move_before = clock_before(last_move)
-    # The spacing of edges is measured one clock after the position.
+    # The spacing of edges is measured one clock after the position changes.
     spacing = np.minimum(np.arange(clear.size) - move_before, SPACING_MAX)
     spacing = np.where(move_before > latest(reset), spacing, SPACING_MAX)
     too_near = moves & (spacing < minimum_edge_spacing)

@@ -1,7 +1,7 @@
-"""Bit-true model of ``rtl/decoder/quadrature_decoder.vhd``: every output in every clock.
+"""Models ``rtl/decoder/quadrature_decoder.vhd`` bit by bit: every output in every clock.
 
-The registers of its parts are computed as sums and latest values of whole arrays, without a loop
-over the clocks.
+The model computes registers as sums and latest values of whole arrays, without a loop over the
+clocks.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from arctrue.gateware.plausibility_check import PlausibilityTrace, plausibility_
 
 
 def latency_clocks(filter_length: int = 1, stages: int = STAGES_DEFAULT) -> int:
-    """Return the clocks from a change of a pin to the position."""
+    """Return the number of clocks from the change of a pin to the change of the position."""
     return stages + max(filter_length, 1) + 2
 
 
 @dataclass(frozen=True)
 class DecoderInputs:
-    """Inputs of the decoder, one value per clock or one for all clocks."""
+    """Inputs of the decoder; each is one value per clock, or one value for all clocks."""
 
     a: ArrayLike
     b: ArrayLike
@@ -34,9 +34,9 @@ class DecoderInputs:
     counts_per_rev: ArrayLike = 2**24
     """Counts per turn, 4 to 2**24."""
     filter_length: ArrayLike = 1
-    """Length of the filter, clocks; 1 switches the filter off."""
+    """Length of the input filter, clocks; 1 switches the filter off."""
     minimum_edge_spacing: ArrayLike = 0
-    """Least permitted spacing of edges, clocks; 0 switches the check off."""
+    """Smallest permitted spacing of edges, clocks; 0 switches the check off."""
     index_tolerance: ArrayLike = 0
     """Tolerance of the index position, counts."""
     timestamp: ArrayLike = 0
@@ -51,9 +51,9 @@ class DecoderInputs:
 
 @dataclass(frozen=True)
 class DecoderTrace(EdgeCounterTrace, IndexZeroTrace, PlausibilityTrace):
-    """Every output in every clock, shape (clocks + 1,), counts unless said otherwise.
+    """Every output in every clock, shape (clocks + 1,), in counts unless another unit is stated.
 
-    Element t is the output during clock t; the last one follows the last input.
+    Element t is the output during clock t; the last element follows the last input.
     """
 
 
@@ -62,10 +62,10 @@ def quadrature_decoder(
 ) -> DecoderTrace:
     """Run the decoder over all clocks of ``inputs``, from power-up on.
 
-    ``reset_position`` in counts is the position of the disc in the first clock after a reset.
+    ``reset_position``: position of the disc in the first clock after a reset, counts.
 
-    Raises ValueError if the shapes of the inputs do not fit, if there is no clock, or for a
-    ``counts_per_rev`` outside 4 to 2**24 that is taken over.
+    Raises ValueError if the shapes of the inputs do not fit, if there is no clock, or if a
+    ``counts_per_rev`` that the decoder samples is outside 4 to 2**24.
     """
     columns = {field.name: np.atleast_1d(getattr(inputs, field.name)) for field in fields(inputs)}
     columns = dict(zip(columns, np.broadcast_arrays(*columns.values()), strict=True))
@@ -79,7 +79,7 @@ def quadrature_decoder(
     column = {name: values.astype(np.int64) for name, values in columns.items()}
     clocks = np.arange(clear.size)
 
-    # This applies until the synchroniser holds levels of the clock of the last reset.
+    # The condition holds until the synchroniser has the levels of the clock of the last reset.
     since_reset = clocks - clock_before(latest(reset))
     preload = since_reset <= synchroniser_stages + 1
     filter_reset = since_reset <= synchroniser_stages

@@ -1,4 +1,4 @@
-"""Bit-true model of ``rtl/quadrature_output/quadrature_output.vhd``, clock by clock."""
+"""Models ``rtl/quadrature_output/quadrature_output.vhd`` bit by bit, clock by clock."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 LATENCY = 6
-"""Clocks from a position to its edge, if no rule delays the edge."""
+"""Number of clocks from a position to its edge, if no rule delays the edge."""
 
 _A_OF_PHASE = (0, 1, 1, 0)
 _B_OF_PHASE = (0, 0, 1, 1)
 _TURNS = range(-2, 2)
 _Z_COUNTS = (1, 2, 4, 4)
-# The present lag is the lag of two clocks ago and does not contain the later steps.
+# The present lag was computed two clocks ago and therefore does not contain the steps since then.
 _STEPS_UNDER_WAY = 3
 
 
@@ -25,25 +25,25 @@ def _wrapped(value: int) -> int:
 
 @dataclass(frozen=True)
 class OutputInputs:
-    """Inputs of the quadrature output, one value per clock or one for all clocks."""
+    """Inputs of the quadrature output; each is one value per clock, or one value for all clocks."""
 
     corrected_position: ArrayLike
-    """Corrected position, counts, multi-turn, signed, 32 bits."""
+    """Corrected position over many turns, counts, signed, 32 bits."""
     corrected_angle: ArrayLike
     """Corrected angle, counts, 0 to counts_per_rev - 1."""
     counts_per_rev: ArrayLike
     """Counts per turn."""
     minimum_spacing: ArrayLike = 1
-    """Least spacing of output edges, clocks."""
+    """Smallest permitted spacing of output edges, clocks."""
     referenced: ArrayLike = True
     """Whether corrected_angle counts from an index mark."""
     phase_of_zero: ArrayLike = 0
     """Index of the levels (A, B) in the sequence 00, 10, 11, 01 at position 0 modulo 4."""
     z_gated: ArrayLike = False
     z_state: ArrayLike = 0
-    """Index of the levels (A, B) in the sequence 00, 10, 11, 01."""
+    """Index of the present levels (A, B) in the sequence 00, 10, 11, 01."""
     z_width: ArrayLike = 0
-    """Width of Z; 0: 1 count, 1: 2 counts, 2: 4 counts."""
+    """Code of the width of Z; 0: 1 count, 1: 2 counts, 2: 4 counts."""
     following_limit: ArrayLike = 2**16 - 1
     """Limit of the following error, counts."""
     enable: ArrayLike = True
@@ -55,7 +55,7 @@ class OutputInputs:
 class OutputTrace:
     """Every output in every clock, shape (clocks + 1,).
 
-    Element t is the output during clock t; the last one follows the last input.
+    Element t is the output during clock t; the last element follows the last input.
     """
 
     a: NDArray[np.int64]
@@ -72,7 +72,7 @@ class _ZSettings(NamedTuple):
     width: int
 
     def is_high(self, behind_zero: int, phase: int) -> bool:
-        """Tell whether Z is high at this count after the zero and this phase of (A, B)."""
+        """Tell whether Z is high, given the count after the zero and the phase of (A, B)."""
         counts = _Z_COUNTS[self.width]
         if not self.gated:
             return 0 <= behind_zero < counts
@@ -81,7 +81,8 @@ class _ZSettings(NamedTuple):
 
 
 class _Follower:
-    """The registers of the entity; each method is one stage, last stage first."""
+    """Registers of the entity; each method is one pipeline stage, and the last stage comes
+    first."""
 
     def __init__(self) -> None:
         self.output = self.lag = self.near_lag = 0
@@ -90,11 +91,11 @@ class _Follower:
         self.phase = self.phase_then = 0
         self.spacing = 0
         self.pins = [0, 0, 0]
-        # Counts from position to angle, the turn, and whether there is a zero; one, two and three
-        # clocks ago.
+        # Counts from position to angle, the turn, and whether a zero is known; each from one, two
+        # and three clocks ago.
         self.references = [(0, 0, False)] * 3
         self.behind_zero = 0
-        # These settings are sampled a clock before they act.
+        # Settings that are sampled one clock before they take effect.
         self.z_before = _ZSettings(False, 0, 0)
         self.phase_of_zero = 0
         self.restart()
@@ -129,13 +130,13 @@ class _Follower:
         if self.following and self.enabled[0]:
             self.following_error = self.lag
             self.too_far = abs(self.lag) > self.limit
-        # The gateware compares the two settings in a separate clock.
+        # The gateware compares the two settings in an extra clock.
         self.limit = self.turn_limit if self.turns_are_less else following_limit
         self.turns_are_less = following_limit > self.turn_limit
         self.turn_limit = 2 * turn - 1
 
     def decide(self, minimum_spacing: int, reset: bool) -> int:
-        """Return the step that the output takes in the next clock: -1, 0 or 1."""
+        """Return the step that the output makes in the next clock: -1, 0 or 1."""
         remaining = self.near_lag - sum(self.steps)
         step = 0
         if self.following and all(self.enabled) and self.may_step and not reset:
@@ -152,7 +153,8 @@ class _Follower:
         return step
 
     def move(self, position: int, phase_of_zero: int) -> None:
-        """Take the step decided one clock ago, or track the position while not following."""
+        """Make the step that was decided one clock ago; while the output does not follow, copy the
+        position."""
         self.near_lag = min(max(self.lag, -8), 7)
         self.phase_then, self.output_then = self.phase, self.output
         self.lag = _wrapped(position - self.output)
@@ -165,8 +167,8 @@ class _Follower:
         self.phase_of_zero = phase_of_zero
 
     def refer(self, position: int, angle: int, turn: int, referenced: bool) -> None:
-        """Store the counts from position to angle, which give the zero; the turn is stored one
-        clock later."""
+        """Store the difference between position and angle, which defines the zero; the turn is
+        stored one clock later."""
         (reference, _, was_referenced), of_turn, _ = self.references
         now = (_wrapped(angle - position), 0, referenced)
         self.references = [now, (reference, turn, was_referenced), of_turn]
@@ -175,8 +177,8 @@ class _Follower:
 def quadrature_output(inputs: OutputInputs, held_phase: int = 0) -> OutputTrace:
     """Run the output over all clocks of ``inputs``, from a reset at the first position on.
 
-    ``held_phase``: index of the levels (A, B) in 00, 10, 11, 01 before that reset, which does not
-    change them; 0 at power-up. Raises ValueError if the shapes of the inputs do not fit.
+    ``held_phase``: index of the levels (A, B) in 00, 10, 11, 01 before this reset, which keeps
+    these levels; 0 at power-up. Raises ValueError if the shapes of the inputs do not fit.
     """
     names = [field.name for field in fields(inputs)]
     columns = np.broadcast_arrays(*(np.atleast_1d(getattr(inputs, name)) for name in names))

@@ -1,7 +1,7 @@
-"""Named access to the registers of the core, over any bus that reads and writes words.
+"""Accesses the registers of the core by name, over any bus that reads and writes words.
 
-The test benches use an AXI4-Lite master in the simulator; a host uses its own bus. Addresses and
-fields come from the generated description of the register map.
+The testbenches use an AXI4-Lite master in the simulator; a host uses the bus that it has. Addresses
+and fields come from the generated description of the register map.
 """
 
 from __future__ import annotations
@@ -24,17 +24,18 @@ from arctrue.generated import registers
 from arctrue.generated.number_formats import CLOCK_HZ, CORRECTION_FRACTION
 
 ReadWords = Callable[[int, int], Awaitable[Sequence[int]]]
-"""``await read_words(address, count)`` returns ``count`` words of 32 bits from a byte address
-on."""
+"""Type of ``await read_words(address, count)``, which returns ``count`` words of 32 bits from the
+byte address on."""
 
 WriteWords = Callable[[int, Sequence[int]], Awaitable[None]]
-"""``await write_words(address, words)``. Both raise an exception if the bus responds with an
-error."""
+"""Type of ``await write_words(address, words)``. Both functions raise an exception if the bus
+responds with an error."""
 
 IDENTIFICATION: Final = 0x41524354
 
 SET_BYTES: Final = 0x1000
-"""Size of the window of one prepared set, which has the layout of the map from 0x1000 on."""
+"""Size of the window of one prepared set; the window has the layout of the register map from 0x1000
+on."""
 SET_MEAN: Final = 0x800
 SET_OFFSET: Final = 0x83C
 
@@ -43,7 +44,7 @@ _WORD: Final = 0xFFFF_FFFF
 
 
 class CoefficientSet(Protocol):
-    """Values that :meth:`RegisterMap.write_coefficients` takes, one per lane."""
+    """Coefficients that :meth:`RegisterMap.write_coefficients` writes, one per lane."""
 
     @property
     def phase_steps(self) -> NDArray[np.uint64]:
@@ -72,8 +73,8 @@ class CoefficientSet(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """State of the core in one clock. Times in clocks, the others in counts, correction in 2^-11
-    count."""
+    """State of the core in one clock. Times are in clocks, the correction is in 2^-11 count, all
+    other values are in counts."""
 
     time: int
     head1_edge_time: int
@@ -91,7 +92,7 @@ class Snapshot:
 
     @property
     def exact_position_counts(self) -> float:
-        """Corrected position before its rounding to whole counts, to 2⁻¹¹ count.
+        """Corrected position before its rounding to whole counts, with a resolution of 2⁻¹¹ count.
 
         The gateware subtracts the correction rounded to whole counts, floor(correction + ½).
         """
@@ -101,7 +102,8 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class CaptureBank:
-    """A capture bank: ``samples`` (n, heads) int32 turn positions of the heads in counts."""
+    """A capture bank: ``samples`` (n, heads) are positions of the heads from their index, counts,
+    int32."""
 
     start_time: int
     sequence_number: int
@@ -110,7 +112,8 @@ class CaptureBank:
 
 
 def register_named(path: str) -> Register:
-    """Return the register ``path``, as in ``head1.flags``; raises KeyError with near names."""
+    """Return the register ``path``, for example ``head1.flags``. Raises KeyError, which lists
+    similar names."""
     if path in _BY_PATH:
         return _BY_PATH[path]
     parts = path.split(".")
@@ -119,21 +122,21 @@ def register_named(path: str) -> Register:
 
 
 class RegisterMap:
-    """Registers by name, over two callables that move 32-bit words.
+    """Accesses registers by name, through two callables that transfer 32-bit words.
 
-    Errors of the bus (an address that the core refuses) are the exceptions of the callables.
+    If the core refuses an address, the callable raises its exception.
     """
 
     def __init__(self, read_words: ReadWords, write_words: WriteWords, *, base: int = 0) -> None:
-        """``base`` is the byte address of the core on the bus."""
+        """Store the callables and ``base``, the byte address of the core on the bus."""
         self._read_words = read_words
         self._write_words = write_words
         self._base = base
         self._has_turn_steps = False
 
     async def read_raw(self, path: str) -> int:
-        """Read a whole register, a 64-bit one low word first, so that both halves belong
-        together."""
+        """Read a whole register. Of a 64-bit register the low word is read first, so that both
+        words belong together."""
         register = register_named(path)
         value = 0
         for word in range(register.words):
@@ -142,19 +145,19 @@ class RegisterMap:
         return value
 
     async def read_fields(self, path: str) -> dict[str, int]:
-        """Read every field of a register, signed ones as signed numbers."""
+        """Read every field of a register; a signed field gives a signed number."""
         word = await self.read_raw(path)
         return {field.name: field.get(word) for field in register_named(path).fields}
 
     async def read(self, path: str) -> int:
-        """Read one value: ``register`` with a single field, or ``register.field``."""
+        """Read one value: a register with a single field, or ``register.field``."""
         if path in _BY_PATH:
             values = await self.read_fields(path)
             if len(values) != 1:
                 raise KeyError(f"{path} has several fields, name one: {', '.join(values)}")
             return next(iter(values.values()))
         register, _, field = path.rpartition(".")
-        # If the register does not exist, report the whole name.
+        # The error names the whole path if the register does not exist.
         known = register_named(register if register in _BY_PATH else path)
         return known.field(field).get(await self.read_raw(register))
 
@@ -164,7 +167,8 @@ class RegisterMap:
         await self._write_words(address, [value & _WORD])
 
     async def write(self, path: str, value: int) -> None:
-        """Write the only field of a register; raises ValueError for a value that does not fit."""
+        """Write the only field of a register. Raises ValueError for a value that does not fit the
+        field."""
         register = register_named(path)
         if len(register.fields) != 1:
             names = ", ".join(field.name for field in register.fields)
@@ -172,7 +176,7 @@ class RegisterMap:
         await self.write_raw(path, register.fields[0].put(value))
 
     async def update(self, path: str, **values: int) -> None:
-        """Change the named fields of a register, keep the others (read, modify, write)."""
+        """Change the named fields of a register and keep all others (read, modify, write)."""
         register = register_named(path)
         word = await self.read_raw(path)
         for name, value in values.items():
@@ -181,18 +185,19 @@ class RegisterMap:
         await self.write_raw(path, word)
 
     async def command(self, *names: str) -> None:
-        """Set each named bit of ``command`` once, all in the same clock."""
+        """Set each named bit of ``command`` for one clock, all in the same clock."""
         register = register_named("command")
         await self.write_raw("command", sum(register.field(name).mask for name in set(names)))
 
     async def clear_interrupts(self, *names: str) -> None:
-        """Clear the named bits of ``interrupt_status``; without names, all of them."""
+        """Clear the named bits of ``interrupt_status``; without names, clear all bits."""
         register = register_named("interrupt_status")
         masks = [field.mask for field in register.fields if not names or field.name in names]
         await self.write_raw("interrupt_status", sum(masks))
 
     async def check_identity(self) -> dict[str, int]:
-        """Read the fields of ``core_configuration``; raises ValueError if this is not the core."""
+        """Read the fields of ``core_configuration``. Raises ValueError if the bus does not reach an
+        ArcTrue core."""
         found = await self.read("identification")
         if found != IDENTIFICATION:
             raise ValueError(
@@ -202,25 +207,26 @@ class RegisterMap:
         return await self.read_fields("core_configuration")
 
     async def snapshot(self) -> Snapshot:
-        """Read both heads and the corrected output in one clock."""
+        """Read the positions of both heads and of the corrected output in one clock."""
         values = {}
         for register in registers.REGISTERS:
             group, _, name = register.path.partition(".")
-            if group == "snapshot":  # read in address order: the read of time latches all
+            if group == "snapshot":  # in address order: reading time latches all other values
                 values[name] = await self.read(register.path)
         return Snapshot(**values)
 
     async def read_capture(self, heads: int = 2) -> CaptureBank:
-        """Read the ready bank of a core with ``heads`` heads.
+        """Read the capture bank that is ready, from a core with ``heads`` heads.
 
-        Release it with ``command("capture_release")``.
+        The caller releases the bank with ``command("capture_release")``.
         """
         count = await self.read("capture_header.sample_count")
         flags = await self.read_fields("capture_header.flags")
         words = await self._read_words(self._base + registers.CAPTURE_ADDRESS, 2 * count)
         samples = np.array(words, dtype=np.uint32).view(np.int32).reshape(count, 2)
         for head in range(3, heads + 1):
-            # Read word by word: a core with three heads refuses the words of head 4.
+            # The words are read one by one, because a core with three heads refuses the words of
+            # head 4.
             first = self._base + registers.FURTHER_CAPTURE_ADDRESS + 4 * (head - 3)
             column = [(await self._read_words(first + 8 * row, 1))[0] for row in range(count)]
             further = np.array(column, dtype=np.uint32).view(np.int32)
@@ -233,10 +239,11 @@ class RegisterMap:
         )
 
     async def write_coefficients(self, coefficients: CoefficientSet) -> None:
-        """Write the idle bank, all its lanes and the offset.
+        """Write all lanes and the offset to the idle bank.
 
-        It becomes active with ``command("swap")``. A core without REAL_ORDERS refuses turn steps.
-        The function therefore writes them only if a lane has one, and from then on with every bank.
+        The bank becomes active with ``command("swap")``. A core without REAL_ORDERS refuses turn
+        steps. The function therefore writes them only if a lane has one, and from then on with
+        every bank.
         """
         await self._write_words(
             self._base + registers.COEFFICIENTS_ADDRESS, coefficient_words(coefficients)
@@ -247,7 +254,7 @@ class RegisterMap:
         await self.write("coefficient_offset", coefficients.offset)
 
     async def write_turn_steps(self, coefficients: CoefficientSet) -> None:
-        """Write the turn step of every lane, 0 for a whole order, to the idle bank."""
+        """Write the turn step of every lane to the idle bank; a whole order has the turn step 0."""
         steps = coefficients.turn_steps.tolist()
         words = [word for step in steps for word in (step & _WORD, step >> 32)]
         await self._write_words(self._base + registers.TURN_STEPS_ADDRESS, words)
@@ -255,21 +262,22 @@ class RegisterMap:
     async def write_conditions(
         self, conditions: Conditions, counts_per_rev: int, clock_hz: float = CLOCK_HZ
     ) -> None:
-        """Write the settings for direction and speed; they act at once."""
+        """Write the settings for direction and speed; they take effect at once."""
         for path, word in condition_registers(conditions, counts_per_rev, clock_hz).items():
             await self.write(path, word)
 
     async def write_mean(self, mean: MeanSet) -> None:
-        """Write the idle words of the mean. They become active with ``command("swap")``."""
+        """Write the words of the mean to the idle bank; they become active with
+        ``command("swap")``."""
         for number, word in enumerate(mean.words()):
             if number >= 2 * HEADS_MOST or number % HEADS_MOST < mean.heads:
                 address = self._base + registers.MEAN_ADDRESS + 4 * number
                 await self._write_words(address, [word])
 
     async def write_local_table(self, table: LocalTable) -> None:
-        """Write the idle bank of the local table. It becomes active with ``command("swap")``.
+        """Write the local table to its idle bank; it becomes active with ``command("swap")``.
 
-        The choice is written last: it makes the next swap include the table.
+        The choice is written last, because it makes the next swap include the table.
         """
         points = [point & _WORD for point in table.points.tolist()]
         await self._write_words(self._base + registers.LOCAL_POINTS_ADDRESS, points)
@@ -279,9 +287,11 @@ class RegisterMap:
         await self._write_words(self._base + first, [choice])
 
     async def write_set(self, number: int, coefficients: CoefficientSet, mean: MeanSet) -> None:
-        """Write prepared set ``number``: 0 with all heads, else without that head.
+        """Write the prepared set ``number``: 0 for all heads, otherwise for the case that head
+        ``number`` is missing.
 
-        Raises ValueError for a set with a lane of a real order: a set holds no turn steps.
+        Raises ValueError for a set with a lane of a real order, because a prepared set has no turn
+        steps.
         """
         if coefficients.turn_steps.any():
             raise ValueError("a prepared set holds no turn steps: leave its real orders out")
@@ -293,13 +303,14 @@ class RegisterMap:
         await self._write_words(first + SET_OFFSET, [coefficients.offset & _WORD])
 
     async def write_parity_weights(self, weights: Sequence[int]) -> None:
-        """Write the weights of the parity, one per head; they act at once."""
+        """Write the weights of the parity, one per head; they take effect at once."""
         for head, weight in enumerate(weights, start=1):
             await self.write(f"parity.weight{head}", int(weight))
 
 
 def coefficient_words(coefficients: CoefficientSet) -> list[int]:
-    """Return the words of the coefficient window: four per lane, see the window's description."""
+    """Return the words of the coefficient window, four per lane; the window's description defines
+    them."""
     words: list[int] = []
     lanes = zip(
         coefficients.phase_steps.tolist(),

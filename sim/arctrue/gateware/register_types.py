@@ -1,4 +1,4 @@
-"""Defines the types of the generated description of the register map."""
+"""Defines the types with which the generated description of the register map is written."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """Some bits of a register.
+    """A field: some bits of a register.
 
     ``reset`` is the value after reset, None if the gateware drives the field; ``constant``: the
     field never changes.
@@ -34,7 +34,7 @@ class Field:
         return value
 
     def put(self, value: int) -> int:
-        """Return ``value`` at the place of the field, the other bits 0.
+        """Return a register word with ``value`` in the field and 0 in all other bits.
 
         Raises ValueError for a value that the field cannot hold.
         """
@@ -47,7 +47,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Register:
-    """A register of 32 or 64 bits; ``latched`` ones hold a value until their trigger is read."""
+    """A register of 32 or 64 bits; a latched register holds its value until its trigger is read."""
 
     path: str
     address: int
@@ -59,11 +59,11 @@ class Register:
 
     @property
     def words(self) -> int:
-        """Return the number of 32-bit words, low word first."""
+        """Return the number of 32-bit words of the register; the low word is the first."""
         return self.width // 32
 
     def field(self, name: str) -> Field:
-        """Return the field called ``name``; raises KeyError with the names that exist."""
+        """Return the field with this name. Raises KeyError, which lists the existing names."""
         for field in self.fields:
             if field.name == name:
                 return field
@@ -73,7 +73,7 @@ class Register:
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """A window of 32-bit words."""
+    """A window: consecutive 32-bit words."""
 
     path: str
     address: int

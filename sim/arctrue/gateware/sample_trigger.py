@@ -1,4 +1,5 @@
-"""Bit-true model of ``rtl/sampler/sample_trigger.vhd``: selects the clocks that are sampled."""
+"""Models ``rtl/sampler/sample_trigger.vhd`` bit by bit; the entity selects the clocks that are
+sampled."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.generated import number_formats
 
 _SEARCH_CLOCKS = number_formats.POSITION_WIDTH - 1 + 3
-"""Number of clocks of the division, plus three clocks that determine the place of the multiples."""
+"""Number of clocks of a division, plus three clocks that determine the place of the multiples."""
 
 
 class _Grid(enum.Enum):
@@ -22,15 +23,15 @@ class _Grid(enum.Enum):
 
 
 def wrapped(value: int) -> int:
-    """Return ``value`` modulo 2**32 as a signed 32-bit number, like a position that wraps."""
+    """Return ``value`` modulo 2**32 as a signed 32-bit number; positions wrap in this way."""
     return (value + 2**31) % 2**32 - 2**31
 
 
 class SampleTrigger:
-    """The trigger, clock by clock; one instance holds the state of one entity."""
+    """The trigger of one entity, clock by clock; an instance holds the entity's state."""
 
     def __init__(self) -> None:
-        """Start in the state after a reset."""
+        """Begin in the state after a reset."""
         self._elapsed = 1
         self._state = _Grid.IDLE
         self._clocks_left = 0
@@ -54,9 +55,9 @@ class SampleTrigger:
 
         The VHDL's ``trigger`` is high one clock later. ``sample_period`` in clocks, ``angle_step``
         and ``turn_position`` (signed, 32 bits) in counts; ``mode`` 0 equal time, 1 equal angle;
-        ``zero_moved`` toggles with the first position from another zero. Raises ValueError if the
-        position moves by more than one count while the trigger follows the grid and the zero stays:
-        no decoder does that.
+        ``zero_moved`` toggles with the first position that counts from another zero. Raises
+        ValueError if the position moves by more than one count while the trigger follows the grid
+        and the zero is unchanged, because no decoder gives such a position.
         """
         in_time = self._equal_time(sample_period)
         changes, jumps = angle_step != self._step, zero_moved != self._zero_before
@@ -65,7 +66,8 @@ class SampleTrigger:
             self._state = _Grid.LOST if angle_step else _Grid.IDLE
         in_angle = self._equal_angle(angle_step, turn_position)
         if jumps:
-            # In the next clock this looks like a change of the step, which restarts the grid.
+            # In the next clock this position looks like a change of the step, which restarts the
+            # grid.
             self._step = 0
         if not enable or mode == 1:
             in_time = False
@@ -115,7 +117,7 @@ class SampleTrigger:
         return False
 
     def _follow(self, move: int) -> bool:
-        """Tell whether the move reached a multiple other than the last one reached."""
+        """Tell whether the movement reached another multiple than the one reached last."""
         if move == 0:
             return False
         left_multiple = self._on_multiple
@@ -137,7 +139,7 @@ def sample_trigger(
     angle_step: ArrayLike = 0,
     zero_moved: ArrayLike = 0,
 ) -> NDArray[np.bool_]:
-    """Tell for each clock whether it is sampled, shape (clocks,).
+    """Return for each clock whether it is sampled, shape (clocks,).
 
     Every argument is one value per clock, or one for all clocks: ``turn_position`` of head 1 in
     counts (signed, 32 bits), ``mode`` 0 equal time or 1 equal angle, ``sample_period`` in clocks,

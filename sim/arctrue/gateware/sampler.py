@@ -1,4 +1,4 @@
-"""Bit-true model of ``rtl/sampler/sampler.vhd``: captures of both heads, turn by turn."""
+"""Models ``rtl/sampler/sampler.vhd`` bit by bit; the entity captures both heads, turn by turn."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FLAG_NAMES = (
     "overrun",
     "full_before_turn",
 )
-"""Bit i of a header's flags is ``FLAG_NAMES[i]``."""
+"""Names of the flags in a header; bit i of the flags is ``FLAG_NAMES[i]``."""
 
 OVERRUN = 1 << FLAG_NAMES.index("overrun")
 FULL_BEFORE_TURN = 1 << FLAG_NAMES.index("full_before_turn")
@@ -31,43 +31,43 @@ _INDEX_SEEN = 0b11
 
 @dataclass(frozen=True)
 class SamplerInputs:
-    """Inputs of the sampler, one value per clock or one for all clocks."""
+    """Inputs of the sampler; each is one value per clock, or one value for all clocks."""
 
     turn_position1: ArrayLike
-    """Position of head 1 from the index, counts, signed, 32 bits."""
+    """Position of head 1 from its index, counts, signed, 32 bits."""
     turn_position2: ArrayLike
-    """Position of head 2 in the same clock."""
+    """Position of head 2 from its index in the same clock."""
     counts_per_rev: ArrayLike
     """Counts per turn."""
     reset: ArrayLike = False
     enable: ArrayLike = True
     mode: ArrayLike = 0
-    """Mode of sampling: 0 equal time, 1 equal angle."""
+    """Sampling mode: 0 equal time, 1 equal angle."""
     sample_period: ArrayLike = 100_000
-    """Period of samples at equal time, clocks."""
+    """Time between two samples at equal time, clocks."""
     angle_step: ArrayLike = 0
-    """Step of samples at equal angle, counts."""
+    """Angle between two samples at equal angle, counts."""
     timestamp: ArrayLike | None = None
-    """Present time, clocks; None counts from 0."""
+    """Present time, clocks; None: the clocks count from 0."""
     flags: ArrayLike = _INDEX_SEEN
-    """Levels of the decoders: the first eight of FLAG_NAMES."""
+    """Flags of the decoders: the first eight of FLAG_NAMES."""
     zero_moved1: ArrayLike = 0
-    """Level that toggles with the first ``turn_position1`` from another zero."""
+    """Level that toggles with the first ``turn_position1`` that counts from another zero."""
     release_bank: ArrayLike = False
 
 
 @dataclass(frozen=True)
 class SampledBank:
-    """One bank handed to the processor."""
+    """One bank that the sampler handed to the processor."""
 
     clock: int
-    """The first clock in which the bank is READY."""
+    """First clock in which the bank is READY."""
     bank: int
     start_time: int
     """Time stamp of the first sample, clocks."""
     sequence: int
     sample_clocks: NDArray[np.int64]
-    """The clock of every sample, shape (samples,)."""
+    """Clock of every sample, shape (samples,)."""
     samples: NDArray[np.int32]
     """Positions of head 1 and head 2, counts, shape (samples, 2)."""
     flags: int
@@ -77,7 +77,7 @@ class SampledBank:
 class SamplerTrace:
     """The captures, and every output in every clock, shape (clocks + 1,).
 
-    Element t is the output during clock t; the last one follows the last input.
+    Element t is the output during clock t; the last element follows the last input.
     """
 
     captures: list[SampledBank]
@@ -92,8 +92,8 @@ class SamplerTrace:
 
 
 class _Filling:
-    """Registers of the sampler: the bank being filled, the owner of each bank, and a delay of one
-    clock after the trigger."""
+    """Registers of the sampler: the bank that is being filled, the owner of each bank, and the
+    delay of one clock after the trigger."""
 
     def __init__(self, depth: int) -> None:
         self.depth = depth
@@ -101,7 +101,7 @@ class _Filling:
         self.restart()
 
     def restart(self) -> None:
-        """Set the state after a reset."""
+        """Set the registers to their state after a reset."""
         self.filling_bank = self.ready_bank = self.handed_over = self.overrun_count = 0
         self.owned = self.overrun = False
         self.handing_over: SampledBank | None = None
@@ -109,7 +109,7 @@ class _Filling:
         self.drop()
 
     def drop(self) -> None:
-        """Discard the present turn."""
+        """Discard the samples of the present turn."""
         self.rows: list[tuple[int, int, int]] = []
         self.flags = 0
         self.start_time = 0
@@ -126,15 +126,15 @@ class _Filling:
     def sample(
         self, clock: int, position1: int, position2: int, timestamp: int, counts_per_rev: int
     ) -> None:
-        """Store the pair of ``clock`` and hand over a finished bank."""
+        """Store the pair of samples of ``clock``, and hand over a finished bank."""
         if not self.rows:
             self.start_time = timestamp
             self.turn = (
                 wrapped(position1 + counts_per_rev),
                 wrapped(position1 - counts_per_rev),
             )
-        # The model does not check one clock after the first sample, because no table moves by a
-        # turn in a clock.
+        # The model omits the check one clock after the first sample, because no table moves by a
+        # turn in one clock.
         closed = (
             bool(self.rows)
             and clock > self.rows[0][0] + 1
@@ -188,7 +188,7 @@ def sampler(
     outputs = np.zeros((clocks + 1, 8), dtype=np.int64)
     for clock in range(clocks):
         now = {name: column[clock] for name, column in columns.items()}
-        # A sample that was triggered in the last clock is stored in this one.
+        # A sample that was triggered in the last clock is stored in this clock.
         if now["reset"]:
             filling.restart()
         else:

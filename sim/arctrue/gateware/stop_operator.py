@@ -1,22 +1,23 @@
-"""Model of the entity ``stop_operator``: the direction of motion, with hysteresis."""
+"""Models the entity ``stop_operator``, which gives the direction of motion with hysteresis."""
 
 from __future__ import annotations
 
 from typing import Final
 
 STOP_FRACTION: Final = 4
-"""Fraction bits of width and place, which are in 1/16 count."""
+"""Number of fraction bits of width and place, which are in 1/16 count."""
 STOP_LATENCY: Final = 7
-"""Clocks from a position to the place."""
+"""Number of clocks from a position to its place."""
 MOST_STEP: Final = 8
 """Largest step in counts per clock; a larger step does not count as motion."""
 
 
 class StopOperator:
-    """Two stop operators that start at opposite ends, one reading per call (without latency)."""
+    """Two stop operators that begin at opposite ends; one call processes one reading, and latency
+    is omitted."""
 
     def __init__(self, width: int, dead_zone: int = 0) -> None:
-        """``width`` in 1/16 count, ``dead_zone`` in counts."""
+        """Store ``width`` in 1/16 count and ``dead_zone`` in counts."""
         self.width = width
         self._dead_zone = dead_zone
         self._slack = 0

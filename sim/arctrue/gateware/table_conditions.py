@@ -1,4 +1,5 @@
-"""Models of ``unit_divider`` and ``slewed_word``, and the registers of the conditions."""
+"""Models the entities ``unit_divider`` and ``slewed_word``, and computes the registers of the
+conditions."""
 
 from __future__ import annotations
 
@@ -18,14 +19,15 @@ SLEW_FRACTION: Final = 32
 
 
 def unit_quotient(dividend: int, divisor: int) -> int:
-    """Return dividend / divisor as u1.16, rounded half up, at most 1; 0 if the divisor is 0."""
+    """Return dividend / divisor as u1.16, rounded half up and at most 1; return 0 if the divisor is
+    0."""
     if divisor == 0:
         return 0
     return min((((dividend << (MODULATOR_FRACTION + 1)) // divisor) + 1) >> 1, MODULATOR_ONE)
 
 
 def slewed(fine: int, target: int, slew: int) -> int:
-    """Move a word, s1.32, one step towards ``target``, s1.16, by at most ``slew``, u0.32."""
+    """Return a word, s1.32, moved towards ``target``, s1.16, by at most ``slew``, u0.32."""
     way = (target << MODULATOR_FRACTION) - fine
     return fine + min(max(way, -slew), slew)
 
@@ -33,9 +35,9 @@ def slewed(fine: int, target: int, slew: int) -> int:
 def nominal_speed_word(
     nominal_deg_per_s: float, counts_per_rev: int, clock_hz: float = CLOCK_HZ
 ) -> int:
-    """Return ω₀ as u0.32 counts a clock.
+    """Return the nominal speed ω₀ as u0.32 counts a clock.
 
-    Raises ValueError for a speed of a count a clock or more, or below the unit.
+    Raises ValueError for a speed of at least one count a clock, or a speed that rounds to 0.
     """
     word = round(nominal_deg_per_s / 360.0 * counts_per_rev / clock_hz * 2.0**32)
     if not 0 < word < 1 << 32:
@@ -47,7 +49,7 @@ def nominal_speed_word(
 
 
 def slew_word(seconds: float, clock_hz: float = CLOCK_HZ) -> int:
-    """Return the slew that leads a word from 0 to 1 in this time."""
+    """Return the slew with which a word changes from 0 to 1 in this time."""
     sweeps = max(seconds * clock_hz / SWEEP_CLOCKS, 1.0)
     return min(math.ceil((1 << SLEW_FRACTION) / sweeps), (1 << SLEW_FRACTION) - 1)
 
@@ -55,7 +57,8 @@ def slew_word(seconds: float, clock_hz: float = CLOCK_HZ) -> int:
 def condition_registers(
     conditions: Conditions, counts_per_rev: int, clock_hz: float = CLOCK_HZ
 ) -> Mapping[str, int]:
-    """Return the words of the window ``conditions`` for a coefficient file, by register."""
+    """Return the words of the register window ``conditions`` for a coefficient file, by
+    register."""
     return {
         "conditions.width": conditions.width,
         "conditions.dead_zone": conditions.dead_zone_counts,

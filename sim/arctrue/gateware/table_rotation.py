@@ -1,4 +1,4 @@
-"""Model of the entity ``table_rotation``: the cosine from a table of its tangents."""
+"""Models the entity ``table_rotation``, which computes the cosine from a table of its tangents."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ DIGITS_WIDTH = 2 * ROWS
 SLOPE_FRACTION = 8
 VALUE_FRACTION = 20
 ROW_FRACTION = SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1)
-"""Fraction bits of the last row: every row except the first drops two."""
+"""Number of fraction bits of the last row; every row except the first drops two bits."""
 
 
 @dataclass(frozen=True, eq=False)
 class TangentTable:
-    """Table that the entity calculates at elaboration; both int32, (128,).
+    """Table that is computed when the entity is elaborated; both arrays are int32, (128,).
 
     ``slopes``: −dcos/dturn of the intervals in 2⁻⁸ per turn; ``values``: the lines at the starts of
     the intervals, 2⁻²⁰.
@@ -35,7 +35,7 @@ class TangentTable:
 
 @functools.cache
 def tangent_table() -> TangentTable:
-    """Compute the lines (1 − h²/4)·cos m − sin m·z of the 128 intervals."""
+    """Compute the lines (1 − h²/4)·cos m − sin m·z for the 128 intervals."""
     middles = (np.arange(1 << ADDRESS_WIDTH) + 0.5) * (np.pi / 2) / (1 << ADDRESS_WIDTH)
     slopes = np.floor(2 * np.pi * np.sin(middles) * 2.0**SLOPE_FRACTION + 0.5)
     reach_turn = 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
@@ -48,8 +48,8 @@ def tangent_table() -> TangentTable:
 
 
 def error_bound() -> float:
-    """Return the largest error of a lane's cosine of size 1: the sum of the errors listed in the
-    entity's header.
+    """Return the largest error of a lane's cosine for an amplitude of 1: the sum of the errors that
+    the entity's header lists.
 
     The errors come from the line, the replacement of the sine by its angle, the slope, the omitted
     bits of the angle, the value, the rows, the fold and the rounding to s1.16.
@@ -68,7 +68,7 @@ def error_bound() -> float:
 
 
 def table_rotation(folded: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the cosine in 2⁻¹⁸: two bits more than the lane's cosine has.
+    """Return the cosine in 2⁻¹⁸, with two bits more than the lane's cosine.
 
     ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any shape; the result has the same shape.
     """

@@ -1,4 +1,4 @@
-"""Model of the entity ``table_speed``: travel of the table in a window of time."""
+"""Models the entity ``table_speed``, which measures the travel of the table in a window of time."""
 
 from __future__ import annotations
 
@@ -7,36 +7,36 @@ from typing import Final, NamedTuple
 from arctrue.generated.number_formats import CORRECTION_FRACTION
 
 WINDOW_BITS: Final = 14
-"""Binary logarithm of the clocks in a window: 2^14 clocks."""
+"""Binary logarithm of the number of clocks in a window: 2^14 clocks."""
 LONGEST_BITS: Final = 24
-"""Binary logarithm of the number of clocks without the end of a window after which the table counts
-as standing."""
+"""Binary logarithm of a number of clocks: if no window ends for so long, the table counts as
+standing still."""
 SPEED_LATENCY: Final = 3
-"""Number of clocks from a position to the speed that is measured with it."""
+"""Number of clocks from a position to the speed for which this position was used."""
 _ONE = 1 << CORRECTION_FRACTION
 _TREMBLE = 2 * _ONE
 _MOST_QUIET = 8 * _ONE
 
 
 class Measured(NamedTuple):
-    """Measurement at the end of a window, or an upper bound of the travel before the window
-    ends."""
+    """Measurement at the end of a window; before the end it is an upper bound of the travel."""
 
     travel: int
-    """Travel in 2⁻¹¹ count, without its sign; smaller by one unit if the angle fell."""
+    """Travel in 2⁻¹¹ count, without sign; it is one unit too small if the angle fell."""
     is_down: bool
     is_bound: bool
     nominal_travel: int
-    """Travel in the same time at the nominal speed, 2⁻³² count."""
+    """Travel in the same time at the nominal speed, in 2⁻³² count."""
 
 
 class TableSpeed:
-    """Processes one corrected reading per call (without latency)."""
+    """Measures the speed; one call processes one corrected reading, and latency is omitted."""
 
     def __init__(
         self, nominal: int, window: int = WINDOW_BITS, longest: int = LONGEST_BITS
     ) -> None:
-        """``nominal`` in 2⁻³² count a clock; ``window`` and ``longest``: log2 of clocks."""
+        """Store ``nominal`` in 2⁻³² count a clock; ``window`` and ``longest`` are log2 of
+        clocks."""
         self._nominal, self._window = nominal, 1 << window
         self._longest = (1 << longest) - 1
         self._period: int | None = None

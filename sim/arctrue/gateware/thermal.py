@@ -1,4 +1,4 @@
-"""Lanes that follow the temperature: the parameters from which the firmware computes them."""
+"""Holds the parameters from which the firmware computes the lanes that follow the temperature."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 
 SLOPE_LSB_COUNTS = 2.0**-20
-"""Unit of a slope's word: counts per kelvin, and per kelvin squared."""
+"""Unit of a slope's word: counts per kelvin, or counts per kelvin squared."""
 SLOPE_WORD_MAX = 2**31 - 1
 ORDERS_MOST = 16
-"""Greatest number of orders that follow the temperature in the firmware."""
+"""Largest number of orders that follow the temperature in the firmware."""
 TIME_CONSTANT_MOST_S = 3600.0
 
 
 @dataclass(frozen=True, eq=False)
 class ThermalLanes:
-    """Cosine and sine of some orders as c₀ + c₁·(T − T₀) + c₂·(T − T₀)², c₀ being the lane's own.
+    """Cosine and sine of some orders as c₀ + c₁·(T − T₀) + c₂·(T − T₀)², where c₀ is the lane's own
+    value.
 
     ``orders`` (n,); ``slopes`` (n, 4), int64 words of 2⁻²⁰ count: cosine and sine per kelvin,
     cosine and sine per kelvin squared. ``time_constant_s``: time constant of the thermometer's
@@ -38,7 +39,8 @@ class ThermalLanes:
     most_c: float = math.nan
 
     def __post_init__(self) -> None:
-        """Check the words, and make the array read-only."""
+        """Check the words, and make the array read-only. Raises ValueError for a word that does not
+        fit."""
         if not 1 <= len(self.orders) <= ORDERS_MOST or len(set(self.orders)) != len(self.orders):
             raise ValueError(
                 f"orders that follow the temperature: 1 to {ORDERS_MOST}, each once, found "
@@ -73,7 +75,7 @@ class ThermalLanes:
             )
 
     def __eq__(self, other: object) -> bool:
-        """Tell whether all words are equal."""
+        """Tell whether all words of both objects are equal."""
         if not isinstance(other, ThermalLanes):
             return NotImplemented
         return (
@@ -86,12 +88,13 @@ class ThermalLanes:
 
     @property
     def has_default_range(self) -> bool:
-        """Tell whether the range is the default range, which a file without a range has."""
+        """Tell whether the temperature range is the default range, which is not written to a
+        file."""
         span = (self.reference_c - THERMAL_RANGE_K, self.reference_c + THERMAL_RANGE_K)
         return (self.least_c, self.most_c) == tuple(round(limit, 3) for limit in span)
 
     def change_counts(self, order: int, celsius: float) -> complex:
-        """Return the change of cosine and sine (real, imaginary part) since T₀, counts."""
+        """Return the change of cosine (real part) and sine (imaginary part) since T₀, counts."""
         if order not in self.orders:
             return 0j
         cosine, sine, cosine2, sine2 = self.slopes[self.orders.index(order)] * SLOPE_LSB_COUNTS
@@ -115,7 +118,7 @@ class ThermalLanes:
         time_constant_s: float = 0.0,
         range_c: tuple[float, float] = (math.nan, math.nan),
     ) -> ThermalLanes:
-        """Quantise ``{order: (4,)}`` of counts per kelvin and per kelvin squared."""
+        """Return the words for ``{order: (4,)}`` of counts per kelvin and per kelvin squared."""
         values = np.array(list(slopes_counts.values()))
         if not np.all(np.isfinite(values)):
             raise ValueError("slopes: not a finite number")
@@ -130,5 +133,6 @@ class ThermalLanes:
 
 
 def as_lane(value: complex) -> tuple[float, float]:
-    """Return amplitude and phase: value.real·cos nR + value.imag·sin nR = a·cos(nR + φ)."""
+    """Return amplitude a and phase φ for which value.real·cos nR + value.imag·sin nR = a·cos(nR +
+    φ)."""
     return abs(value), math.atan2(-value.imag, value.real)

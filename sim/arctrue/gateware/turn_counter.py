@@ -1,4 +1,4 @@
-"""Model of the entity ``turn_counter``: counts the turns of an angle."""
+"""Models the entity ``turn_counter``, which counts the turns of an angle."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def turn_numbers(angle: ArrayLike, counts_per_rev: int, first: int = 0) -> NDArr
     """Return the turn number of each angle, (angles,); the latency is omitted.
 
     ``angle``: counts of consecutive accepted angles, (angles,); the first is in turn ``first``.
-    Each angle continues the previous one on the shorter way round; half a turn is no wrap. The
+    From each angle to the next the shorter way round is assumed; half a turn is no wrap. The
     numbers wrap modulo 2²⁴ like those of the gateware.
     """
     step = np.diff(np.asarray(angle, dtype=np.int64))

@@ -1,4 +1,5 @@
-"""Model of the entity ``turn_difference``: the difference of two angles, the shorter way round."""
+"""Models the entity ``turn_difference``, which computes the difference of two angles the shorter
+way round."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ def turn_difference(
 ) -> NDArray[np.int64]:
     """Return (minuend − subtrahend) modulo the turn, in [−½, ½) turn, counts.
 
-    Both are angles of one turn in whole counts; their shapes broadcast.
+    Both arguments are angles within a turn in whole counts; their shapes broadcast.
     """
     straight = np.asarray(minuend, dtype=np.int64) - np.asarray(subtrahend, dtype=np.int64)
     lowest = -(counts_per_rev // 2)

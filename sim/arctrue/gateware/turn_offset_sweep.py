@@ -1,4 +1,5 @@
-"""Model of the entity ``turn_offset_sweep``: Φ + frac(m·ν), the phase offsets of a turn m."""
+"""Models the entity ``turn_offset_sweep``, which computes Φ + frac(m·ν), the phase offsets of turn
+m."""
 
 from __future__ import annotations
 
@@ -15,20 +16,22 @@ from arctrue.generated.number_formats import (
 )
 
 PLACES: Final = 4
-"""Number of turns for which an offset is stored: that of turn m at m modulo 4."""
+"""Number of turns for which offsets are stored; the offsets of turn m are stored at m modulo 4."""
 _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 
 
 def ready_clocks(lanes: int) -> int:
-    """Return the clocks from a wrap until the offsets of the turn after the next are ready."""
+    """Return the number of clocks from a wrap until the offsets of the turn after the next are
+    ready."""
     return 36 * lanes + 12
 
 
 def least_counts(lanes: int) -> int:
-    """Return the fewest counts per turn for which the offsets are ready at one count per clock.
+    """Return the smallest number of counts per turn for which the offsets are ready in time at one
+    count per clock.
 
-    Between two wraps in one direction the angle travels at least half a turn: a moved zero may skip
-    the other half.
+    Between two wraps in one direction the angle travels at least half a turn, because a moved zero
+    may skip the other half.
     """
     return REAL_ORDER_COUNTS_A_LANE * lanes + REAL_ORDER_COUNTS_BESIDE
 
@@ -36,12 +39,12 @@ def least_counts(lanes: int) -> int:
 def turn_offsets(
     turn: ArrayLike, turn_steps: ArrayLike, phase_offsets: ArrayLike
 ) -> NDArray[np.int64]:
-    """Compute phase offsets in 2⁻²⁴ turn, (turns, lanes), rounded once, half up.
+    """Return the phase offsets in 2⁻²⁴ turn, (turns, lanes), rounded once, half up.
 
     ``turn``: numbers of turns m, (turns,); ``turn_steps``: ν in 2⁻⁴⁸ turn a turn and
     ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,).
     """
-    # Products wrap modulo 2⁶⁴; the 48 bits of a turn are the low ones.
+    # Products wrap modulo 2⁶⁴, which does not change the 48 low bits, one turn.
     numbers = np.asarray(turn, dtype=np.int64).astype(np.uint64)[..., np.newaxis]
     fraction = numbers * np.asarray(turn_steps, dtype=np.uint64)
     fraction = (fraction + np.uint64(1 << (_CUT_OFF - 1))) >> np.uint64(_CUT_OFF)

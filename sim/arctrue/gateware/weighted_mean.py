@@ -1,4 +1,5 @@
-"""Model of the entity ``weighted_mean``: the term that the mean adds to the correction."""
+"""Models the entity ``weighted_mean``, which computes the term that the mean adds to the
+correction."""
 
 from __future__ import annotations
 
@@ -16,28 +17,29 @@ from arctrue.generated.number_formats import (
 )
 
 TERM_LSB_COUNTS = 2.0**-MEAN_TERM_FRACTION
-"""Value of the last place of a word of the mean's term, counts."""
+"""Value of the last bit of a word of the mean's term, counts."""
 _LIMIT = 1 << (HEAD_DIFFERENCE_WIDTH - 1)
 
 
 class MeanTerm(NamedTuple):
-    """Outputs of the entity for each clock's readings, (clocks,)."""
+    """Outputs of the entity for the readings of each clock, (clocks,)."""
 
     term: NDArray[np.int64]
-    """f_s − Σ wᵢ·(rᵢ − r_s) in 2⁻²⁰ count."""
+    """Term of the mean, f_s − Σ wᵢ·(rᵢ − r_s), in 2⁻²⁰ count."""
     limited: NDArray[np.bool_]
-    """Whether the difference of a head that is used exceeded the format."""
+    """Whether the difference of a used head did not fit its format."""
 
 
 def whole_readings(angles: ArrayLike, mean: MeanSet, counts_per_rev: int) -> NDArray[np.int64]:
-    """Return Rᵢ minus the whole counts of oᵢ, within one turn: (clocks, heads) counts."""
+    """Return Rᵢ minus the whole counts of oᵢ, within one turn, as (clocks, heads) counts."""
     whole = np.array(mean.offsets, dtype=np.int64) >> HEAD_OFFSET_FRACTION
     readings: NDArray[np.int64] = (np.asarray(angles, dtype=np.int64) - whole) % counts_per_rev
     return readings
 
 
 def weighted_mean(readings: ArrayLike, mean: MeanSet, counts_per_rev: int) -> MeanTerm:
-    """Return the mean's term for ``readings``: whole counts of :func:`whole_readings`."""
+    """Return the mean's term for ``readings``, the whole counts that :func:`whole_readings`
+    returns."""
     whole = np.asarray(readings, dtype=np.int64)
     carrier = mean.carrier - 1
     fractions = np.array(mean.offsets, dtype=np.int64) % (1 << HEAD_OFFSET_FRACTION)

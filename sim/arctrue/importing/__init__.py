@@ -1,9 +1,10 @@
 """Turns recordings of other programs into a measurement set.
 
 A reader (``readers``, found by the entry points ``arctrue.readers``) reads a file into a
-:class:`FileContent`; ``columns`` assigns its columns to quantities and units; ``motion`` finds
-wraps, runs and cycles; ``clocks`` aligns the clocks of two logs; ``assemble`` makes the set. The
-import asks through ``choices`` for what the file does not state, and reports every decision.
+:class:`FileContent`; ``columns`` assigns the file's columns to quantities and units; ``motion``
+finds wraps, runs and cycles; ``clocks`` aligns the clocks of two logs; ``assemble`` makes the set.
+If the file lacks a statement, such as a unit, the import asks the user through ``choices``; it
+reports every decision.
 """
 
 from arctrue.importing.assemble import Imported, Settings, import_recordings
@@ -12,7 +13,8 @@ from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import Reader, ReadSettings, read_recording, readers
 
 Recording = FileContent
-"""Former name of FileContent, for readers of other packages; it is kept for one release."""
+"""``Recording`` is the former name of FileContent; it is kept for one release, because readers of
+other packages may use it."""
 
 __all__ = [
     "Ambiguous",

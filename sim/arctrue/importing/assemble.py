@@ -1,4 +1,5 @@
-"""Makes a measurement set from the contents of files; reports decisions and asks questions."""
+"""Makes a measurement set from the contents of files; records its decisions and asks the user
+questions."""
 
 from __future__ import annotations
 
@@ -28,14 +29,14 @@ Integer = NDArray[np.int64]
 Float = NDArray[np.float64]
 
 LATE_START_S = 1e6
-"""If the times of a log begin later than this, they count from an epoch, not from the start of the
-log."""
+"""Latest first time (seconds) of a log whose times count from the log's start; later first times
+count from an epoch."""
 KEEP_ZERO, REFERENCE_ZERO = "keep", "shift"
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the user stated about the files; "" or None: not stated.
+    """Statements of the user about the files; "" or None stands for no statement.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ class Settings:
     zero : {"", "keep", "shift"}, optional
         ``shift`` moves the reference's zero to the zero of the reading.
     clock_offset_s : float, optional
-        Encoder's time less the reference's time, seconds.
+        Encoder's time minus the reference's time, seconds.
     missing : {"", "drop"}, optional
         ``drop`` leaves out rows without a value.
     order : str, optional
@@ -81,7 +82,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Imported:
-    """A measurement set that was assembled from recordings.
+    """Holds a measurement set that was assembled from recordings.
 
     Parameters
     ----------
@@ -104,11 +105,11 @@ class Imported:
 def import_recordings(
     recordings: Sequence[FileContent], settings: Settings, choices: Choices
 ) -> Imported:
-    """Make a measurement set of recordings.
+    """Make a measurement set from recordings.
 
-    Files with the same quantities are runs of one set. A file with a reading and one with a
-    reference are two logs of one motion: their clocks are aligned and the reading is interpolated
-    at the reference's times.
+    Files with the same quantities are runs of one set. If one file has a reading and another file
+    has a reference, they are two logs of one motion; the function aligns their clocks and
+    interpolates the reading at the reference's times.
 
     Parameters
     ----------
@@ -189,7 +190,8 @@ def _needs_counts(mapped: Sequence[Mapped]) -> bool:
 
 
 def _heads_of(files: Sequence[FileRows]) -> list[str]:
-    """Name the heads that the files contain. Raises ValueError for a head 4 without a head 3."""
+    """Return the names of the heads that the files contain. Raises ValueError for a head 4 without
+    a head 3."""
     there = [name for name in HEADS if any(name in rows.angles for rows in files)]
     if there != list(HEADS[: len(there)]):
         raise ValueError("found head4 without head3: number the heads without a gap")
@@ -234,7 +236,7 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
 
 
 def _from_the_start(files: list[FileRows], choices: Choices) -> list[FileRows]:
-    """Subtract the first time of all files from times that count from an epoch."""
+    """If the times count from an epoch, subtract the first time of all files from them."""
     starts = [float(f.time_s[0]) for f in files if f.time_s is not None and f.time_s.size]
     if not starts or min(starts) < LATE_START_S:
         return files
@@ -250,7 +252,8 @@ def _joined_logs(
     settings: Settings,
     choices: Choices,
 ) -> tuple[list[FileRows], ClockOffset | None]:
-    """Give the reference rows with the encoder's reading interpolated at their times."""
+    """Return the rows of the reference's log, with the encoder's reading interpolated at their
+    times."""
     if len(encoders) != 1 or len(lonely) != 1:
         raise ValueError(
             f"{len(encoders)} files have a reading without a reference and {len(lonely)} a "
@@ -328,7 +331,8 @@ def _labelled(
     """Find run, direction (None: no motion) and cycle of each row; ``split`` divides runs at
     reversals.
 
-    Columns of the file take precedence over what the motion shows.
+    A run, direction or cycle that the file states in a column takes precedence over one derived
+    from the motion.
     """
     given = rows.whole.get("run")
     label = np.zeros(angle.size, dtype=np.int64) if given is None else given
@@ -464,8 +468,8 @@ def _stacked(parts: dict[str, list[Any]], files: int) -> dict[str, Any]:
     lacking = [name.lstrip("=") for name, values in parts.items() if len(values) != files]
     if lacking:
         raise ValueError(f"some files lack {', '.join(lacking)}: import those files separately")
-    # Columns are concatenated one by one, and a single file is not copied, because a file may have
-    # 10⁶ rows.
+    # The function concatenates one column at a time and does not copy a single file, because a file
+    # may have 10⁶ rows.
     found = {}
     for name in list(parts):
         values = parts.pop(name)

@@ -1,4 +1,5 @@
-"""Handles questions that a file leaves open: a user answers them; in a script they are an error."""
+"""Handles questions that a file leaves open: the user answers a question, and a script without a
+user raises an error."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Ambiguous:
-    """One question that files leave open.
+    """Describes one question that the files leave open.
 
     Parameters
     ----------
@@ -34,16 +35,17 @@ class Ambiguous:
     free_text: bool = False
     """True: ``answers`` are examples, and any text is accepted."""
     numbered: Mapping[str, str] = field(default_factory=dict)
-    """The answers by the numbers under which the question lists them."""
+    """Numbers under which the question lists answers, with the answer of each number."""
     key: str = ""
 
     @property
     def name(self) -> str:
-        """Option together with its key, unique among the questions of an import."""
+        """Option, followed by its key if it has one; it identifies the question within an
+        import."""
         return f"{self.option} {self.key}" if self.key else self.option
 
     def option_value(self, answer: str) -> str:
-        """Return the text that follows the option.
+        """Return the text that the user types after the option to give this answer.
 
         Parameters
         ----------
@@ -58,7 +60,7 @@ class Ambiguous:
         return f"{self.key}={answer}" if self.key else answer
 
     def typed(self, answer: str) -> str:
-        """Write the option with an answer, as it is typed in a shell.
+        """Return the option with an answer, quoted for a shell.
 
         Parameters
         ----------
@@ -73,7 +75,7 @@ class Ambiguous:
         return f"{self.option} {shlex.quote(self.option_value(answer))}"
 
     def in_words(self) -> str:
-        """Write the question and the options to type.
+        """Return the question as a text that ends with the options to type.
 
         Returns
         -------
@@ -86,16 +88,16 @@ class Ambiguous:
 
 
 class AmbiguousError(ValueError):
-    """The files leave a question open, and no person is there to answer it."""
+    """Is raised when the files leave a question open and no person can answer it."""
 
     def __init__(self, asked: Ambiguous) -> None:
-        """Compose the message: the question and the options to type."""
+        """Compose the error message from the question and the options to type."""
         super().__init__(asked.in_words())
         self.asked = asked
 
 
 def refuse(asked: Ambiguous) -> str:
-    """Refuse to answer, as a script does.
+    """Raise AmbiguousError, the answer of a script to every question.
 
     Parameters
     ----------
@@ -116,7 +118,8 @@ def refuse(asked: Ambiguous) -> str:
 
 
 _OF_THE_DATA = ("--zero", "--clock-offset", "--order")
-"""Options of the questions that arise only once columns and units are known."""
+"""Options of the questions about time, order and zero, which arise only after the columns and units
+are known."""
 
 
 def open_questions(
@@ -124,9 +127,9 @@ def open_questions(
 ) -> list[Ambiguous]:
     """Find all questions of ``attempt`` that ``given`` leaves open.
 
-    The search answers each question provisionally and collects the questions that follow. It gives
-    the first of the possible answers; only to the question for the column of the error it gives
-    ``no``, if that is the last answer. If a provisional answer leads to an error, the search ends.
+    The search answers each question provisionally with the first possible answer, and collects the
+    questions that follow. The question for the column of the error is answered with ``no`` if
+    ``no`` is its last possible answer. If a provisional answer leads to an error, the search ends.
     """
     found: list[Ambiguous] = []
 
@@ -143,7 +146,7 @@ def open_questions(
 
 @dataclass
 class Choices:
-    """Asks questions and records the decisions.
+    """Asks the user questions, and records the answers and the decisions of the import.
 
     Parameters
     ----------
@@ -163,7 +166,7 @@ class Choices:
     given: dict[str, str] = field(default_factory=dict)
 
     def ask(self, asked: Ambiguous) -> str:
-        """Ask a question unless it has an answer already.
+        """Return the answer to a question: the given one, or else the answer of the user.
 
         Parameters
         ----------
@@ -190,7 +193,7 @@ class Choices:
         return answer
 
     def note(self, text: str) -> None:
-        """Store a sentence for the summary unless it is stored already.
+        """Store a sentence for the summary; a sentence that is stored already is not repeated.
 
         Parameters
         ----------

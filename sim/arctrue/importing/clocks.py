@@ -1,4 +1,4 @@
-"""Finds the offset between the clocks of two logs of the same motion, and its uncertainty."""
+"""Estimates the offset between the clocks of two logs of the same motion, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -12,26 +12,29 @@ Float = NDArray[np.float64]
 
 LARGEST_GRID = 1 << 20
 PARTS = 8
-"""Number of parts of the log for each of which an offset is estimated."""
+"""Number of parts into which the log is divided; an offset is estimated for each part."""
 RIVAL = 0.98
-"""Height of a second peak, relative to the highest, above which the offset is ambiguous."""
+"""Ratio of the second-highest to the highest peak of the correlation above which the offset is
+ambiguous."""
 LEAST_MATCH = 0.5
 LEAST_VARIATION = 1e-3
-"""Relative variation of the speed below which no offset can be found."""
+"""Relative variation of the speed; if the motion varies less, the clock offset cannot be
+determined."""
 
 
 class UndeterminedOffsetError(ValueError):
-    """The motion does not determine the offset; ``candidates_s`` are equally good offsets."""
+    """Is raised when the motion does not determine the clock offset; ``candidates_s`` lists offsets
+    that fit equally well."""
 
     def __init__(self, message: str, candidates_s: tuple[float, ...] = ()) -> None:
-        """Store the candidates."""
+        """Store the message and the candidates."""
         super().__init__(message)
         self.candidates_s = candidates_s
 
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """The offset that is added to the reference's time to get the encoder's time.
+    """Clock offset: the time that is added to the reference's time to get the encoder's time.
 
     ``u_s``: standard uncertainty, from the scatter of the offsets of parts of the log.
     ``drift_ppm``, ``u_drift_ppm``: rate of the encoder's clock relative to the reference's clock,
@@ -48,7 +51,7 @@ class ClockOffset:
 def clock_offset(
     reference_time_s: Float, reference_turns: Float, time_s: Float, turns: Float
 ) -> ClockOffset:
-    """Estimate the offset that aligns two logs of one motion.
+    """Estimate the clock offset that aligns two logs of one motion.
 
     The cross-correlation of the speeds gives the offset to within one sample. Least squares on the
     angles, ``turns(t + τ) = ±reference(t) + c``, refines it.
@@ -89,7 +92,8 @@ def _speed(time_s: Float, turns: Float, grid: Float) -> Float:
 
 
 def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turns: Float) -> float:
-    """Find the lag of the highest cross-correlation of the speeds."""
+    """Return the time lag at which the speeds of the two logs have the highest
+    cross-correlation."""
     shortest = min(np.ptp(reference_time_s), np.ptp(time_s))
     step = max(
         float(np.median(np.diff(reference_time_s))),
@@ -114,7 +118,7 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
     product = np.fft.irfft(
         np.fft.rfft(first, size) * np.conj(np.fft.rfft(second, size)), size
     ) / np.sqrt((first @ first) * (second @ second))
-    # The logs may count in opposite directions.
+    # The encoder and the reference may count in opposite directions, hence the absolute value.
     match = np.abs(product)
     best = int(np.argmax(match))
     longest = max(first.size, second.size) / min(first.size, second.size)
@@ -127,7 +131,8 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
         lag = place if place < size // 2 else place - size
         return float(ours[0] + lag * step - theirs[0])
 
-    # Leave out the flanks of the highest peak, down to half its height on both sides.
+    # Ignore the flanks of the highest peak, down to half its height on both sides, when searching
+    # for a second peak.
     clear = match.copy()
     for way in (1, -1):
         place = best
@@ -149,7 +154,7 @@ def _fine(
     turns: Float,
     start_s: float,
 ) -> tuple[float, float]:
-    """Estimate the offset by the Gauss–Newton method, and its standard uncertainty from the
+    """Return the clock offset by the Gauss–Newton method, and its standard uncertainty from the
     residuals."""
     offset, sigma = start_s, float("nan")
     speed = np.gradient(turns, time_s)

@@ -1,4 +1,4 @@
-"""Assigns the columns of the files to the quantities and units of the set."""
+"""Assigns the columns of the files to the quantities and units of a measurement set."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from arctrue.importing.quantities import (
 from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesimal
 
 LOOKED_AT = 400
-"""Number of rows that are examined for the format of a column."""
+"""Number of rows that are examined to find the format of a column."""
 NONE = "none"
-"""Answer that stands for "there is no such column"."""
+"""Answer by which the user states that no column contains the quantity."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A column of a file, with its unit ("" for whole numbers and conditions)."""
+    """One column of a file, with its unit ("" for whole numbers and conditions)."""
 
     column: str
     unit: str
@@ -39,7 +39,7 @@ class Source:
 
 
 Mapped = dict[str, Source]
-"""Sources of one file by quantity, then by condition."""
+"""Columns of one file: for each quantity, then for each condition, the column that contains it."""
 
 
 def map_columns(
@@ -48,7 +48,7 @@ def map_columns(
     units: Mapping[str, str],
     choices: Choices,
 ) -> list[Mapped]:
-    """Find the source column of each quantity in every file.
+    """Find for each file the column of every quantity.
 
     ``columns`` gives the source by quantity or condition, as ``NAME``, ``NUMBER`` or ``FILE:NAME``;
     columns and files are numbered from 1. ``units`` gives the unit by quantity.
@@ -79,7 +79,7 @@ def map_columns(
 
 
 def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[tuple[int, str]]:
-    """Find the files that have the column ``source``, and the column's name in each of them."""
+    """Return the files that have the column ``source``, with the column's name in each of them."""
     number, colon, rest = source.partition(":")
     if colon and number.isdigit() and 1 <= int(number) <= len(recordings):
         file = int(number) - 1
@@ -154,7 +154,8 @@ def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
 
 
 def _surely_degrees(values: NDArray[Any]) -> bool:
-    """Tell whether a degree sign, a minus sign or a value above 24 excludes hours."""
+    """Tell whether a sexagesimal column cannot be in hours, because of a degree sign or an
+    absolute value of 24 or more."""
     if any(sign in values[0] for sign in OF_DEGREES):
         return True
     return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)
@@ -167,7 +168,8 @@ def _by_own_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Assign columns that have the names of a measurement set: they need no --column."""
+    """Assign the columns that already have a name of the measurement set; such a column needs no
+    --column."""
     for column in recording.columns:
         for name, kind in QUANTITIES.items():
             if name in columns or name in found:
@@ -185,8 +187,8 @@ def _by_common_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Assign columns with a common name of a quantity; if two columns match one quantity, assign
-    neither."""
+    """Assign the columns that have a common name of a quantity; if two columns match one quantity,
+    assign neither."""
     meant: dict[str, list[str]] = {}
     for column in recording.columns:
         if column in {source.column for source in found.values()} | {*columns.values()}:
@@ -204,14 +206,15 @@ def _by_common_names(
 
 
 def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:
-    """Tell whether the values and the other columns of the file permit this meaning of the
-    column."""
+    """Tell whether a column may contain the quantity ``name``, judged by its values and the file's
+    other columns."""
     values, kind = recording.columns[column], QUANTITIES[name]
     if kind == "whole":
         whole = values.dtype.kind in "iu"
         return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
     if name == "target":
-        # Two heads need no reference, and a commanded angle in the log is no reference for them.
+        # Two heads are compared with each other without a reference, and a commanded angle in the
+        # log is not a reference for them.
         return not {"head1", "head2"} <= others
     if name == "error" and {"target", "head1"} <= others:
         # Without a unit the column may hold an error code.
@@ -225,7 +228,7 @@ def tell_unused(
     columns: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Report the columns of each file that are not used, and the tests that they would permit."""
+    """Report the unused columns of each file, and the tests that they would permit."""
     for recording, mapped in zip(recordings, found, strict=True):
         used = {source.column for source in mapped.values()}
         unused = [
@@ -301,7 +304,8 @@ def _ask_for_what_is_needed(
 
 
 def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArray[np.float64]:
-    """Read the column as finite numbers or NaN. Raises MeasurementError for any other field."""
+    """Return the column as finite numbers, with NaN for a missing value. Raises MeasurementError
+    for any other field."""
     values = recording.columns[source.column]
     if values.dtype.kind in "iu":
         return values.astype(np.int64)
@@ -326,7 +330,8 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
 
 
 def _number(text: str, *, sixty: bool) -> float | None:
-    """Parse a number; return NaN for a missing one, None for text or an infinite number."""
+    """Return a text as a number; NaN if it means a missing number, None if it is no number or
+    infinite."""
     if not text.strip():
         return np.nan
     try:
@@ -341,7 +346,8 @@ DAY_S = 86400.0
 
 
 def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
-    """Read times as seconds since 1970, the log's start or midnight; NaN for a missing time."""
+    """Return times in seconds since 1970, since the start of the log, or since midnight; NaN for a
+    missing time."""
     values = recording.columns[source.column]
     if source.unit != "iso":
         return np.asarray(numbers(recording, source) / UNITS["time"][source.unit], dtype=np.float64)
@@ -367,11 +373,11 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 source.column,
             ) from None
     if of_day == found.size:
-        # Times of day continue to rise past midnight.
+        # Times of day increase by a day at midnight, so that they continue to rise.
         found[1:] += DAY_S * np.cumsum(np.diff(found) < -0.5 * DAY_S)
     return found
 
 
 def kind_of(name: str) -> Kind | None:
-    """Give the kind of a quantity; None for a condition."""
+    """Return the kind of a quantity; None for a condition."""
     return QUANTITIES.get(name)

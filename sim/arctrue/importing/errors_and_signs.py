@@ -1,4 +1,4 @@
-"""Computes the error of indication of each row: reading minus true angle."""
+"""Computes the error of indication of each row, the reading minus the true angle."""
 
 from __future__ import annotations
 
@@ -16,20 +16,23 @@ Float = NDArray[np.float64]
 
 SIGNS = ("reading-true", "true-reading")
 FAR_ZERO_TURNS = 0.5 / 360.0
-"""A mean error above this limit is a difference of zeros, not an error of a table."""
+"""Largest mean error, turns, that counts as an error of the table; a larger mean shows that reading
+and reference have different zeros."""
 FARTHEST_FROM_ONE_ZERO_TURNS = 2.0 / 360.0
-"""Limit in turns below which reversal errors of tables and drifts between two files lie."""
+"""Largest distance in turns of one file's mean error from the mean of all files for which one shift
+is permitted; reversal errors of tables and drifts between two files are smaller."""
 LONGEST_STEP_TURNS = 0.25
 STANDSTILL_SHARE = 1e-3
-"""Share of the other column's range; a column with a smaller range counts as standing still with
-noise."""
+"""Largest range of a column that stands still (with noise), as a share of the range of the column
+that moves."""
 SAME_MOTION = 0.1
-"""Relative difference between the motions of reading and reference above which a unit must be
-wrong."""
+"""Largest relative difference between the motions of reading and reference; a larger difference
+means a wrong unit."""
 
 
 def signed_error(rows: FileRows, sign: str, choices: Choices) -> Float:
-    """Give the error column in turns (n,) as reading minus true angle. Raises AmbiguousError."""
+    """Return the file's error column in turns (n,) as reading minus true angle. Raises
+    AmbiguousError."""
     if not sign:
         sign = choices.ask(
             Ambiguous(
@@ -49,7 +52,7 @@ def _turned(sign: str) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """Reference angle and error of a file, both in turns (n,).
+    """Reference angle and error of one file, both in turns (n,).
 
     ``mean``: circular mean of head1 − target; None if a column of the file gives the error.
     """
@@ -62,9 +65,9 @@ class Compared:
 def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
     """Compute the true angle and the error of each row from reading and reference.
 
-    A reference that counts in the other direction changes its sign, and a note says so. The sign of
-    an error column follows from reading and reference. Raises ValueError if reading and reference
-    move by different amounts (a wrong unit).
+    If the reference counts in the opposite direction, the function changes the reference's sign and
+    adds a note. The sign of an error column follows from reading and reference. Raises ValueError
+    if reading and reference move by different amounts (a wrong unit).
     """
     reading, target = rows.angles["head1"], rows.angles["target"]
     way = _way(rows, reading, target)
@@ -98,15 +101,15 @@ def one_zero(
     a difference between files, such as the reversal error between an upward and a downward run, is
     an error of the table.
 
-    Raises AmbiguousError if the zeros differ and the user did not say what that means, and
-    ValueError if the zeros of the files differ too much for one shift.
+    Raises AmbiguousError if the zeros differ and the user stated neither ``shift`` nor ``keep``,
+    and ValueError if the zeros of the files differ too much for one shift.
     """
     means = {number: item.mean for number, item in compared.items() if item.mean is not None}
     if not means:
         return dict(compared)
     sizes = {number: compared[number].target.size for number in means}
-    # The means of all files are taken near the first mean, so that a single row does not decide at
-    # which turn a mean wraps.
+    # The means of all files are moved by whole turns next to the mean of the first file, so that a
+    # mean near half a turn does not wrap for some of the files.
     first = next(iter(means.values()))
     near = {number: mean - round(mean - first) for number, mean in means.items()}
     together = sum(near[number] * sizes[number] for number in near) / sum(sizes.values())
@@ -147,12 +150,14 @@ def one_zero(
 
 
 def _way(rows: FileRows, reading: Float, target: Float) -> int:
-    """Give the sign of the reading's motion relative to the reference's: +1 or −1."""
+    """Return +1 if reading and reference move in the same direction, −1 if they move in opposite
+    directions."""
     _refuse_standstill(rows, reading, target)
     step = _within_half(np.diff(target))
     read = _within_half(np.diff(reading))
     usable = (np.abs(step) < LONGEST_STEP_TURNS) & (np.abs(read) < LONGEST_STEP_TURNS)
-    # Only steps larger than the noise of a standstill count.
+    # Large steps determine the sign: each step has its square as weight, so that noise at a
+    # standstill hardly counts.
     power = float(step[usable] @ step[usable])
     if int(usable.sum()) >= 2 and power > 0.0:
         slope = float(step[usable] @ read[usable]) / power
@@ -195,13 +200,13 @@ def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
 
 
 def _range_turns(angle: Float) -> float:
-    """Give the range of an angle that may wrap at the end of a turn."""
+    """Return the range of an angle in turns; the angle may restart at the end of a turn."""
     step = _within_half(np.diff(angle))
     return float(np.ptp(np.cumsum(step))) if step.size > 1 else float(np.abs(step).sum())
 
 
 def _sign_of(rows: FileRows, given: Float, error: Float) -> int:
-    """Give the sign, +1 or −1, with which the error column equals head1 − target plus a
+    """Return the sign, +1 or −1, for which the error column equals the sign times ``given`` plus a
     constant."""
     rest = {
         sign: float(

@@ -1,4 +1,4 @@
-"""The content of a file as a reader returns it: named columns of numbers or text."""
+"""Defines the content of a file as a reader returns it: named columns of numbers or text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.measurement import MeasurementError
 
 @dataclass(frozen=True)
 class Known:
-    """A quantity that the file format itself names, with its column and unit."""
+    """A quantity that the file format itself defines, with its column and unit."""
 
     column: str
     unit: str = ""
@@ -23,7 +23,7 @@ class Known:
 
 @dataclass(frozen=True)
 class FileContent:
-    """Content of one file as a reader returns it.
+    """Holds the content of one file as a reader returns it.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class FileContent:
         return next((column.size for column in self.columns.values()), 0)
 
     def first(self, rows: int) -> FileContent:
-        """Return the content with the first rows only.
+        """Return the content with only the first ``rows`` rows.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class FileContent:
         return replace(self, columns=columns, lines=lines)
 
     def line(self, row: int) -> int:
-        """Return the number by which messages name a row.
+        """Return the number of a row for messages to the user.
 
         Parameters
         ----------
@@ -89,7 +89,7 @@ class FileContent:
         return row + 1 if self.lines is None else int(self.lines[row])
 
     def fault(self, message: str, row: int | None = None, column: str | None = None) -> Exception:
-        """Return an error that names its place in the file.
+        """Return an error whose message names file, row and column.
 
         Parameters
         ----------

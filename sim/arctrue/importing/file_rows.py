@@ -1,4 +1,4 @@
-"""The quantities of one file in common units: angles in turns, times in seconds."""
+"""Converts the quantities of one file to common units: angles in turns, times in seconds."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FAHRENHEIT_AT_0 = 32.0
 
 @dataclass(frozen=True)
 class FileRows:
-    """Arrays (rows,) of one file by quantity.
+    """Holds the rows of one file in common units, one array (rows,) for each quantity.
 
     ``exact`` contains the readings of those heads whose column has whole counts.
     """
@@ -51,7 +51,7 @@ class FileRows:
         return self.recording.instrument
 
     def line(self, row: int) -> int:
-        """Give the line number in the file for the row of index 0, 1, …"""
+        """Return the file's line number of a row; ``row`` counts from 0."""
         return self.recording.line(int(self.kept[row]))
 
     def fault(self, message: str, row: int, quantity: str) -> Exception:
@@ -59,11 +59,12 @@ class FileRows:
         return self.recording.fault(message, int(self.kept[row]), self.sources[quantity].column)
 
     def where(self, wanted: NDArray[np.bool_]) -> Self:
-        """Give the rows where ``wanted`` is True."""
+        """Return the rows for which ``wanted`` is True."""
         return self.taken(wanted)
 
     def taken(self, wanted: NDArray[Any]) -> Self:
-        """Give the rows where the array is True, or the rows with these indices in this order."""
+        """Return the rows for which a Boolean ``wanted`` is True, or the rows with the indices
+        ``wanted`` in this order."""
 
         def part(values: Mapping[str, Any]) -> dict[str, Any]:
             return {name: column[wanted] for name, column in values.items()}
@@ -80,21 +81,22 @@ class FileRows:
         )
 
     def unwrapped(self, quantity: str, choices: Choices, angle: Float | None = None) -> Float:
-        """Give the angle in turns, continued past the ends of turns."""
+        """Return the angle in turns; it continues past the end of a turn and does not restart at
+        0."""
         found, wraps = without_jumps(self.angles[quantity] if angle is None else angle)
         if wraps:
             choices.note(f"{self.name}: {quantity} restarts at a turn {wraps} times")
         return found
 
     def counts(self, quantity: str, counts_per_rev: int) -> Integer:
-        """Give the angle in whole counts."""
+        """Return the angle in whole counts."""
         if quantity in self.exact:
             return self.exact[quantity]
         return np.round(self.angles[quantity] * counts_per_rev).astype(np.int64)
 
     def further(self) -> dict[str, Any]:
-        """Return temperature, uncertainty and mask by name, and each condition by ``=`` and its
-        name."""
+        """Return temperature, uncertainty and mask by name, and each condition by ``=`` followed by
+        its name."""
         found: dict[str, Any] = {f"={name}": values for name, values in self.conditions.items()}
         if self.temperature_c is not None:
             found["temperature_c"] = self.temperature_c

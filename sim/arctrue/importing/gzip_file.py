@@ -1,4 +1,4 @@
-"""Unpacks files packed by gzip: ``log.csv.gz`` is read as the ``log.csv`` inside."""
+"""Unpacks files that gzip packed: a reader gets ``log.csv`` in place of ``log.csv.gz``."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _BLOCK = 1 << 20
 
 
 def is_gzip(path: Path) -> bool:
-    """Tell whether the file begins with the magic bytes of gzip and the number of its only
-    method."""
+    """Tell whether the file begins with the two magic bytes of gzip and the number of deflate,
+    gzip's only method."""
     with path.open("rb") as file:
         return file.read(3) == b"\x1f\x8b\x08"
 
@@ -35,7 +35,8 @@ def unpacked(path: Path) -> Iterator[Path]:
         try:
             with gzip.open(path) as packed, unfinished.open("wb") as file:
                 while block := packed.read(_BLOCK):
-                    # The file may state a wrong size, so the output itself is counted.
+                    # The size that the file states may be wrong, so the function counts the bytes
+                    # of the output.
                     size += len(block)
                     refuse_above_limit(path, size)
                     file.write(block)

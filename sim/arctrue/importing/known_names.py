@@ -1,4 +1,4 @@
-"""Names that other programs give to the quantities, in several languages."""
+"""Lists the names, in several languages, that other programs give to the quantities."""
 
 from __future__ import annotations
 
@@ -26,18 +26,20 @@ _NAMES: Mapping[str, str] = {
 }
 _MEANS = {name: quantity for quantity, names in _NAMES.items() for name in names.split()}
 _WITH_UNIT_ONLY = {"t": "time"}
-"""Names that mean time only with a unit of time: ``t`` alone may be a temperature."""
+"""Names that mean time only if the column also states a unit of time: ``t`` alone may be a
+temperature."""
 _ENDINGS = ("winkel", "angle", "position", "pos", "value", "wert", "angulo", "angolo")
 """Words that may follow a name without changing its meaning: Sollwinkel, target position."""
 
 
 def quantity_meant(name: str, *, unit_of_time: bool = False) -> str | None:
-    """Find the quantity that a column's ``name`` (without its unit) means; None: unknown.
+    """Return the quantity that a column's ``name`` (without its unit) denotes; None if the name is
+    unknown.
 
     Case, accents and separators between the words are ignored. ``unit_of_time``: the column's name
     contains a unit of time.
     """
-    # A text in brackets is an unknown unit and does not belong to the name.
+    # A text in brackets that is no known unit is not part of the name.
     bare_name = re.sub(r"[\[(][^\])]*[\])]\s*$", "", name)
     plain = unicodedata.normalize("NFKD", bare_name.strip().casefold())
     bare = "".join(sign for sign in plain if not unicodedata.combining(sign))

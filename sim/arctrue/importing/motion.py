@@ -1,4 +1,5 @@
-"""Derives wraps, passes in one direction, and cycles from the angles alone."""
+"""Finds the wraps of an angle, its passes in one direction and its cycles, from the angles
+alone."""
 
 from __future__ import annotations
 
@@ -12,15 +13,18 @@ Integer = NDArray[np.int64]
 
 LARGEST_REVERSAL_TURNS = 1.0 / 360.0
 REVERSAL_SHARE = 0.01
-"""Share of the whole range; a reversal shorter than this share, or than one degree, is noise."""
+"""Smallest length of a reversal as a share of the whole range, if this is less than one degree; a
+shorter reversal is noise."""
 LEAST_ROWS_A_PASS = 4
-"""Least mean number of rows in a pass; with fewer, the rows are not in order of angle."""
+"""Smallest mean number of rows in a pass; if there are fewer, the rows are not in order of
+angle."""
 FULL_TURN = 1.0 - 1e-6
 
 
 @dataclass(frozen=True)
 class Pass:
-    """Rows ``start`` to ``end`` (not included), which move in one direction, +1 or −1."""
+    """A pass: the rows from ``start`` to before ``end``, during which the table moves in one
+    direction, +1 or −1."""
 
     start: int
     end: int
@@ -28,9 +32,10 @@ class Pass:
 
 
 def without_jumps(angle_turns: Float) -> tuple[Float, int]:
-    """Continue angles (n,) past the ends of turns, and count the wraps.
+    """Continue angles (n,) past the end of each turn, and count the wraps.
 
-    This applies only to angles that all lie within one turn; each step then takes the shorter way.
+    The angles are changed only if all of them lie within one turn; each step between two rows is
+    then taken as the shorter way round.
     """
     if angle_turns.size < 2 or float(np.ptp(angle_turns)) > 1.0:
         return angle_turns, 0
@@ -42,7 +47,7 @@ def without_jumps(angle_turns: Float) -> tuple[Float, int]:
 
 
 def passes(angle_turns: Float) -> list[Pass]:
-    """Divide all rows into passes in one direction, in order; [] if there is no motion.
+    """Divide all rows into passes, in order; return [] if there is no motion.
 
     A pass ends where the angle turns back by more than one degree or 1 % of the whole range. The
     row at the turning point belongs to the pass that reached it; if several rows stand there, their
@@ -53,7 +58,7 @@ def passes(angle_turns: Float) -> list[Pass]:
     least = min(REVERSAL_SHARE * float(np.ptp(angle_turns)), LARGEST_REVERSAL_TURNS)
     if least <= 0.0:
         return []
-    # Only rows where the angle turns can end a pass.
+    # A pass can end only at a row where the angle changes its direction.
     moving = np.flatnonzero(np.diff(angle_turns))
     sign = np.sign(np.diff(angle_turns)[moving])
     turning = moving[1:][sign[1:] != sign[:-1]]
@@ -76,7 +81,8 @@ def passes(angle_turns: Float) -> list[Pass]:
 
 
 def _middle_of_stand(angle_turns: Float, extreme: int) -> int:
-    """Return the row after the first half of the rows that stand at the turning point."""
+    """Return the row after the first half of the rows in which the table stands at the turning
+    point."""
     first = last = extreme
     while first > 0 and angle_turns[first - 1] == angle_turns[extreme]:
         first -= 1
@@ -86,8 +92,8 @@ def _middle_of_stand(angle_turns: Float, extreme: int) -> int:
 
 
 def cycles(angle_turns: Float, found: list[Pass]) -> Integer:
-    """Number the cycle of each row from 0: a cycle is a pass and its return, or one turn of a long
-    pass."""
+    """Return the number of each row's cycle, from 0: a cycle is a pass and its return, or one turn
+    of a long pass."""
     numbers = np.zeros(angle_turns.size, dtype=np.int64)
     if not found:
         return numbers
@@ -100,7 +106,8 @@ def cycles(angle_turns: Float, found: list[Pass]) -> Integer:
             if pair:
                 offset = int(numbers[: item.start].max()) + 1
         way = np.abs(angle_turns[item.start : item.end] - angle_turns[item.start])
-        # The end of a turn begins a new cycle: a last station at 360° repeats the first one.
+        # A new cycle begins at the end of a turn, because a last station at 360° repeats the first
+        # station.
         whole = np.floor(way / FULL_TURN).astype(np.int64)
         if both and way.max(initial=0.0) <= 1.0 + 1e-6:
             whole[:] = 0

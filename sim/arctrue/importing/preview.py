@@ -1,4 +1,4 @@
-"""The first rows of a file as text; a question about the columns shows them."""
+"""Makes a preview of a file's first rows; a question about the columns shows it to the user."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _HEAD_BYTES = 4096
 
 @dataclass(frozen=True)
 class Preview:
-    """The beginning of a file."""
+    """Preview of a file: its first rows as texts."""
 
     title: str
     header: tuple[str, ...]
-    """Number and name of each column; empty if the file could not be divided into columns."""
+    """Number and name of each column; empty if the file was not divided into columns."""
     rows: tuple[tuple[str, ...], ...]
-    """One text per column; the whole line if there are no columns."""
+    """Texts of each row, one per column; without columns one text, the whole line."""
 
     def lines(self) -> list[str]:
-        """Format the preview for a terminal: the title, and the rows in aligned columns."""
+        """Return the preview as text for a terminal: the title, and the rows in aligned columns."""
         cells = [self.header, *self.rows] if self.header else list(self.rows)
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         if not self.header:
@@ -38,7 +38,7 @@ class Preview:
 
 
 def preview_of(recording: FileContent) -> Preview:
-    """Give the first rows of a file that was read."""
+    """Return the preview of a file that a reader has read."""
     names = list(recording.columns)[:SHOWN_COLUMNS]
     more = len(recording.columns) - len(names)
     beyond = f", the first {len(names)} of {len(names) + more} columns" if more else ""
@@ -51,7 +51,7 @@ def preview_of(recording: FileContent) -> Preview:
 
 
 def preview_of_file(path: Path) -> Preview | None:
-    """Give the first lines of a text file that could not be read yet; None for files that are no
+    """Return the preview of a text file that no reader could read yet; None for a file that is no
     text."""
     try:
         with path.open("rb") as file:

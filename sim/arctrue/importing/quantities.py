@@ -1,4 +1,4 @@
-"""The quantities of a measurement set, and the units in which other programs write them."""
+"""Lists the quantities of a measurement set, and the units in which other programs write them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ QUANTITIES: Mapping[str, Kind] = {
 HEADS = ("head1", "head2", "head3", "head4")
 
 UNITS: Mapping[Kind, Mapping[str, float]] = {
-    "angle": {  # units in one turn
+    "angle": {  # number of units in one turn
         "deg": 360.0,
         "rad": 6.283185307179586,
         "mrad": 6283.185307179586,
@@ -43,7 +43,7 @@ UNITS: Mapping[Kind, Mapping[str, float]] = {
         "turns": 1.0,
         "counts": 0.0,  # counts_per_rev states their number
     },
-    "time": {  # units in one second
+    "time": {  # number of units in one second
         "s": 1.0,
         "ms": 1e3,
         "us": 1e6,
@@ -124,7 +124,7 @@ _WRITTEN: Mapping[str, str] = {
     "degf": "degF",
 }
 GRAD = "grad"
-"""Names that mean degrees in German and gon in English."""
+"""Names of units that mean degrees in German and gon in English."""
 _GRAD = re.compile(r"(?<![^\W_])grad(?![^\W_])", re.IGNORECASE)
 _WITH_UNIT = re.compile(
     r"^(?P<name>.*?)\s*(?:[\[(](?P<within>[^\])]+)[\])]|_(?P<after>[^_\s]+)"
@@ -133,8 +133,8 @@ _WITH_UNIT = re.compile(
 
 
 def unit_named(kind: Kind, text: str) -> str | None:
-    """Find the unit that ``text`` denotes (``degrees``, ``″``); None if no unit of this kind
-    matches."""
+    """Return the unit that ``text`` (``degrees``, ``″``) denotes; None if it denotes no unit of
+    this kind."""
     text = text.strip()
     for word in (text, text.lower()):
         word = _WRITTEN.get(word, word)
@@ -153,10 +153,10 @@ def name_and_unit(kind: Kind, column: str) -> tuple[str, str | None]:
 
 
 def any_unit(text: str) -> bool:
-    """Tell whether the text is a unit of any kind."""
+    """Tell whether the text denotes a unit of any kind."""
     return text.lower() == GRAD or any(unit_named(kind, text) for kind in UNITS if kind != "whole")
 
 
 def may_be_grad(column: str) -> bool:
-    """Tell whether the column's name contains the ambiguous word grad."""
+    """Tell whether the column's name contains the word grad, which means gon or degree."""
     return _GRAD.search(column) is not None

@@ -1,4 +1,4 @@
-"""Runs an import and finds all of its open questions at once."""
+"""Runs an import and collects all of its open questions at once."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from arctrue.importing.preview import Preview, preview_of, preview_of_file
 from arctrue.importing.reader import ReadSettings, read_recording
 
 TRIED_ROWS = 2000
-"""Number of first rows that are imported to find the questions that follow."""
+"""Number of first rows of each file with which the import is tried to find further questions."""
 
 
 @dataclass
 class Import:
-    """Files and the user's statements; ``recordings`` holds the contents of the files while
-    needed."""
+    """One import: its files, the user's statements and, until they are imported, the contents of
+    the files."""
 
     files: Sequence[Path]
     reader: str
@@ -29,10 +29,11 @@ class Import:
     recordings: list[FileContent] | None = field(default=None)
 
     def run(self, choices: Choices) -> Imported:
-        """Make the set. Raises MeasurementError, AmbiguousError, ValueError, OSError."""
+        """Make the measurement set. Raises MeasurementError, AmbiguousError, ValueError,
+        OSError."""
         self.recordings = self._read(choices)
         imported = import_recordings(self.recordings, self.settings, choices)
-        # The contents are no longer needed, and they may fill most of the memory.
+        # The contents are deleted here, because they may fill most of the memory.
         self.recordings = None
         return imported
 
@@ -48,7 +49,7 @@ class Import:
     def questions(
         self, first: Ambiguous, given: Mapping[str, str] | None = None
     ) -> list[Ambiguous]:
-        """Give the open question ``first`` and all others that are already known to be open.
+        """Return the open question ``first`` and all others that are already known to be open.
 
         ``given``: answers to earlier questions, by :attr:`Ambiguous.name`.
         """
@@ -56,7 +57,8 @@ class Import:
         return [first, *(asked for asked in others if asked.name != first.name)]
 
     def previews(self) -> list[Preview]:
-        """Give the first rows of each file, or its first lines if it could not be read yet."""
+        """Return the preview of each file: its first rows, or its first lines if no reader could
+        read it yet."""
         if self.recordings is None:
             found = [preview_of_file(path) for path in self.files]
             return [preview for preview in found if preview is not None]

@@ -1,7 +1,8 @@
-"""Readers of foreign files: plug-ins of the entry-point group ``arctrue.readers``.
+"""Finds and calls the readers of foreign files, which are plug-ins of the entry-point group
+``arctrue.readers``.
 
 Each reader is a module or object with ``recognises`` and ``read``. The readers of this package are
-registered in the same way (pyproject.toml) as those of other packages.
+registered (in pyproject.toml) in the same way as readers of other packages.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ HEAD_BYTES = 65536
 
 @dataclass(frozen=True)
 class ReadSettings:
-    """What the user stated about the files; "" or None: not stated.
+    """Statements of the user about the form of the files; "" or None stands for no statement.
 
     Parameters
     ----------
@@ -47,10 +48,10 @@ class ReadSettings:
 
 
 class Reader(Protocol):
-    """The interface of a reader, the object of an entry point."""
+    """Defines the interface of a reader, which is the object of an entry point."""
 
     def recognises(self, path: Path, head: bytes) -> bool:
-        """Tell whether a file is of this format.
+        """Tell whether a file has the format of this reader.
 
         Parameters
         ----------
@@ -97,7 +98,7 @@ class Reader(Protocol):
 
 @cache
 def readers() -> Mapping[str, Reader]:
-    """Find all readers.
+    """Return all readers.
 
     Returns
     -------
@@ -133,7 +134,7 @@ FALLBACK = "text"
 
 
 def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read a file; unpack a gzip file first.
+    """Read a file; a gzip file is unpacked first.
 
     Parameters
     ----------
@@ -175,7 +176,7 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
 def _unpacked_or_read(
     path: Path, name: str, settings: ReadSettings, choices: Choices
 ) -> FileContent:
-    """Read the file; unpack a gzip file first, into a temporary folder."""
+    """Read the file; a gzip file is first unpacked into a temporary folder."""
     if path.is_dir() or not is_gzip(path):
         return _read(path, name, settings, choices)
     with unpacked(path) as inside:

@@ -1,4 +1,5 @@
-"""Handles rows whose time steps back: a new run begins there, or the rows are out of order."""
+"""Handles rows whose time steps back: either a new run begins there, or the rows are out of order
+and are sorted."""
 
 from __future__ import annotations
 
@@ -12,21 +13,21 @@ Float = NDArray[np.float64]
 
 ORDERS = ("sort", "runs")
 ANEW_SHARE = 0.05
-"""Largest distance between the starts of runs that all begin near the first time, as a share of the
-whole time span."""
+"""Largest difference between the first times of the pieces that count as separate runs, as a share
+of the whole time span."""
 LEAST_ROWS_A_RUN = 8
 SHORTER = 0.75
-"""Largest ratio of the travel after sorting to the travel before sorting, for rows that are out of
-order."""
+"""Largest ratio of the travel after sorting to the travel before sorting for which the rows are
+sorted without a question."""
 
 
 def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
     """Return the rows unchanged, or sorted by time within each run of the file.
 
     ``said`` is the user's statement: ``sort``, ``runs`` (each step back begins a run), or "".
-    Without a statement, rows remain unchanged if all runs begin near the first time, and are sorted
-    if this makes the travel of the table shorter; otherwise the user is asked. Raises
-    AmbiguousError.
+    Without a statement, the rows remain unchanged if all pieces between steps back begin near the
+    first time; they are sorted if sorting makes the travel of the table much shorter; otherwise the
+    user is asked. Raises AmbiguousError.
     """
     time_s = rows.time_s
     if time_s is None or time_s.size < 2:
@@ -61,7 +62,8 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
 
 
 def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
-    """Tell whether the pieces between steps back are long and all begin near the first time."""
+    """Tell whether the pieces between steps back are long enough for runs and all begin near the
+    first time."""
     starts = time_s[np.concatenate(([0], back))]
     long = time_s.size >= LEAST_ROWS_A_RUN * starts.size
     return bool(long and float(np.ptp(starts)) <= ANEW_SHARE * float(np.ptp(time_s)))
@@ -70,8 +72,8 @@ def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
 def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
     """Tell whether all times differ and sorting makes the travel much shorter.
 
-    Single misplaced rows hardly lengthen the whole travel, so that only the steps that sorting
-    changes are compared.
+    Only the travel of the steps that sorting changes is compared, because a few misplaced rows
+    hardly change the whole travel.
     """
     assert rows.time_s is not None
     time_s = rows.time_s[order]
@@ -80,7 +82,7 @@ def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
     angle = next((rows.angles[name] for name in ("target", "head1") if name in rows.angles), None)
     if angle is None:
         return False
-    # Steps that sorting does not change carry no information.
+    # Exclude the steps that sorting does not change.
     same = np.flatnonzero(np.diff(order) == 1)
     before, after = _steps(angle), _steps(angle[order])
     changed_before = np.ones(before.size, dtype=bool)

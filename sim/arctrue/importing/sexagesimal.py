@@ -12,7 +12,7 @@ _SIGNS = re.compile(
     rf"(?:({_NUMBER})\s*(?:[\"″s]|''|′′))?\Z"
 )
 OF_DEGREES = ("°", "d")
-"""Signs of an angle in degrees; a sexagesimal text without one may be in hours."""
+"""Signs that mark an angle in degrees; a sexagesimal text without such a sign may be in hours."""
 
 
 def is_sexagesimal(text: str, *, spaces: bool = True) -> bool:

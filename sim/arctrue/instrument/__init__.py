@@ -1,6 +1,6 @@
-"""The virtual instrument: the gateware as a compiled netlist, with the firmware's C on its bus.
-GHDL creates a netlist from arctrue_core, and Verilator a library from the netlist. A simulated
-table gives the signals of the heads."""
+"""Provides the virtual instrument: the gateware as a compiled netlist, with the firmware's C code
+on its bus. GHDL creates a netlist from arctrue_core, and Verilator a library from the netlist. A
+simulated table supplies the signals of the heads."""
 
 from arctrue.instrument.build import build
 from arctrue.instrument.curves import Curves, TableCurves

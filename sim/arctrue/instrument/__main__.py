@@ -1,4 +1,4 @@
-"""Builds one instrument and prints its path: ``python -m arctrue.instrument``."""
+"""Builds the library of one instrument and prints its path: ``python -m arctrue.instrument``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arctrue.instrument.errors import InstrumentError
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Build an instrument and print its path; exit code 1 if it cannot be built."""
+    """Build the library of an instrument and print its path; exit code 1 if it cannot be built."""
     parser = argparse.ArgumentParser(prog="arctrue.instrument", description=__doc__)
     parser.add_argument(
         "--lanes", type=int, default=LANES_DEFAULT, help=f"lanes of the core ({LANES_DEFAULT})"

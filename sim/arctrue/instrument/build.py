@@ -1,4 +1,5 @@
-"""Builds a shared library: GHDL's netlist, Verilator's C++, the harness, the firmware.
+"""Builds the instrument's shared library from GHDL's netlist, Verilator's C++, the harness and the
+firmware.
 
 Results are stored in build/instrument under a digest of all inputs: sources,
 generics, tools and flags. ``python -m arctrue.instrument`` builds the 32-lane core.
@@ -31,18 +32,19 @@ FIRMWARE = ROOT / "firmware"
 FIRMWARE_FOLDERS = ("calibration", "application", "console")
 GENERATED_C = ROOT / "build" / "generated" / "c"
 OF_THE_MODEL = ("abi.cpp", "bus.cpp", "harness.cpp")
-"""Sources of the harness that include the core's model."""
+"""Source files of the harness that need the C++ model of the core."""
 OLDEST_VERILATOR = 5
 
-# Registers start with the values of the VHDL, which the netlist contains, and with 0 otherwise.
+# Verilator sets registers to the initial values of the VHDL, which the netlist contains; a register
+# without one starts at 0.
 VERILATOR_FLAGS = (
     *("--cc", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--no-assert"),
     *("-Wno-fatal", "-Wno-lint", "-Wno-style", "-Wno-SYMRSVDWORD"),
 )
 CXX_FLAGS = ("-std=gnu++17", "-O3", "-fPIC", "-fvisibility=hidden", "-fno-gnu-unique")
-# These warnings check this project's sources only, not the C++ that Verilator generates.
+# The warnings apply to this project's sources only, not to the C++ code that Verilator generates.
 CXX_WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
-# This code runs once, at the start.
+# The C++ compiler does not optimise code that runs only once, at the start.
 SLOW_CXX_FLAGS = ("-O0",)
 CXX_DEFINES = ("-DVM_COVERAGE=0", "-DVM_SC=0", "-DVM_TRACE=0")
 C_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror")
@@ -59,7 +61,7 @@ def _version(command: str) -> str:
 
 @cache
 def tool_versions() -> dict[str, str]:
-    """Give the versions of GHDL, Verilator, g++ and gcc, by name.
+    """Return the versions of GHDL, Verilator, g++ and gcc by the tools' names.
 
     Raises InstrumentError naming all missing tools.
     """
@@ -91,7 +93,7 @@ def tool_versions() -> dict[str, str]:
 
 @cache
 def verilator_include() -> Path:
-    """Return the folder of the C++ sources that come with Verilator."""
+    """Return the folder of the C++ runtime sources that Verilator provides."""
     done = subprocess.run(
         ["verilator", "--getenv", "VERILATOR_ROOT"], capture_output=True, text=True, check=False
     )
@@ -102,7 +104,7 @@ def verilator_include() -> Path:
 
 
 def digest(texts: Iterable[str], files: Iterable[Path]) -> str:
-    """Return the digest of all inputs, sixteen digits."""
+    """Return a digest of all inputs as sixteen hexadecimal digits."""
     made = hashlib.sha256()
     for text in texts:
         made.update(f"{text}\0".encode())
@@ -113,7 +115,7 @@ def digest(texts: Iterable[str], files: Iterable[Path]) -> str:
 
 
 def run_tool(command: Sequence[str], log: Path, what: str) -> None:
-    """Run a tool. Raises InstrumentError with the end of its ``log`` if the tool fails."""
+    """Run a tool. Raises InstrumentError with the last lines of ``log`` if the tool fails."""
     with log.open("a", encoding="utf-8") as text:
         text.write(f"$ {' '.join(command)}\n")
         text.flush()
@@ -125,7 +127,8 @@ def run_tool(command: Sequence[str], log: Path, what: str) -> None:
 
 @contextmanager
 def building(target: Path, log: Path) -> Iterator[Path | None]:
-    """Give a folder that becomes ``target`` if the block succeeds; None if ``target`` exists.
+    """Yield a temporary folder that is renamed to ``target`` if the block succeeds; yield None if
+    ``target`` exists.
 
     A second process that builds the same target waits for the first process.
     """
@@ -150,7 +153,7 @@ def building(target: Path, log: Path) -> Iterator[Path | None]:
 def compile_all(
     sources: Sequence[Path], folder: Path, options: Sequence[str], log: Path, jobs: int = 2
 ) -> list[Path]:
-    """Compile C++ and C sources to object files in ``folder``."""
+    """Compile C++ and C sources to object files, which are stored in ``folder``."""
 
     def one(source: Path) -> Path:
         made = folder / f"{source.name}.o"
@@ -171,7 +174,7 @@ def compile_all(
 
 
 def runtime() -> list[Path]:
-    """Return the object files of Verilator's runtime, from build/instrument."""
+    """Return the object files of Verilator's runtime; they are stored in build/instrument."""
     key = digest([tool_versions()["verilator"], tool_versions()["g++"], *CXX_FLAGS], [])
     target = BUILT / f"runtime-{key}"
     log = BUILT / f"runtime-{key}.log"
@@ -184,7 +187,7 @@ def runtime() -> list[Path]:
 
 
 def verilate(netlist: Path, folder: Path, log: Path) -> None:
-    """Convert a netlist to C++ in ``folder``, with the class V<entity>."""
+    """Convert a netlist to C++ in ``folder``; the C++ class is called V<entity>."""
     top = netlist.stem
     command = ["verilator", *VERILATOR_FLAGS, "--top-module", top, "--prefix", f"V{top}"]
     run_tool([*command, "--Mdir", str(folder), str(netlist)], log, f"Verilating {top}")
@@ -193,7 +196,8 @@ def verilate(netlist: Path, folder: Path, log: Path) -> None:
 def _model(
     lanes: int, capture_depth: int, generics: Mapping[str, int | str], report_step: ReportStep
 ) -> Path:
-    """Return the folder of the compiled core: objects, headers and the netlist behind them."""
+    """Return the folder of the compiled core: object files, headers and the netlist from which they
+    were made."""
     versions = tool_versions()
     values = {"LANES": lanes, "CAPTURE_DEPTH": capture_depth, **generics}
     try:
@@ -234,7 +238,7 @@ def _interrupt_port(model: Path) -> str:
 
 
 def firmware_sources() -> list[Path]:
-    """List the C files of the firmware that need no hardware."""
+    """Return the C files of the firmware that need no hardware."""
     return sorted(path for folder in FIRMWARE_FOLDERS for path in (FIRMWARE / folder).glob("*.c"))
 
 
@@ -255,7 +259,7 @@ def _of_every_core() -> list[Path]:
     """Return the object files of the firmware and of the part of the harness without the core's
     model.
 
-    They are the same for every configuration and are compiled once, into build/instrument.
+    Every configuration uses these files; they are compiled once, into build/instrument.
     """
     natives = (path for path in NATIVE.iterdir() if path.suffix in (".cpp", ".c"))
     sources = sorted(path for path in natives if path.name not in OF_THE_MODEL)
@@ -277,7 +281,7 @@ def build(
     generics: Mapping[str, int | str] | None = None,
     report_step: ReportStep | None = None,
 ) -> Path:
-    """Give the shared library of an instrument; build it if it does not exist.
+    """Return the shared library of an instrument; build it if it does not exist.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Readings of the heads as curves over the clocks of the gateware."""
+"""Supplies the readings of the heads as functions of time, counted in clocks of the gateware."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from arctrue.table import Motion, RotaryTable
 from arctrue.table.cause import SIGNALS, refuse_unhonoured
 
 INTERPOLATION_TOLERANCE_COUNTS = 1e-3
-"""Largest permitted difference between the cubic between knots and the exact geometry; checked in
-every piece."""
+"""Largest permitted difference between the cubic interpolation and the exact geometry, counts; it
+is checked in every piece."""
 _MOST_COUNTS_A_KNOT = 16.0
 _MOST_KNOT_CLOCKS = 4096
 _CHECKED_CLOCKS = 64
@@ -22,7 +22,7 @@ Curve = NDArray[np.float64]
 
 
 class Curves(Protocol):
-    """Readings of the heads and the true angle; a caller requests them piece by piece in order of
+    """Interface that gives the readings of the heads and the true angle piece by piece, in order of
     time."""
 
     counts_per_rev: int
@@ -30,10 +30,10 @@ class Curves(Protocol):
     rounding_counts: float
     """Value added to a reading before it is rounded down: 0 or 0.5."""
     clocks: int
-    """Length in clocks; afterwards the pins hold their levels."""
+    """Length in clocks; afterwards the pins keep their last levels."""
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
-        """Give the knots of a piece.
+        """Return the values at the knots of one piece.
 
         Parameters
         ----------
@@ -51,7 +51,7 @@ class Curves(Protocol):
 
 
 class TableCurves:
-    """The exact geometry of a moving table, evaluated at knots.
+    """Computes the exact geometry of a moving table at knots.
 
     ``clock_hz`` is the number of clocks in a second of the table's time. The instrument
     interpolates between knots with a cubic. If the cubic deviates from the geometry by more than
@@ -66,8 +66,8 @@ class TableCurves:
         clock_hz: float,
         knot_clocks: int | None = None,
     ) -> None:
-        """Take a table and its motion; ``knot_clocks``: clocks between two knots, by default some
-        counts of travel.
+        """Store a table and its motion; ``knot_clocks`` is the number of clocks between two knots,
+        by default some counts of travel.
 
         Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals,
         such as a loss of counts, which is a fault of the pins.
@@ -101,7 +101,7 @@ class TableCurves:
         return (*readings, state.angle_rad)
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
-        """Give the knots of a piece, as :meth:`Curves.piece` describes.
+        """Return the values at the knots of one piece, as :meth:`Curves.piece` describes.
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ class TableCurves:
             self._knot = knot // 2
 
     def _fits(self, first_clock: int, intervals: int, *curves: Curve) -> bool:
-        """Compare the cubic with the geometry at clocks between the knots."""
+        """Return the largest difference between cubic and geometry at clocks between the knots."""
         random = np.random.default_rng(first_clock)
         interval = random.integers(0, intervals, _CHECKED_CLOCKS)
         share = random.integers(1, self._knot, _CHECKED_CLOCKS) / self._knot
@@ -143,8 +143,8 @@ class TableCurves:
 
 
 def _extended(values: Curve, before: int, number: int) -> Curve:
-    """Extrapolate ``values`` on straight lines by ``before`` values at the start, and up to
-    ``number`` values in total."""
+    """Extend ``values`` along straight lines by ``before`` values at the start, and to ``number``
+    values in total."""
     made = np.empty(number)
     end = before + values.size
     made[before:end] = values
@@ -156,7 +156,8 @@ def _extended(values: Curve, before: int, number: int) -> Curve:
 
 
 def _cubic(curve: Curve, interval: NDArray[np.int64], share: Curve) -> Curve:
-    """Evaluate Lagrange's cubic through four knots, in a form independent of the harness."""
+    """Evaluate Lagrange's cubic through four knots; the formula is another one than in the
+    harness."""
     result = np.zeros_like(share)
     places = (-1, 0, 1, 2)
     for place in places:

@@ -1,4 +1,4 @@
-"""The firmware's C sources as the processor of the instrument."""
+"""Runs the firmware's C sources as the processor of the instrument."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ANSWERS = ("", "is not a parameter of the firmware", "is out of range", "must b
 
 
 class Core(Protocol):
-    """The interface of the instrument that the firmware needs."""
+    """The methods of the instrument that the firmware needs."""
 
     library: Any
     handle: Any
@@ -30,44 +30,45 @@ class Core(Protocol):
 
     @property
     def ended(self) -> bool:
-        """True when the stimulus has ended."""
+        """True after the end of the stimulus."""
 
     @property
     def message(self) -> str:
-        """Last message of the harness."""
+        """Latest message of the harness."""
 
     def run(self, clocks: int, *, stage: str = "") -> None:
-        """Run for this number of clocks."""
+        """Run the core for ``clocks`` clocks."""
 
     def read(self, path: str) -> int:
-        """Read a register with a single field, or ``register.field``."""
+        """Return the value of a register with a single field, or of ``register.field``."""
 
 
 class Firmware:
-    """Calculation, application and console, compiled for this machine; see docs/firmware.md.
+    """The firmware without its hardware drivers, compiled for this machine: calculation,
+    application and console; see docs/firmware.md.
 
     The firmware accesses the registers of the instrument; every access takes as many clocks as on
     the bus. A calculation takes ``calculation_clocks`` between reading a bank and using the result.
     """
 
     def __init__(self, instrument: Core) -> None:
-        """Start the processor with its parameters at their presets."""
+        """Create the processor; its parameters have their presets."""
         self._instrument = instrument
         self._library = instrument.library
         self._bus = self._library.firmware_bus_new(instrument.handle)
         self._processor = self._library.firmware_new(self._bus)
         self._view = ctypes.cast(self._bus, ctypes.POINTER(FirmwareBus)).contents
         self.telemetry: list[dict[str, Any]] = []
-        """Telemetry of all turns since the start."""
+        """Telemetry lines of all turns since the start."""
         self.listener: Callable[[str], None] | None = None
-        """Function that receives everything that the console prints, telemetry included."""
+        """Function that receives every text that the console prints, telemetry included."""
         self.thermometer: Callable[[], float | None] | None = None
-        """Function that returns the present value of the thermometer, °C, or None if it does not
+        """Function that returns the present temperature, °C, or None if the thermometer does not
         answer."""
         self.send("telemetry on")
 
     def close(self) -> None:
-        """Free the memory of the firmware."""
+        """Free the memory of the firmware's C code."""
         if self._processor:
             self._library.firmware_delete(self._processor)
             self._library.firmware_bus_delete(self._bus)
@@ -75,12 +76,12 @@ class Firmware:
 
     @property
     def accesses(self) -> int:
-        """Number of bus accesses since the start."""
+        """Number of the firmware's bus accesses since the start."""
         return int(self._view.accesses)
 
     @property
     def calculation_clocks(self) -> int:
-        """Number of clocks of one calibration."""
+        """Number of clocks that one calibration takes."""
         return int(self._view.calculation_clocks)
 
     @calculation_clocks.setter
@@ -88,7 +89,7 @@ class Firmware:
         self._view.calculation_clocks = clocks
 
     def set(self, name: str, value: float) -> None:
-        """Set a parameter like ``set`` on the console, but do not re-arm the heads.
+        """Set a parameter like ``set`` on the console, but without re-arming the heads.
 
         Call :meth:`start` after setting parameters that are registers.
 
@@ -109,7 +110,8 @@ class Firmware:
             raise InstrumentError(f"parameter {name} = {value:g}: {name} {_ANSWERS[answer]}")
 
     def start(self) -> None:
-        """Find the core, set it up and re-arm it, so that the heads wait for their index again.
+        """Make the firmware find the core, set it up and re-arm it, so that the heads wait for
+        their index again.
 
         Raises
         ------
@@ -122,18 +124,18 @@ class Firmware:
             raise InstrumentError("the firmware finds no core, or the core refused its set-up")
 
     def fault(self) -> None:
-        """Restart the program as after a fault; the core continues to run."""
+        """Restart the firmware as after a fault; the core continues to run."""
         self._library.firmware_fault(self._processor)
         self._check_bus()
 
     @property
     def flash(self) -> bytes:
-        """Content of the non-volatile memory that ``save`` writes."""
+        """Content of the non-volatile memory, which the command ``save`` writes."""
         size = int(self._library.firmware_flash_bytes())
         return ctypes.string_at(self._library.firmware_flash(self._processor), size)
 
     def power_on(self, flash: bytes) -> None:
-        """Start like a board with this flash content and without commands; use it in place of
+        """Start like a board with this flash content, without commands; this method replaces
         :meth:`start`.
 
         Parameters
@@ -156,7 +158,7 @@ class Firmware:
             raise InstrumentError("the firmware finds no core, or the core refused its set-up")
 
     def step(self) -> str:
-        """Run one round of the main loop.
+        """Run one round of the firmware's main loop.
 
         Returns
         -------
@@ -215,7 +217,7 @@ class Firmware:
         poll_clocks: int = 5000,
         stage: str = "",
     ) -> None:
-        """Run the core for some time, and the main loop of the firmware with it.
+        """Run the core for some time, and the firmware's main loop with it.
 
         Parameters
         ----------
@@ -257,12 +259,12 @@ class Firmware:
 
     @property
     def coefficients(self) -> Coefficients | None:
-        """Active coefficient bank as the firmware wrote it; None before the first swap."""
+        """Active coefficient bank as the firmware wrote it; None before the first swap of banks."""
         return self.active_bank(self._instrument.read("counts_per_rev_active"))
 
     def active_bank(self, counts_per_rev: int) -> Coefficients | None:
-        """Give the active coefficient bank for a known number of counts a turn, without a bus
-        access.
+        """Return the active coefficient bank without a bus access, if the number of counts a turn
+        is known.
 
         Parameters
         ----------

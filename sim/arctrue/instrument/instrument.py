@@ -1,4 +1,4 @@
-"""The instrument: the compiled core, a table at its inputs, and the processor's bus."""
+"""Connects the compiled core to a table at its inputs and to the processor's bus."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in rang
 SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
 HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, HEAD4_Z = (1 << pin for pin in range(8, 14))
 TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
-"""Bits of TRIGGER_OUT and COMPARE_OUT in the levels of :meth:`Instrument.traced`."""
+"""Positions of the bits TRIGGER_OUT and COMPARE_OUT in the levels of :meth:`Instrument.traced`."""
 
 RESET_CLOCKS = 80
-"""Reset length in clocks; arctrue_core requires at least 64."""
+"""Length of a reset in clocks; arctrue_core requires at least 64."""
 _PIECE_CLOCKS = 1 << 18
 _SLICE_CLOCKS = 100_000
 _UNLIMITED_CLOCKS = 1 << 50
@@ -49,24 +49,24 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """Progress of a run: clocks, true angle of the table and remaining time."""
+    """Progress of a run: clocks, true angle of the table, and remaining time."""
 
     stage: str
-    """Name of the present part of the run."""
+    """Name of the part of the run that is in progress."""
     clock: int
     """Number of clocks since power-on."""
     clocks_per_s: float
-    """Simulated clocks per second of wall time, since the last report."""
+    """Simulated clocks per second of wall time since the previous report."""
     true_angle_rad: float
-    """True angle; NaN without a table."""
+    """True angle of the table; NaN without a table."""
     share: float = math.nan
-    """Share of the present motion that is done; NaN without a motion."""
+    """Fraction of the present motion that has passed; NaN without a motion."""
     seconds_left: float = math.nan
-    """Wall time until the present motion ends, at the present rate."""
+    """Wall time until the present motion ends, if the run keeps its present speed."""
 
     @property
     def words(self) -> str:
-        """Format one line for people."""
+        """Return the progress as one line of text for the user."""
         table = ""
         if math.isfinite(self.true_angle_rad):
             table = f"table at {self.true_angle_rad / (2 * math.pi):.2f} turns, "
@@ -81,12 +81,12 @@ class RunProgress:
 
 
 ReportRun = Callable[[RunProgress], None]
-"""Function that receives the progress of a run every few seconds."""
+"""Type of the function that receives the progress of a run every few seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class PinFault:
-    """A fault on the wires between heads and core, from ``first_clock`` on.
+    """A fault on the wires between heads and core; it begins at ``first_clock``.
 
     ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD4_Z: pins that are inverted or held.
     With ``probability`` below 1 the fault acts only in clocks that are drawn at random. SYNC_IN and
@@ -104,11 +104,11 @@ class PinFault:
     high: int = 0
     """Pins that are held high."""
     probability: float = 1.0
-    """Probability with which the fault acts in each clock."""
+    """Probability that the fault acts, in each clock."""
 
 
 def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: float = 1.1) -> float:
-    """Calculate the clock frequency at which a count lasts a given number of clocks.
+    """Return the clock frequency at which a count lasts ``clocks_per_count`` clocks.
 
     Parameters
     ----------
@@ -128,8 +128,8 @@ def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: floa
 
 
 def _now(coroutine: Coroutine[Any, Any, _T]) -> _T:
-    """Return the result of a coroutine that never waits; those of the register map over this bus
-    never do."""
+    """Return the result of a coroutine that never waits, as every coroutine of the register map
+    over this bus."""
     try:
         coroutine.send(None)
     except StopIteration as done:
@@ -139,7 +139,8 @@ def _now(coroutine: Coroutine[Any, Any, _T]) -> _T:
 
 
 class _Feeder:
-    """Gives the harness its curves, and computes the next piece while the harness runs."""
+    """Passes curves to the harness piece by piece, and computes the next piece while the harness
+    runs."""
 
     def __init__(self, instrument: Instrument, curves: Curves) -> None:
         self._instrument = instrument
@@ -177,7 +178,7 @@ class _Feeder:
 
 
 class Instrument:
-    """One virtual instrument, a context manager; its library is built on first use.
+    """One virtual instrument, used as a context manager; its library is built on first use.
 
     ``clock_hz``: clocks of the gateware per second of table time. A value below the real 100 MHz
     needs fewer clocks for the same motion of the table, see :func:`clock_hz_for`.
@@ -194,7 +195,8 @@ class Instrument:
         progress_every_s: float = 5.0,
         report_step: ReportStep | None = None,
     ) -> None:
-        """Build and load the instrument. ``generics``: further generics of arctrue_core.
+        """Build and load the library of the instrument. ``generics``: further generics of
+        arctrue_core.
 
         Raises InstrumentError.
         """
@@ -208,8 +210,8 @@ class Instrument:
         self._recorded_counts_per_rev = 0
         self._firmware: Firmware | None = None
         self.registers = RegisterMap(self._read_async, self._write_async)
-        """Registers by name with asynchronous methods; this class has the same methods without
-        ``await``."""
+        """Registers by name, with asynchronous methods; this class has the same methods in a
+        synchronous form."""
         self.handle = self.library.instrument_new()
         self._bare_latency_clocks = self._measure_latency()
         self.library.instrument_delete(self.handle)
@@ -230,7 +232,7 @@ class Instrument:
         self.close()
 
     def close(self) -> None:
-        """Free the memory; afterwards the instrument cannot be used."""
+        """Free the instrument's memory; afterwards the instrument cannot be used."""
         if self._feeder is not None:
             self._feeder.close()
             self._feeder = None
@@ -250,16 +252,16 @@ class Instrument:
 
     @property
     def time_s(self) -> float:
-        """Seconds of the table's time since power-on."""
+        """Seconds of the table's time that have passed since power-on."""
         return self.clock / self.clock_hz
 
     @property
     def message(self) -> str:
-        """Last message of the harness."""
+        """Latest message of the harness."""
         return str(self.library.instrument_message(self.handle).decode())
 
     def reset(self, clocks: int = RESET_CLOCKS) -> None:
-        """Hold the core in reset with an idle bus; the coefficient banks keep their content.
+        """Hold the core in reset while the bus is idle; the coefficient banks keep their content.
 
         Parameters
         ----------
@@ -272,7 +274,7 @@ class Instrument:
         self.run(5)
 
     def run(self, clocks: int, *, stage: str = "") -> None:
-        """Run for a number of clocks.
+        """Run the core for ``clocks`` clocks.
 
         Parameters
         ----------
@@ -292,7 +294,7 @@ class Instrument:
         at_most_clocks: int | None = None,
         stage: str = "",
     ) -> Reason:
-        """Run until the first of these conditions is met.
+        """Run the core until the first of these conditions is met.
 
         Parameters
         ----------
@@ -369,7 +371,7 @@ class Instrument:
                 left_s = max(self._end - self.clock, 0) / rate if rate else math.nan
             self._progress(RunProgress(stage, self.clock, rate, self.true_angle_rad, share, left_s))
 
-    # Before the heads ---------------------------------------------------------------------
+    # Stimulus of the heads ---------------------------------------------------------------------
 
     def attach(
         self,
@@ -383,8 +385,8 @@ class Instrument:
 
         In every clock each pin has the level of the head's present count. In the first clock A and
         B may change together, which is an illegal transition. ``reset()`` and ``firmware.start()``
-        clear it, so call this method before them: a real table, too, is connected before the power
-        comes.
+        clear this fault, so call this method before them; a real table is also connected before
+        power-on.
 
         Parameters
         ----------
@@ -409,7 +411,7 @@ class Instrument:
         self.attach_curves(curves, may_jump=may_jump)
 
     def attach_curves(self, curves: Curves, *, may_jump: bool = False) -> None:
-        """Connect arbitrary readings to the heads; they begin at the present clock.
+        """Connect arbitrary readings to the heads; the readings begin at the present clock.
 
         Parameters
         ----------
@@ -434,7 +436,8 @@ class Instrument:
         )
 
     def attach_pins(self, events: PinEvents) -> None:
-        """Play the levels of six pins; the low three are those of head 1.
+        """Apply the levels of ``events`` to the pins A, B and Z of two heads; the low three bits
+        are those of head 1.
 
         Parameters
         ----------
@@ -450,7 +453,7 @@ class Instrument:
         )
 
     def detach(self) -> None:
-        """Disconnect the stimulus; the pins hold their levels."""
+        """Disconnect the stimulus; the pins keep their last levels."""
         self.library.instrument_detach(self.handle)
         if self._feeder is not None:
             self._feeder.close()
@@ -459,16 +462,17 @@ class Instrument:
 
     @property
     def ended(self) -> bool:
-        """True when the stimulus has ended."""
+        """True after the end of the stimulus."""
         return self._end is not None and self.clock >= self._end
 
     @property
     def true_angle_rad(self) -> float:
-        """True angle at the present clock, not wrapped; NaN without a table that has started."""
+        """True angle of the table at the present clock, not wrapped; NaN without a table, and
+        before its motion has begun."""
         return float(self.library.instrument_true_angle(self.handle))
 
     def disturb(self, *faults: PinFault, seed: int = 1) -> None:
-        """Apply faults to the head pins; they replace earlier faults.
+        """Apply faults to the pins of the heads; earlier faults end.
 
         Parameters
         ----------
@@ -485,11 +489,11 @@ class Instrument:
         )
         self.library.instrument_disturb(self.handle, len(faults), made, seed)
 
-    # The processor's side ---------------------------------------------------------------------
+    # Access of the processor ---------------------------------------------------------------------
 
     @property
     def firmware(self) -> Firmware:
-        """The firmware's C sources as the processor, created at the first use."""
+        """Firmware's C sources that act as the processor; they are created at the first use."""
         if self._firmware is None:
             self._firmware = Firmware(self)
         return self._firmware
@@ -500,7 +504,7 @@ class Instrument:
         return bool(self.library.instrument_interrupt(self.handle))
 
     def stall_bus(self, most_clocks: int, seed: int = 1) -> None:
-        """Delay every channel of the bus for random times.
+        """Delay all channels of the bus by random times.
 
         Parameters
         ----------
@@ -512,7 +516,7 @@ class Instrument:
         self.library.instrument_stall(self.handle, most_clocks, seed)
 
     def read_words(self, address: int, count: int) -> list[int]:
-        """Read words of 32 bits.
+        """Read words of 32 bits from the bus.
 
         Parameters
         ----------
@@ -541,7 +545,7 @@ class Instrument:
         return values
 
     def write_words(self, address: int, words: Sequence[int]) -> None:
-        """Write words of 32 bits.
+        """Write words of 32 bits to the bus.
 
         Parameters
         ----------
@@ -575,7 +579,7 @@ class Instrument:
         self.write_words(address, words)
 
     def read(self, path: str) -> int:
-        """Read a register with a single field, or ``register.field``.
+        """Return the value of a register with a single field, or of ``register.field``.
 
         Parameters
         ----------
@@ -590,7 +594,7 @@ class Instrument:
         return _now(self.registers.read(path))
 
     def read_fields(self, path: str) -> dict[str, int]:
-        """Read every field of a register.
+        """Return the values of all fields of a register.
 
         Parameters
         ----------
@@ -605,7 +609,7 @@ class Instrument:
         return _now(self.registers.read_fields(path))
 
     def write(self, path: str, value: int) -> None:
-        """Write the only field of a register.
+        """Write a value to the only field of a register.
 
         Parameters
         ----------
@@ -617,7 +621,7 @@ class Instrument:
         _now(self.registers.write(path, value))
 
     def update(self, path: str, **values: int) -> None:
-        """Change fields of a register and keep the others.
+        """Change some fields of a register and keep the other fields.
 
         Parameters
         ----------
@@ -629,7 +633,7 @@ class Instrument:
         _now(self.registers.update(path, **values))
 
     def command(self, *names: str) -> None:
-        """Pulse bits of the register ``command``.
+        """Set bits of the register ``command`` for one clock.
 
         Parameters
         ----------
@@ -639,7 +643,7 @@ class Instrument:
         _now(self.registers.command(*names))
 
     def snapshot(self) -> Snapshot:
-        """Read both heads and the corrected output at one clock.
+        """Return the positions of both heads and of the corrected output at one clock.
 
         Returns
         -------
@@ -649,8 +653,8 @@ class Instrument:
         return _now(self.registers.snapshot())
 
     def read_capture(self) -> CaptureBank:
-        """Read the ready capture bank over the bus; afterwards ``command("capture_release")``
-        releases it.
+        """Return the capture bank that is ready, read over the bus; ``command("capture_release")``
+        then releases it.
 
         Returns
         -------
@@ -660,7 +664,8 @@ class Instrument:
         return _now(self.registers.read_capture())
 
     def write_coefficients(self, coefficients: CoefficientSet) -> None:
-        """Write the idle coefficient bank; ``command("swap")`` makes it active.
+        """Write the words of all lanes to the idle coefficient bank; ``command("swap")`` makes this
+        bank active.
 
         Parameters
         ----------
@@ -670,7 +675,7 @@ class Instrument:
         _now(self.registers.write_coefficients(coefficients))
 
     def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
-        """Write the parameters for direction and speed, scaled to this instrument's clock.
+        """Write the parameters of direction and speed, scaled to this instrument's clock.
 
         Parameters
         ----------
@@ -682,7 +687,7 @@ class Instrument:
         _now(self.registers.write_conditions(conditions, counts_per_rev, self.clock_hz))
 
     def write_local_table(self, table: LocalTable) -> None:
-        """Write the idle bank of the local table; ``command("swap")`` makes it active.
+        """Write a local table to its idle bank; ``command("swap")`` makes this bank active.
 
         Parameters
         ----------
@@ -691,23 +696,24 @@ class Instrument:
         """
         _now(self.registers.write_local_table(table))
 
-    # Outputs of the core ---------------------------------------------------------------------
+    # Access to the outputs of the core
+    # ---------------------------------------------------------------------
 
     @property
     def latency_clocks(self) -> float:
         """Number of clocks from an edge of head 1's pins to the same edge at the uncorrected
         output.
 
-        It was measured on separate edges when the instrument was created; the delay of the input
-        filter is added.
+        The instrument measures this delay on separate edges when it is created; the delay of the
+        input filter is added.
         """
         return self._bare_latency_clocks + max(1, self.read("filter_length")) - 1
 
     def record(
         self, *, bins: int = 0, every: int = 0, most: int = 20_000_000, turns: float = 0.0
     ) -> None:
-        """Begin a recording, which replaces the one before; positions use the present number of
-        counts a turn.
+        """Begin to record edges; the recording replaces an earlier one. Positions use the present
+        number of counts a turn.
 
         Parameters
         ----------
@@ -733,11 +739,11 @@ class Instrument:
         )
 
     def stop_recording(self) -> None:
-        """End the recording; its data remain."""
+        """End the recording; its data remain available."""
         self.library.instrument_stop_recording(self.handle)
 
     def recording(self) -> Recording:
-        """Give the data recorded so far.
+        """Return the data recorded so far.
 
         Returns
         -------
@@ -782,7 +788,7 @@ class Instrument:
         return track, view
 
     def trace(self, clocks: int) -> None:
-        """Begin to record the levels of all pins.
+        """Begin to record the levels of all pins in every clock.
 
         Parameters
         ----------
@@ -792,7 +798,7 @@ class Instrument:
         self.library.instrument_trace(self.handle, clocks)
 
     def traced(self) -> NDArray[np.uint16]:
-        """Give the recorded levels.
+        """Return the recorded levels of the pins.
 
         Returns
         -------

@@ -1,4 +1,5 @@
-"""The C interface of the instrument's library, see native/abi.cpp and native/firmware.c."""
+"""Declares the C interface of the instrument's library; see native/abi.cpp and
+native/firmware.c."""
 
 from __future__ import annotations
 
@@ -21,12 +22,12 @@ from pathlib import Path
 from typing import Any
 
 NEED_PIECE = ctypes.CFUNCTYPE(c_int, c_void_p, c_int64)
-"""Type of the function that the harness calls during a run to get the curves from this clock on. It
-returns 0 when the curves are set."""
+"""Type of the function that the harness calls during a run to request the curves that begin at this
+clock; it returns 0 after setting them."""
 
 
 class Disturbance(ctypes.Structure):
-    """Structure of a fault; see native/stimulus.h."""
+    """C structure of a fault; see native/stimulus.h."""
 
     _fields_ = (
         ("first_clock", c_int64),
@@ -39,7 +40,7 @@ class Disturbance(ctypes.Structure):
 
 
 class TrackView(ctypes.Structure):
-    """Structure of a recorded track; see native/abi.cpp. Its arrays are valid until the next
+    """C structure of a recorded track; see native/abi.cpp. Its arrays are valid until the next
     clock."""
 
     _fields_ = (
@@ -58,7 +59,7 @@ class TrackView(ctypes.Structure):
 
 
 _HANDLE = c_void_p
-# name: (result, arguments)
+# name of the function: (type of its result, types of its arguments)
 _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "instrument_new": (_HANDLE, ()),
     "instrument_delete": (None, (_HANDLE,)),
@@ -111,7 +112,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 class FirmwareBus(ctypes.Structure):
-    """First fields of the structure FirmwareBus in native/abi.cpp."""
+    """First fields of the C structure FirmwareBus in native/abi.cpp."""
 
     _fields_ = (
         ("harness", c_void_p),

@@ -1,4 +1,4 @@
-"""Noise of the readings that is smooth enough for a compiled instrument to follow in every
+"""Makes noise of the readings that is smooth enough for a compiled instrument to follow in every
 clock."""
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ class ReadingNoise(Cause):
     ``correlation_s`` apart are independent, so that the noise of captured samples is white. It is a
     uniform cubic B-spline in the table's time with normal random numbers as coefficients; new
     numbers are drawn for every block of 262,144. A table applies its causes in their order; this
-    one must be the last.
+    cause must be the last.
     """
 
     rms_rad: float
-    """Standard deviation, radians."""
+    """Standard deviation of the noise, radians."""
     correlation_s: float
-    """A quarter of the time after which readings are independent, seconds."""
+    """A quarter of the time in seconds after which readings are independent."""
     seed: int = 1
     """Seed of the random numbers."""
     _blocks: dict[int, Float] = field(init=False, repr=False, compare=False, default_factory=dict)
@@ -46,8 +46,8 @@ class ReadingNoise(Cause):
             )
 
     def _block(self, number: int) -> Float:
-        """Return the numbers of a block for four heads, shape ``(4, _KNOTS)``; the last blocks are
-        cached."""
+        """Return the random numbers of one block for four heads, shape ``(4, _KNOTS)``; the latest
+        blocks are cached."""
         if number not in self._blocks:
             while len(self._blocks) >= _KEPT_BLOCKS:
                 del self._blocks[next(iter(self._blocks))]
@@ -56,7 +56,7 @@ class ReadingNoise(Cause):
             own = 2 * number if number >= 0 else -2 * number - 1
             seed = [self.seed, own] if own else self.seed
             values = np.random.default_rng(seed).normal(0.0, 1.0, (HEADS_MOST, _KNOTS))
-            # The sum of the squared basis functions has the mean 151/315 over an interval.
+            # Over one interval, the sum of the squared basis functions has the mean 151/315.
             self._blocks[number] = self.rms_rad / np.sqrt(151 / 315) * values
         return self._blocks[number]
 
@@ -77,7 +77,7 @@ class ReadingNoise(Cause):
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """Give the noise of a head.
+        """Return the noise of a head.
 
         Parameters
         ----------

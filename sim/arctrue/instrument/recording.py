@@ -1,4 +1,4 @@
-"""Records inputs and outputs of the core together with the true angle."""
+"""Holds the recorded inputs and outputs of the core together with the true angle."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class EdgeTrack:
-    """The recorded edges of one encoder signal.
+    """Recorded edges of one encoder signal.
 
     Every K-th edge is kept, in arrays of shape ``(n,)``; the bins, shape ``(bins,)``, count all
     edges. Positions and errors have an arbitrary zero, which is the same for a whole track.
@@ -21,9 +21,9 @@ class EdgeTrack:
     clock: NDArray[np.int64]
     """Clock of each kept edge."""
     position: NDArray[np.int64]
-    """Position of the level that the reading passed, counts."""
+    """Level, in counts, that the reading passed at each kept edge."""
     true_angle_rad: NDArray[np.float64]
-    """True angle of the table in the middle of the clock of each kept edge; not wrapped."""
+    """True angle of the table in the middle of each kept edge's clock; not wrapped."""
     bin_edges: NDArray[np.int64]
     """Number of edges in each bin, an equal part of the turn."""
     bin_mean_counts: NDArray[np.float64]
@@ -33,22 +33,22 @@ class EdgeTrack:
     bin_highest_counts: NDArray[np.float64]
     """Largest position − true angle in each bin."""
     edges: int
-    """Number of all edges."""
+    """Number of all edges, whether kept or not."""
     dropped: int
     """Number of edges that were not kept because the limit of kept edges was reached."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """One recording: the output of the core and the incoming signal of head 1."""
+    """One recording: the edges of the core's output and of head 1's incoming signal."""
 
     output: EdgeTrack
-    """The corrected signal."""
+    """Edges of the corrected signal."""
     head1: EdgeTrack
-    """The incoming signal of head 1."""
+    """Edges of head 1's incoming signal."""
     illegal: int
     """Number of clocks in which A and B of the output changed together."""
     index_clock: NDArray[np.int64]
-    """Clocks in which Z of the output rose."""
+    """Clocks in which Z of the output rose from low to high."""
     index_position: NDArray[np.int64]
-    """Position of the output in those clocks, in which Z is high; the zero is that of the track."""
+    """Position of the output in each of the clocks ``z_clock``; the zero is that of the track."""

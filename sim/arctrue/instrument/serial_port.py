@@ -1,4 +1,5 @@
-"""The serial port of the virtual instrument: a pseudo-terminal for other programs."""
+"""Connects the console of the virtual instrument to other programs by a pseudo-terminal, which acts
+as its serial port."""
 
 from __future__ import annotations
 
@@ -10,12 +11,12 @@ from collections import deque
 from arctrue.instrument.firmware import Firmware
 
 MOST_BYTES = 1 << 20
-"""Largest number of characters that wait for a slow reader; further ones are lost, as on a serial
-line."""
+"""Largest number of characters that wait for a slow reader; later characters are lost, as on a
+serial line."""
 
 
 class SerialPort:
-    """A pseudo-terminal between the firmware's console and the program that opens ``name``.
+    """A pseudo-terminal that connects the firmware's console with a program that opens ``name``.
 
     The console receives characters only within :meth:`exchange`: call it between rounds of the
     firmware's main loop.
@@ -27,7 +28,7 @@ class SerialPort:
         self._end, far = pty.openpty()
         tty.setraw(far)
         self.name = os.ttyname(far)
-        """Path of the port for other programs; only one of them may open it at a time."""
+        """Path of the port for other programs; one program at a time may open it."""
         os.close(far)
         os.set_blocking(self._end, False)
         self._waiting: deque[bytes] = deque()
@@ -35,10 +36,11 @@ class SerialPort:
         firmware.listener = self._print
 
     def exchange(self) -> None:
-        """Pass received characters to the console, and send what the console has printed."""
+        """Pass received characters to the console, and send the characters that the console has
+        printed."""
         try:
             received = os.read(self._end, 4096)
-        except OSError:  # nothing was sent, or no program has the port open
+        except OSError:  # the other program sent nothing, or no program has the port open
             received = b""
         if received:
             self._firmware.type(received.replace(b"\0", b""))
@@ -55,7 +57,7 @@ class SerialPort:
             self._waiting.popleft()
 
     def close(self) -> None:
-        """Close the port; the program that has it open gets an error."""
+        """Close the port; a program that has it open gets an error."""
         self._firmware.listener = None
         os.close(self._end)
 

@@ -1,4 +1,5 @@
-"""Measures the speed of a simulator while every lane works and both heads turn."""
+"""Measures how fast a simulator runs while every lane is active and the table turns under both
+heads."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ COUNTS_PER_REV = 1 << 24
 
 
 def busy_coefficients(lanes: int) -> Coefficients:
-    """Return coefficients with order n in lane n − 1: a tenth of a count each, all phases
-    different."""
+    """Return coefficients in which lane n − 1 has order n, with an amplitude of a tenth of a count
+    and its own phase."""
     order = np.arange(1, lanes + 1)
     return Coefficients(
         phase_steps=(order << (48 - 24)).astype(np.uint64),
@@ -27,9 +28,10 @@ def busy_coefficients(lanes: int) -> Coefficients:
 
 
 def clocks_per_second(instrument: Instrument, lanes: int, clocks: int) -> float:
-    """Return the number of clocks simulated per second of processor time, at 1.1 clocks a count.
+    """Return the number of clocks simulated per second of processor time, while a count lasts 1.1
+    clocks.
 
-    Processor time does not depend on other work of the machine.
+    Other programs on the machine do not change the processor time.
     """
     table = RotaryTable(heads=two_heads(), counts_per_rev=COUNTS_PER_REV)
     speed = 1.0

@@ -1,4 +1,4 @@
-"""Compares a signal with the true angle over a turn."""
+"""Computes the error of a signal over a turn from its edges and the true angle."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.recording import EdgeTrack
 
 BINS = 720
-"""Number of bins of a turn, half a degree each."""
+"""Number of bins in a turn; each bin is half a degree wide."""
 FINE_BINS = 7200
 MOST_ORDER = 64
 TURN_RAD = 2 * np.pi
@@ -23,17 +23,17 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TurnScore:
-    """Error of one signal over one turn in seconds of arc; the mean of the turn is removed."""
+    """Error of one signal over one turn in arcseconds, with the mean of the turn removed."""
 
     error_arcsec: Float
-    """Mean error in each half degree of the true angle, shape ``(720,)``; NaN where there is no
-    edge."""
+    """Mean error in each half degree of the true angle, shape ``(720,)``; NaN in a half degree
+    without an edge."""
     lowest_edge_arcsec: Float
-    """Lowest error of all edges in each half degree, same shape."""
+    """Lowest error of an edge in each half degree, shape ``(720,)``."""
     highest_edge_arcsec: Float
     mean_arcsec: float
-    """Mean that was removed, which two heads cannot determine; relative to the mean of the
-    recording's first turn."""
+    """Mean of the turn, which was removed; it is relative to the mean of the recording's first
+    turn, because two heads cannot determine it."""
     edges_rms_arcsec: float
     """Root mean square error of single edges. It includes errors finer than half a degree, the
     noise of the readings and the steps of the counts. NaN if no single edge was kept."""
@@ -44,7 +44,8 @@ class TurnScore:
 
     @classmethod
     def of_edges(cls, true_angle_rad: Float, error_arcsec: Float, zero_arcsec: float = 0.0) -> Self:
-        """Score all edges of a turn, arrays ``(n,)``; their mean is relative to ``zero_arcsec``."""
+        """Return the score of a turn from all its edges, arrays ``(n,)``; the mean is relative to
+        ``zero_arcsec``."""
         place = np.floor(np.mod(true_angle_rad, TURN_RAD) * (BINS / TURN_RAD)).astype(np.int64)
         place = np.minimum(place, BINS - 1)
         edges = np.bincount(place, minlength=BINS)
@@ -68,11 +69,12 @@ class TurnScore:
 
     @classmethod
     def of_even_readings(cls, error_arcsec: Float, most_order: int = MOST_ORDER) -> Self:
-        """Return the score of n readings at the true angles (k + ½)/n of a turn, used like edges.
+        """Return the score of n readings at the true angles (k + ½)/n of a turn; each reading
+        counts as an edge.
 
         ``error_arcsec`` (n,) contains the errors at k = 0 … n − 1; n is a multiple of 720 and above
-        twice ``most_order``. The amplitudes are those of the readings, which no mean over a half
-        degree reduces.
+        twice ``most_order``. The amplitudes are computed from the readings themselves; means over
+        half degrees would reduce them.
         """
         parts = error_arcsec.reshape(BINS, -1)
         mean = float(error_arcsec.mean())
@@ -89,7 +91,8 @@ class TurnScore:
 
     @classmethod
     def of_means(cls, error_arcsec: Float, mean_arcsec: float, edges_rms_arcsec: float) -> Self:
-        """Return the score from the means of the half degrees alone."""
+        """Return the score that follows from the means of the half degrees, if no edges are
+        known."""
         return cls(
             error_arcsec,
             error_arcsec,
@@ -127,23 +130,23 @@ class TurnScore:
 
     @property
     def every_edge_arcsec(self) -> tuple[float, float]:
-        """Smallest and largest error of all edges."""
+        """Smallest error and largest error of all edges."""
         lowest, highest = self.lowest_edge_arcsec, self.highest_edge_arcsec
         return float(np.nanmin(lowest)), float(np.nanmax(highest))
 
     @property
     def edges_reach_arcsec(self) -> float:
-        """Largest absolute error of an edge."""
+        """Largest absolute error of any edge."""
         lowest, highest = self.every_edge_arcsec
         return max(-lowest, highest)
 
     @property
     def largest_order(self) -> int:
-        """Order with the largest amplitude."""
+        """Order that has the largest amplitude."""
         return int(np.argmax(self.amplitude_arcsec)) + 1
 
     def as_json(self) -> dict[str, Any]:
-        """Return the figures as plain values; null for a missing one."""
+        """Return the score as JSON values; null for a missing one."""
         single = self.edges_rms_arcsec
         return {
             "lowest_arcsec": self.lowest_arcsec,
@@ -157,8 +160,8 @@ class TurnScore:
         }
 
     def curve_as_json(self) -> dict[str, list[float]]:
-        """Return the mean of each half degree; the list is long, and callers store it apart from
-        the figures."""
+        """Return the means of the half degrees; callers store this long list apart from the
+        figures."""
         return {
             "angle_deg": np.rad2deg(self.angle_rad).tolist(),
             "error_arcsec": self.error_arcsec.tolist(),
@@ -179,8 +182,8 @@ def amplitudes(means: Float) -> Float:
 
 
 def score_turn(track: EdgeTrack) -> TurnScore:
-    """Score a turn that was recorded in bins of half a degree or less; single edges may be kept as
-    well.
+    """Return the score of a turn that was recorded in bins of half a degree or less; single edges
+    may be kept as well.
 
     Raises InstrumentError if a bin contains no edge.
     """
@@ -210,7 +213,7 @@ def score_turn(track: EdgeTrack) -> TurnScore:
 
 
 def score_turns(track: EdgeTrack, travel_turns: Float, turns: int) -> list[TurnScore | None]:
-    """Score each turn of travel from the kept edges; None for a turn without an edge.
+    """Return the score of each turn of travel from the kept edges; None for a turn without an edge.
 
     ``travel_turns`` (n,) is the travel at each kept edge, which never decreases; the first turn is
     0 to 1.

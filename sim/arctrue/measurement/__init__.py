@@ -1,4 +1,5 @@
-"""The measurement set: the folder in which captures and reference runs are exchanged."""
+"""Defines the measurement set, the folder in which programs exchange captures and reference
+runs."""
 
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.join import JoinError, OverlapError, joined

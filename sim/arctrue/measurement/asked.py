@@ -1,4 +1,5 @@
-"""The measurement that a diagnosis requests: instructions, and the check that a run satisfies it.
+"""Handles the measurements that a diagnosis requests: writes the instructions and checks that a run
+satisfies the request.
 
 A requested run repeats the first run of the set with one condition changed; a requested reference
 run repeats the first reference run in the same way. The recorded run is compared with the first
@@ -22,46 +23,48 @@ MORE_TURNS = 30
 MORE_SAMPLES = 5
 FACES = 24
 TURNED_FACES = 1.0 / 3.0
-"""Defaults of a requested run: factor of the speed, rise of temperature, turns, factor of the
-samples per turn, faces of the polygon, and the share of a face by which the polygon is turned."""
+"""Defaults of a requested run: factor of the speed, rise of temperature in °C, number of turns,
+factor of the samples per turn, faces of the polygon, and the share of a face by which the polygon
+is turned."""
 
 ENOUGH = 2.0 / 3.0
-"""Share of the requested change above which a condition counts as changed."""
+"""Fraction of the requested change; a condition that changed by more counts as changed."""
 SAME_SPEED = 0.2
-"""Relative difference below which two speeds count as equal."""
+"""Relative difference of two speeds; speeds that differ by less count as equal."""
 SAME_TEMPERATURE_K = 1.0
-"""Largest change of temperature that is not reported; a larger one means that two conditions
+"""Largest change of temperature that is not reported; a larger change means that two conditions
 changed."""
 TURNED_WITHIN = 0.1
-"""Largest distance of the polygon from the requested third of a face, as a share of a face."""
+"""Largest distance of the polygon from the requested rotation, a third of a face, as a share of a
+face."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a capture, described by the quantities that a request states."""
+    """One run of a capture, described by the quantities that a request can state."""
 
     speed_deg_s: float
-    """Speed, positive upwards."""
+    """Speed in degrees a second, positive upwards."""
     turns: float
     samples_a_turn: float
     temperature_c: float | None
 
     @property
     def way(self) -> str:
-        """Direction as the commands name it."""
+        """Direction of the motion as the commands name it."""
         return "up" if self.speed_deg_s > 0.0 else "down"
 
 
 @dataclass(frozen=True)
 class Came:
-    """Differences between a recorded run and the request, and further remarks, in words."""
+    """Differences between a recorded run and the request, and further remarks, as sentences."""
 
     faults: list[str]
     remarks: list[str]
 
 
 def runs_of(capture: Capture, counts_per_rev: float) -> list[Run]:
-    """Return the runs of a capture that move and have two samples or more."""
+    """Return those runs of a capture that move and have at least two samples."""
     found = []
     for start, end in run_spans(capture.run):
         travel = float(capture.head1_counts[end - 1] - capture.head1_counts[start]) / counts_per_rev
@@ -81,8 +84,8 @@ def runs_of(capture: Capture, counts_per_rev: float) -> list[Run]:
 
 
 def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
-    """Return instructions for the person at the table, one sentence each. Raises ValueError for an
-    unknown kind."""
+    """Return instructions for the operator of the table, one sentence each. Raises ValueError for
+    an unknown kind."""
     asked = _asked(kind)
     if isinstance(asked, _OfACapture):
         return asked.steps(_first_run(kind, before))
@@ -90,13 +93,14 @@ def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
 
 
 def by_device(kind: str) -> bool:
-    """Tell whether ``arctrue capture`` can record this measurement: the device captures a turn of
+    """Tell whether ``arctrue capture`` can record this measurement: the command records one turn of
     both heads."""
     return kind in ("speed", "direction", "again", "warm")
 
 
 def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
-    """Compare ``taken`` with the measurement that was requested in addition to ``before``.
+    """Compare the set ``taken`` with the measurement that was requested in addition to the set
+    ``before``.
 
     If ``taken`` has several runs, the run with the fewest faults is compared. Raises ValueError for
     an unknown kind.
@@ -163,7 +167,7 @@ def _same_speed(first: Run, run: Run) -> list[str]:
 
 
 def _whole_turn(run: Run) -> list[str]:
-    # A capture of one turn ends one sample before the end of the turn.
+    # The last sample of a captured turn lies one sample before the end of the turn.
     if run.turns + 1.5 / run.samples_a_turn >= 1.0:
         return []
     return [f"it covers {run.turns:.2f} of a turn, expected a whole one"]
@@ -271,7 +275,7 @@ def _faces(before: MeasurementSet) -> int:
 
 
 def _targets(reference: Reference) -> NDArray[np.float64]:
-    """Return the target angles within a turn, each once, degrees."""
+    """Return the target angles within a turn, degrees; each angle occurs once."""
     return np.unique(np.round(np.mod(reference.target_deg, 360.0), 3) % 360.0)
 
 
@@ -337,7 +341,7 @@ def _turned_faults(before: MeasurementSet, reference: Reference) -> list[str]:
 
 
 def _phase_deg(reference: Reference, face_deg: float) -> float:
-    """Return the position of the targets within a face: their mean on the circle, degrees."""
+    """Return the position of the targets within a polygon face, their circular mean, degrees."""
     turns = np.exp(2j * np.pi * reference.target_deg / face_deg)
     return float(np.angle(turns.mean())) / (2.0 * np.pi) * face_deg
 

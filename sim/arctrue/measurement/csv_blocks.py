@@ -1,7 +1,7 @@
 """Reads a CSV file of any length in blocks of typed columns.
 
-pyarrow reads the file. If it fails, the file is read once more, line by line, to name the row and
-column of the fault. Without pyarrow the lines are read one by one.
+pyarrow reads the file. If pyarrow fails, the module reads the file once more, line by line, to name
+the row and column of the fault. Without pyarrow the lines are read one by one.
 """
 
 from __future__ import annotations
@@ -31,30 +31,31 @@ else:
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
 BytesRead = Callable[[Path, int, int], None]
-"""Function that is called with file, bytes read and size in bytes after every block."""
+"""Function that is called after every block with the file, the bytes read and the file's size in
+bytes."""
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
-"""Number of rows in a block if the lines are read one by one."""
+"""Number of rows in a block if pyarrow is missing and the lines are read one by one."""
 _NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", "N/A", "n/a")
 _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
 _INT64 = range(-(2**63), 2**63)
 MISSPELT_RATIO = 0.75
 """Share of matching letters above which a column counts as misspelt. A condition may have any name,
-so the limit is stricter than for a key: temprature_c (0.96) and time (0.8) are reported, duration_s
-(0.63) is not taken for direction."""
+so the limit is stricter than for a key: temprature_c (0.96) and time (0.8) are reported as
+misspelt; duration_s (0.63) is accepted as a condition."""
 LARGEST_NUMBER = 1e12
-"""Largest accepted value in seconds, degrees, arcseconds or °C; a larger value is a damaged
-field."""
+"""Largest accepted absolute value, in seconds, degrees, arcseconds or °C; a larger value means a
+damaged field."""
 
 
 @dataclass
 class CsvFile:
     """One CSV file: the columns to read, the columns that it has, and warnings.
 
-    With ``with_conditions`` every other column of numbers is read too; a column with anything else
-    is left out with a warning.
+    With ``with_conditions`` every further column of numbers is read as a condition; a further
+    column with any other content is left out with a warning.
     """
 
     path: Path
@@ -68,7 +69,7 @@ class CsvFile:
     conditions: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Read and check the header."""
+        """Read the header and check its columns."""
         try:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
                 first = file.readline()
@@ -126,7 +127,7 @@ class CsvFile:
         """Yield blocks of rows with whole numbers as int64 and all other numbers as float64.
 
         Raises MeasurementError with the row and column of the first field that is missing, not a
-        number, or not finite. A last line that lacks fields and a line end is left out, with a
+        number, or not finite. A last line that lacks both fields and a line end is left out, with a
         warning.
         """
         cut = self._cut_last_line()
@@ -165,7 +166,7 @@ class CsvFile:
             raise self._no_rows()
 
     def _blocks_of_lines(self) -> Iterator[Columns]:
-        """Read like :meth:`blocks` but without pyarrow, at a tenth of the speed."""
+        """Yield the same blocks as :meth:`blocks` without pyarrow, ten times more slowly."""
         rows = 0
         waiting: list[list[str]] = []
         try:
@@ -185,7 +186,7 @@ class CsvFile:
             raise self._no_rows()
 
     def _block(self, lines: list[list[str]], first: int) -> Columns:
-        """Return checked lines as columns; leave out a condition from the first field that is no
+        """Return checked lines as columns; stop reading a condition at its first field that is no
         number."""
         columns = dict(zip(self.header, zip(*lines, strict=True), strict=False))
         block: Columns = {}
@@ -225,7 +226,7 @@ class CsvFile:
         return None
 
     def _leave_out(self, name: str, index: int, text: str) -> None:
-        """Stop reading a condition because one of its fields is no number."""
+        """Stop reading a condition, with a warning, because one of its fields is no number."""
         self.conditions.remove(name)
         self.warnings.append(
             f"{self.path}, row {self.row_of(index)}, column {name}: expected a number, "
@@ -233,8 +234,8 @@ class CsvFile:
         )
 
     def row_of(self, index: int) -> int:
-        """Return the line number of data row ``index``, from 0; blank lines and the header count as
-        lines."""
+        """Return the line number of the data row ``index``, which counts from 0; blank lines and
+        the header count as lines."""
         for number, (row, _) in enumerate(self._lines()):
             if number == index:
                 return row
@@ -249,7 +250,7 @@ class CsvFile:
         types = {
             name: pa.int64() if name in WHOLE_COLUMNS else pa.float64() for name in self.columns
         } | dict.fromkeys(self.conditions, pa.string())
-        # Only the cut-off last line is skipped; every other line with a wrong number of fields is
+        # Only an incomplete last line is skipped; any other line with a wrong number of fields is
         # an error.
         handler = (lambda row: "skip" if row.text == self._cut_text else "error") if cut else None
         reader = pa_csv.open_csv(
@@ -271,7 +272,8 @@ class CsvFile:
     _cut_text: str = ""
 
     def _cut_last_line(self) -> int | None:
-        """Return the length of the last line if it lacks fields and a line end, else None."""
+        """Return the length of the last line if it lacks both fields and a line end; otherwise
+        None."""
         with self.path.open("rb") as file:
             size = file.seek(0, 2)
             file.seek(max(size - 65536, 0))
@@ -281,7 +283,7 @@ class CsvFile:
         last = tail.splitlines()[-1].decode("utf-8", "replace")
         fields = last.count(",") + 1
         if len(tail.splitlines()) == 1 and size == len(tail):
-            return None  # the header alone
+            return None  # the file contains only the header
         if fields >= len(self.header):
             self.warnings.append(f"{self.path}: the last line has no end; it may be cut off")
             return None
@@ -302,8 +304,8 @@ class CsvFile:
                     yield reader.line_num, fields
 
     def _may_hold_hexadecimal(self) -> bool:
-        """Tell whether the file may contain text such as 0x10, which is no number but which pyarrow
-        reads as 16."""
+        """Tell whether the file may contain a text such as 0x10, which is not a number here but
+        which pyarrow reads as 16."""
         last = b""
         with self.path.open("rb") as file:
             while piece := file.read(BLOCK_BYTES):
@@ -318,7 +320,7 @@ class CsvFile:
         raise MeasurementError("format", self.path, f"cannot be read: {cause}") from cause
 
     def _check_lines(self) -> None:
-        """Raise the error of the first faulty line, if there is one."""
+        """Raise the error of the first faulty line; return if no line is faulty."""
         try:
             for row, fields in self._lines():
                 if not (self._cut_text and ",".join(fields) == self._cut_text):
@@ -327,7 +329,7 @@ class CsvFile:
             raise MeasurementError("format", self.path, str(error)) from error
 
     def _check_line(self, row: int, fields: Sequence[str]) -> None:
-        """Raise an error if a line has a wrong number of fields, or a wrong field."""
+        """Raise an error if a line has a wrong number of fields or contains an invalid field."""
         if len(fields) != len(self.header):
             raise MeasurementError(
                 "format",

@@ -1,5 +1,5 @@
-"""The date of a measurement set: a text in ISO 8601 in measurement.toml, a datetime with a time
-zone in memory."""
+"""Converts the date of a measurement set from a text in ISO 8601, as in measurement.toml, to a
+datetime with a time zone."""
 
 from __future__ import annotations
 

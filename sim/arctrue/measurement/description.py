@@ -26,12 +26,12 @@ FILE_NAME = "measurement.toml"
 
 
 class Channel(Struct, frozen=True):
-    """Keys that ``[capture]`` and ``[reference]`` share; None: not stated."""
+    """Keys that both ``[capture]`` and ``[reference]`` may have; None: not stated."""
 
     file: str | None = None
 
     def __post_init__(self) -> None:
-        """Check the file name. Raises ValueError for a file outside the folder of the set."""
+        """Check the file name. Raises ValueError for a file outside the set's folder."""
         if self.file is None:
             return
         line_of_text(self.file, "file")
@@ -43,13 +43,13 @@ class Channel(Struct, frozen=True):
 
 
 class CaptureKeys(Channel, frozen=True):
-    """The section ``[capture]``."""
+    """The keys of the section ``[capture]``."""
 
     clock_hz: Positive | None = None
 
 
 class ReferenceKeys(Channel, frozen=True):
-    """The section ``[reference]``."""
+    """The keys of the section ``[reference]``."""
 
     instrument: str | None = None
     faces: Count | None = None
@@ -66,7 +66,7 @@ Schema = Annotated[Literal[1], Meta(description="1, the schema that this program
 
 
 class Keys(Struct, frozen=True):
-    """All keys of the file; keys of other programs are kept."""
+    """All keys of the file; keys that other programs wrote are kept."""
 
     schema: Schema
     title: str = ""
@@ -91,7 +91,7 @@ SECTIONS = ("table", "capture", "reference", "origin")
 
 
 class Description(Struct, frozen=True):
-    """The keys of a file, unknown keys by their dotted names, and warnings about them."""
+    """The keys of a file; unknown keys are listed by their dotted names, with warnings."""
 
     path: Path
     keys: Keys
@@ -111,7 +111,8 @@ def read_description(folder: Path) -> Description:
         raise MeasurementError("missing", folder, f"{what} with a {FILE_NAME}")
     try:
         content = with_text_date(read_toml(path))
-        # In another schema keys may have other types, so the error then names the schema only.
+        # If the file states another schema, its keys may have other types; the error then names
+        # only the schema.
         typed(content, _OnlySchema)
         keys = typed(content, Keys)
     except FileNotFoundError as error:
@@ -132,6 +133,7 @@ def read_description(folder: Path) -> Description:
 
 
 def _stays_inside(name: str) -> bool:
-    """Tell whether ``name`` is a relative path without ".." on every operating system."""
+    """Tell whether ``name`` is a relative path without ".." under the rules of every operating
+    system."""
     windows, posix = PureWindowsPath(name), PurePosixPath(name)
     return not (windows.anchor or posix.is_absolute() or ".." in windows.parts + posix.parts)

@@ -1,4 +1,4 @@
-"""One number that changes if any byte of a measurement set changes."""
+"""Computes one number that changes if any byte of a measurement set changes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from arctrue.measurement.reader import data_file
 
 
 def set_digest(folder: Path) -> str:
-    """Return the SHA-256 over the SHA-256 of the description, the capture and the reference run.
+    """Return a SHA-256 over the SHA-256 sums of the description, the capture and the reference run.
 
-    It is the value that ``sha256sum measurement.toml capture.csv reference.csv | sha256sum`` prints
-    in the folder, with the names that the description gives, and with existing files only. Raises
-    OSError, MeasurementError.
+    The value is the one that ``sha256sum measurement.toml capture.csv reference.csv | sha256sum``
+    prints in the set's folder, with the file names that the description gives; files that do not
+    exist are left out. Raises OSError, MeasurementError.
     """
     description = read_description(folder)
     files = [

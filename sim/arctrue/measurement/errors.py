@@ -7,12 +7,12 @@ from typing import Literal
 
 Fault = Literal["missing", "format", "value", "not_a_number", "empty", "time", "order"]
 """Kinds of a fault: missing (file, key or column), format (not TOML or CSV), value (wrong type or
-range), not_a_number (NaN, infinite or an empty field), empty (no rows), time (runs backwards),
-order (rows of a run are not together)."""
+range), not_a_number (NaN, infinite or an empty field), empty (no rows), time (the time decreases),
+order (the rows of a run are not consecutive)."""
 
 
 class MeasurementError(ValueError):
-    """A measurement set that cannot be used.
+    """Is raised for a measurement set that cannot be used.
 
     ``row`` is a line number of the file as in an editor: the header is row 1. ``row`` and
     ``column`` are None if they do not apply to the fault.
@@ -41,7 +41,8 @@ class MeasurementError(ValueError):
         self.column = column
 
     def of_file(self, file: Path) -> MeasurementError:
-        """Return the same error for another file: the packed file, if an unpacked copy was read.
+        """Return this error with another file name: that of the packed file, if the fault is in its
+        unpacked copy.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Joins several measurement sets of one table to one set with all runs."""
+"""Joins several measurement sets of one table into one set with all their runs."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ Times = Literal["", "keep", "after"]
 Rows = TypeVar("Rows", Capture, Reference)
 
 SAME_SEPARATION_DEG = 0.25
-"""Largest difference between stated separations of the same heads: a device states the separation
-that it measured."""
+"""Largest difference between two statements of the same head separation; it may differ, because
+each device states the separation that it measured."""
 
 
 class JoinError(ValueError):
-    """The sets cannot be joined to one measurement."""
+    """Is raised if the sets cannot be joined into one measurement."""
 
 
 class OverlapError(JoinError):
-    """The clock of a later set begins within the times of an earlier one."""
+    """Is raised if the clock of a later set begins within the times of an earlier set."""
 
 
 def joined(
@@ -119,7 +119,7 @@ def _same_table(sets: Sequence[MeasurementSet], names: Sequence[str]) -> Table:
                 )
     values = {key: value for key, (_, value) in found.items()}
     if "head_places_deg" in values:
-        # The separation is the second of the places, so both come from the same set.
+        # The head separation is the second of the head places, so both are taken from the same set.
         del values["head_separation_deg"]
     return Table(**values)
 
@@ -138,7 +138,7 @@ def _no_twins(sets: Sequence[MeasurementSet], names: Sequence[str]) -> None:
 
 
 def _one_clock(item: MeasurementSet) -> MeasurementSet:
-    """Return the set with the reference's times on the clock of the capture."""
+    """Return the set with the times of its reference converted to the clock of the capture."""
     reference = item.reference
     if reference is None or not reference.clock_offset_s or reference.time_s is None:
         return item
@@ -229,7 +229,7 @@ def _rows_with_uncertainty(
 
 
 def _stacked(parts: Sequence[tuple[str, Rows]], common_columns: bool, notes: list[str]) -> Rows:
-    """Stack the rows of all sets."""
+    """Concatenate the rows of all sets."""
     first = parts[0][1]
     values: dict[str, Any] = {}
     for item in fields(first):

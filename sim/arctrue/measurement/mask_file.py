@@ -1,4 +1,5 @@
-"""Reads ``mask.csv``: rows that the user masked, and rows to use although they look wrong."""
+"""Reads ``mask.csv``, which lists rows that the user masked and rows that must be used although
+they look wrong."""
 
 from __future__ import annotations
 
@@ -19,13 +20,13 @@ Channel = TypeVar("Channel", Capture, Reference)
 def with_mask_file(
     folder: Path, channel: Literal["capture", "reference"], rows: Channel, warnings: list[str]
 ) -> Channel:
-    """Apply ``folder``/mask.csv to ``rows``; without that file the rows stay as they are.
+    """Apply ``folder``/mask.csv to ``rows``; if this file is missing, the rows remain unchanged.
 
-    The file has the columns ``capture_row,mask`` or ``reference_row,mask``, or all three; then 0
-    means that no row of this file is meant. A row is named by its line in the CSV file; the header
-    is line 1. ``mask`` is 1 for a row that must not be used and 0 for a row that must be used. If
-    the file has another column, a warning is added to ``warnings``, once for both channels. Raises
-    MeasurementError.
+    The file has the columns ``capture_row,mask`` or ``reference_row,mask``, or all three; a row
+    number of 0 then means that the line names no row of this file. A row is named by its line in
+    the CSV file; the header is line 1. ``mask`` is 1 for a row that must not be used and 0 for a
+    row that must be used. If the file has another column, a warning is added to ``warnings``, once
+    for both channels. Raises MeasurementError.
     """
     path = folder / FILE_NAME
     if not path.is_file():

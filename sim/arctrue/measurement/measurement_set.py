@@ -1,4 +1,4 @@
-"""A measurement set in memory."""
+"""Holds a measurement set in memory."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arctrue.base.typed_content import line_of_text
 SCHEMA = 1
 CAPTURE_COLUMNS = ("run", "time_s", "head1_counts", "head2_counts")
 FURTHER_HEADS = ("head3_counts", "head4_counts")
-"""Further columns of a capture of three or four heads."""
+"""Further columns that a capture of three or four heads has."""
 HEAD_COLUMNS = ("head1_counts", "head2_counts", *FURTHER_HEADS)
 CAPTURE_OPTIONAL = (*FURTHER_HEADS, "temperature_c", "u_arcsec", "mask")
 REFERENCE_COLUMNS = ("target_deg", "error_arcsec")
@@ -32,7 +32,7 @@ REFERENCE_OPTIONAL = (
     "mask",
 )
 TRUTHS = ("mask", "trusted")
-"""Columns of boolean values."""
+"""Columns of Boolean values."""
 WHOLE_COLUMNS = (
     "run",
     "head1_counts",
@@ -57,7 +57,7 @@ Boolean = NDArray[np.bool_]
 
 
 LARGEST = 2**63
-"""Limit of the magnitude of any number in measurement.toml; NaN is refused as well."""
+"""Limit of the absolute value of any number in measurement.toml; NaN is refused as well."""
 AnyNumber = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 NotNegative = Annotated[float, Meta(ge=0, le=LARGEST)]
 Positive = Annotated[float, Meta(gt=0, le=LARGEST)]
@@ -67,7 +67,7 @@ HeadPlace = Annotated[float, Meta(gt=-360, lt=360)]
 
 @dataclass(frozen=True)
 class Table:
-    """The section ``[table]`` of measurement.toml; None: not stated.
+    """The section ``[table]`` of measurement.toml; None stands for a key that is not stated.
 
     Parameters
     ----------
@@ -96,23 +96,23 @@ class Table:
     grating_lines: Count | None = None
     disc_diameter_mm: Positive | None = None
     head_separation_deg: HeadPlace | None = None
-    """Angle of head 2 relative to head 1; the second entry of ``head_places_deg`` if that is given.
-    """
+    """Angle of head 2 relative to head 1, degrees; the second entry of ``head_places_deg`` if this
+    key is given."""
     index_detection_arcsec: Annotated[float, Meta(ge=0, le=3600)] | None = None
-    """Standard uncertainty of the distance between the places where the heads detect the index
-    mark."""
+    """Standard uncertainty of the angle between the places at which the two heads detect the index
+    mark, arcseconds."""
     drive_gear_teeth: Positive | None = None
     faces: Count | None = None
     index_repeatability_counts: NotNegative | None = None
-    """Repeatability of an index mark from run to run, as a standard deviation for one head."""
+    """Standard deviation of one head's index mark from run to run, counts."""
     head_places_deg: Annotated[tuple[HeadPlace, ...], Meta(min_length=2, max_length=4)] | None = (
         None
     )
-    """Places of all heads relative to head 1, beginning with 0; they replace
+    """Angles of all heads relative to head 1, degrees; the first is 0. They replace
     ``head_separation_deg``."""
 
     def __post_init__(self) -> None:
-        """Take ``head_separation_deg`` from the places.
+        """Set ``head_separation_deg`` to the second place.
 
         Raises ValueError if the places do not begin at 0, if two places coincide, or if another
         separation is stated.
@@ -139,7 +139,7 @@ class Table:
 
     @property
     def places_deg(self) -> tuple[float, ...] | None:
-        """Places of all heads relative to head 1, degrees; None if the set states no separation."""
+        """Angles of all heads relative to head 1, degrees; None if the set states no separation."""
         if self.head_places_deg is not None:
             return self.head_places_deg
         separation = self.head_separation_deg
@@ -167,7 +167,7 @@ def _column(name: str, value: Any) -> NDArray[Any]:
 
 
 class _Rows:
-    """Rows of one file: columns of equal length, and the keys of the file's section."""
+    """Holds the rows of one file in columns of equal length, and the keys of the file's section."""
 
     __slots__ = ()
 
@@ -253,7 +253,7 @@ class Capture(_Rows):
     def __post_init__(self) -> None:
         """Check the columns.
 
-        Raises ValueError as for all rows, and for a head 4 without head 3.
+        Raises ValueError for the faults that the base class finds, and for a head 4 without head 3.
         """
         super().__post_init__()
         if self.head4_counts is not None and self.head3_counts is None:
@@ -261,14 +261,14 @@ class Capture(_Rows):
 
     @property
     def heads(self) -> tuple[Integer, ...]:
-        """Readings of every head in counts, head 1 first."""
+        """Readings of all heads in counts; head 1 is the first."""
         further = (self.head3_counts, self.head4_counts)
         return (self.head1_counts, self.head2_counts, *(h for h in further if h is not None))
 
 
 @dataclass(frozen=True)
 class Reference(_Rows):
-    """Comparison of head 1 with a reference; None: no such column or key.
+    """Comparison of head 1 with a reference; None stands for a column or key that is missing.
 
     Parameters
     ----------
@@ -326,7 +326,7 @@ class Reference(_Rows):
 
 @dataclass(frozen=True)
 class Origin:
-    """The command and the program that made a set, and their notes.
+    """The command and the program that made a set, and the notes of the program.
 
     Parameters
     ----------
@@ -351,7 +351,7 @@ class Origin:
 
 @dataclass(frozen=True)
 class MeasurementSet:
-    """A whole measurement set.
+    """Holds a whole measurement set.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Reads a measurement set; a faulty file causes a MeasurementError, never a wrong result."""
+"""Reads a measurement set; raises a MeasurementError for a faulty file."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ def read_measurement_set(
     reference: bool = True,
     progress: BytesRead | None = None,
 ) -> MeasurementSet:
-    """Read a whole set.
+    """Read a whole set; this needs 8 bytes of memory per field, and memory for one block of the
+    file.
 
     It needs 8 bytes of memory per field, and one block of the file.
 
@@ -97,7 +98,7 @@ def read_measurement_set(
 
 @contextmanager
 def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
-    """Read the capture of a set in checked blocks, for sets too large for the memory.
+    """Yield the capture of a set in checked blocks, for sets that do not fit into the memory.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ def data_file(description: Description, section: str) -> Path | None:
     path = description.path.parent / (name or f"{section}.csv")
     try:
         there = path.is_file()
-    except OSError as error:  # a name that no file can have
+    except OSError as error:  # the name is not valid for any file
         raise MeasurementError(
             "value", description.path, f"{section}.file: {error.strerror}: {str(name)[:80]!r}"
         ) from error
@@ -147,9 +148,9 @@ def data_file(description: Description, section: str) -> Path | None:
 
 
 def _require_for_capture(table: Table, path: Path, other: Iterable[str] = ()) -> None:
-    """Refuse a table without the keys that a capture needs.
+    """Raise MeasurementError if the table lacks keys that a capture needs.
 
-    ``path``: file that should contain the keys of the table; ``other``: unknown keys in this file.
+    ``path``: file in which the table's keys are expected; ``other``: unknown keys in this file.
     """
     for key in ("counts_per_rev", "head_separation_deg"):
         if getattr(table, key) is None:
@@ -181,10 +182,10 @@ def _capture(
 
 
 def require_heads(table: Table, path: Path, columns: dict[str, Any], of_table: Path) -> None:
-    """Refuse a capture whose table does not state the counts of a turn and a place for each head.
+    """Raise MeasurementError if the table of a capture does not state the counts of a turn and a
+    place for each head.
 
-    ``path``, ``of_table``: files of the columns and of the table, for the message. Raises
-    MeasurementError.
+    ``path``, ``of_table``: files of the columns and of the table, for the message.
     """
     _require_for_capture(table, of_table)
     _require_a_place_each(table, path, columns, of_table)
@@ -193,7 +194,8 @@ def require_heads(table: Table, path: Path, columns: dict[str, Any], of_table: P
 def _require_a_place_each(
     table: Table, path: Path, columns: dict[str, Any], of_table: Path
 ) -> None:
-    """Refuse a capture whose number of heads differs from the number of places of its table."""
+    """Raise MeasurementError if the number of heads of a capture differs from the number of places
+    of its table."""
     places = table.places_deg
     assert places is not None
     there = [name for name in HEAD_COLUMNS if name in columns]
@@ -220,7 +222,7 @@ def _places_of(heads: int) -> str:
 def count_on_past_the_turn(
     table: Table, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Unwrap heads whose counts restart at each turn, and bring them to the turn of head 1.
+    """Continue the counts of heads that restart at each turn, and move them to the turn of head 1.
 
     The function changes the ``columns`` of a capture; ``path``, their file, is named in
     ``warnings``.
@@ -279,9 +281,9 @@ def _reference(
 
 
 def _joined(blocks: list[Columns]) -> dict[str, Any]:
-    # The columns are joined one after the other, so that only one column at a time is stored twice.
-    # If a later block lacks a condition, because it is not a number there, the condition is left
-    # out.
+    # Columns are joined one by one, so that only one column at a time is in memory twice. If a
+    # condition is missing in a later block, because a field there is no number, the condition is
+    # left out.
     names = [name for name in blocks[0] if all(name in block for block in blocks)]
     return {name: np.concatenate([block.pop(name) for block in blocks]) for name in names}
 
@@ -315,8 +317,8 @@ def _require(file: CsvFile, column: str, values: Any, right: Any, expected: str)
 
 
 def _checked_blocks(file: CsvFile) -> Iterator[Columns]:
-    """Yield the blocks of ``file``; check that each run is in one piece and its time never
-    decreases."""
+    """Yield the blocks of ``file``; check that the rows of each run follow one another and that the
+    time never decreases within a run."""
     finished: set[int] = set()
     last_run: int | None = None
     last_time = 0.0

@@ -1,5 +1,5 @@
-"""Corrects whole turns that a recording lost or gained: counts that restart at each turn, and
-errors that are wrong by a whole turn."""
+"""Corrects the whole turns that a recording lost or gained, in counts that restart at each turn and
+in errors."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
     """Return errors (n,) without whole turns, and the indices of the rows that contained whole
     turns.
 
-    An error is less than half a turn, so each error is moved by whole turns next to the median of
-    all errors. The median is taken on the circle, because half of the rows may be a turn away.
+    An error is less than half a turn, so each error is moved by whole turns until it lies within
+    half a turn of the median of all errors. The median is taken on the circle, because half of the
+    rows may be wrong by a turn.
     """
     within = np.mod(error_arcsec, ARCSEC_PER_TURN) * (2.0 * np.pi / ARCSEC_PER_TURN)
     mean = float(np.angle(np.mean(np.exp(1j * within)))) * ARCSEC_PER_TURN / (2.0 * np.pi)
-    # Errors are moved next to their mean on the circle first; their median then is robust against
+    # Errors are first moved next to their circular mean; their median is then robust against
     # outliers.
     near = error_arcsec - ARCSEC_PER_TURN * np.round((error_arcsec - mean) / ARCSEC_PER_TURN)
     usual = float(np.median(near))
@@ -70,7 +71,8 @@ def same_turn(
 ) -> Integer:
     """Shift each run of another head's counts (n,) by whole turns.
 
-    Their median is then within half a turn of head 1 plus the place of this head.
+    Afterwards the median of these counts is within half a turn of the counts of head 1 plus this
+    head's place.
     """
     apart = round(place_deg / 360.0 * counts_per_rev)
     found = other_counts.copy()

@@ -1,4 +1,4 @@
-"""Writes a measurement set."""
+"""Writes a measurement set to a folder."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ _REFERENCE_ORDER = (
 )
 ROWS_TOGETHER = 1 << 14
 SMALLEST_PLAIN, LARGEST_PLAIN = 1e-6, 1e10
-"""Range of numbers without an exponent; numbers outside are written with one."""
+"""Range of numbers that are written without an exponent; all other numbers have one."""
 _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
 
 
 def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:
-    """Write a set into a folder.
+    """Write a set to a folder.
 
     Times are rounded to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″, temperatures to 1 mK.
 
@@ -84,7 +84,7 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
 
 
 def _write_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Write a CSV file; with pyarrow this is faster and gives the same text."""
+    """Write a CSV file; with pyarrow the function is faster and gives the same text."""
     with path.open("wb") as file:
         file.write(_header(list(columns)).encode())
         if installed("pyarrow"):
@@ -99,7 +99,8 @@ def _write_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 
 def number_text(value: float) -> str:
-    """Return the shortest text that is read as the same number, as pyarrow writes it."""
+    """Return the shortest text that is read back as the same number; pyarrow writes the same
+    text."""
     if isinstance(value, int):
         return str(value)
     size = abs(value)
@@ -116,7 +117,7 @@ def _description(measurement: MeasurementSet) -> str:
         lines.append(f'date = "{measurement.date.isoformat()}"')
     table = dict(vars(measurement.table))
     if measurement.table.head_places_deg is not None:
-        # The places contain the separation as their second entry.
+        # The second entry of the places is the separation.
         table.pop("head_separation_deg", None)
     sections: dict[str, Mapping[str, Any]] = {"table": table}
     further: dict[str, dict[str, Any]] = {}
@@ -137,7 +138,7 @@ def _description(measurement: MeasurementSet) -> str:
             "standard_uncertainty_arcsec": measurement.reference.standard_uncertainty_arcsec,
             "clock_offset_s": measurement.reference.clock_offset_s,
         }
-    # Keys of other programs are written as they were read: single keys at the top, tables below.
+    # Keys of other programs are written as they were read: single keys come first, tables below.
     alone = {key: value for key, value in own.items() if not isinstance(value, dict)}
     lines += tomli_w.dumps(alone).splitlines() if alone else []
     sections["origin"] = vars(measurement.origin)

@@ -1,2 +1,2 @@
-"""Makes figures, budgets, certificates and controllers' tables for metrologists and machine
-builders."""
+"""Computes figures, uncertainty budgets, certificates and controllers' correction tables for
+metrologists and machine builders."""

@@ -1,8 +1,9 @@
-"""Allan deviation of a series: the drift of means over a given number of readings.
+"""Computes the Allan deviation of a series, which shows how the means of a given number of readings
+drift.
 
-The deviation of white noise falls as 1/√m with the number m of averaged readings; that of a drift
-of D per reading rises as D·m/√2. The longest useful mean is at the intersection of both (NIST SP
-1065, 5.2).
+The deviation of white noise falls as 1/√m with the number m of averaged readings; the deviation of
+a drift of D per reading rises as D·m/√2. The longest useful mean has the m at which both are equal
+(NIST SP 1065, 5.2).
 """
 
 from __future__ import annotations

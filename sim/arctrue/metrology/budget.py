@@ -1,4 +1,4 @@
-"""An uncertainty budget in the form of EURAMET cg-23, calculated by JCGM 100:2008.
+"""Makes an uncertainty budget in the form of EURAMET cg-23, calculated by JCGM 100:2008.
 
 The measurand is the error of indication of head 1 after the correction, at any angle. Uncertainties
 that change over the turn enter with their root mean square.
@@ -31,23 +31,25 @@ REVERSAL = "reversal error, half of it"
 BY_ANGLE_DEG: Float = np.arange(0.0, 360.0, 5.0)
 """Readings at which the uncertainty is stated, degrees."""
 CONFIDENCE = 0.9545
-"""Probability of a normal distribution within two standard deviations."""
+"""Probability that a normal variable lies within two standard deviations."""
 DIVISORS = {"normal": 1.0, "rectangular": math.sqrt(3.0), "two values": 1.0}
 """Divisor that converts a size to a standard uncertainty, by distribution. The size is a standard
-deviation, a half-width, or half a difference of two values."""
+deviation (normal), a half-width (rectangular), or half the difference of two values."""
 
 
 @dataclass(frozen=True)
 class Contribution:
-    """One line of the budget."""
+    """One line of the uncertainty budget."""
 
     quantity: str
     source: str
     evaluation: str
-    """Type A (statistics) or B (other knowledge), JCGM 100 clause 3.3.4."""
+    """Type A (evaluated by statistics) or B (evaluated from other knowledge), JCGM 100 clause
+    3.3.4."""
     distribution: str
     size_arcsec: float
-    """Standard deviation or half-width, depending on ``distribution``."""
+    """Standard deviation, half-width, or half the difference of two values, depending on
+    ``distribution``."""
     sensitivity: float = 1.0
     degrees_of_freedom: float = math.inf
 
@@ -58,11 +60,12 @@ class Contribution:
 
     @property
     def u_arcsec(self) -> float:
-        """Standard uncertainty of the measurand due to this contribution."""
+        """Standard uncertainty of the measurand that is due to this contribution."""
         return abs(self.sensitivity) * self.size_arcsec / self.divisor
 
     def record(self) -> dict[str, object]:
-        """Return the line by the names of its columns; infinite degrees of freedom become null."""
+        """Return the line as a mapping by the names of its columns; infinite degrees of freedom
+        become null."""
         finite = math.isfinite(self.degrees_of_freedom)
         return {
             "quantity": self.quantity,
@@ -79,15 +82,15 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Budget:
-    """All contributions to the error of indication after correction."""
+    """All contributions to the uncertainty of the error of indication after correction."""
 
     method: str
-    """Description of the calibration."""
+    """Description of the calibration method."""
     contributions: tuple[Contribution, ...]
     missing: tuple[str, ...]
-    """Contributions whose size the set does not state, so that U is too small."""
+    """Contributions whose size the measurement set does not state; without them U is too small."""
     not_evaluated: tuple[str, ...]
-    """Effects that the set cannot show."""
+    """Effects that the measurement set cannot show."""
     checks: tuple[str, ...]
     """Results of checks against the reference run."""
     u_by_angle_arcsec: Float | None = None
@@ -95,7 +98,7 @@ class Budget:
 
     @property
     def u_arcsec(self) -> float:
-        """Combined standard uncertainty, JCGM 100 equation 10 without correlations."""
+        """Combined standard uncertainty by JCGM 100 equation 10, without correlations."""
         return math.sqrt(sum(one.u_arcsec**2 for one in self.contributions))
 
     @property
@@ -112,14 +115,14 @@ class Budget:
 
     @property
     def coverage_factor(self) -> float:
-        """Coverage factor k for 95.45 % with the effective degrees of freedom."""
+        """Coverage factor k for 95.45 %, computed from the effective degrees of freedom."""
         free = self.degrees_of_freedom
         return COVERAGE if math.isinf(free) else float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, free))
 
 
 def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> Budget:
-    """Make the budget of a calibration from two heads; the covariance of the calibration is split
-    by cause."""
+    """Make the budget of a calibration from two heads; the calibration's covariance is divided by
+    cause."""
     table = measurement.table
     assert table.counts_per_rev is not None
     estimate = calibration.estimate
@@ -342,8 +345,8 @@ def _separation_lines(
 
 
 def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
-    """Return the contribution of half the reversal error of errors (rows,); empty for a run in one
-    direction."""
+    """Return half the reversal error of errors (rows,) as a contribution; return nothing for a run
+    in one direction."""
     if reference.direction is None:
         return []
     up, down = (error[reference.direction == way] for way in (1, -1))
@@ -361,8 +364,8 @@ def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
 
 
 def _check(lines: Sequence[Contribution], reference: Reference, error: Float) -> str:
-    """Compare the error of an independent reference run with the budget and with the scatter of
-    this run."""
+    """Compare the error at an independent reference run with the budget and with the scatter of
+    this reference run."""
     repeat, freedom, _, _ = _repeats(reference, error)
     stated = reference.standard_uncertainty_arcsec or 0.0
     explained = math.sqrt(
@@ -401,8 +404,8 @@ def _design(reading: Float, correction: Correction, direction: NDArray[np.generi
 
 
 def _repeats(reference: Reference, error: Float) -> tuple[float, int, Float, Float]:
-    """Return the pooled scatter of repeats, its degrees of freedom, and mean and number of visits
-    of each station."""
+    """Return the pooled standard deviation of repeats, its degrees of freedom, and the mean and the
+    number of visits of each station."""
     place = np.round(np.remainder(reference.target_deg, 360.0), 6)
     side = np.zeros(place.size) if reference.direction is None else reference.direction
     _, group = np.unique(np.stack([place, side]), axis=1, return_inverse=True)

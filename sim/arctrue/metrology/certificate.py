@@ -1,9 +1,10 @@
-"""The error function of a set at stated angles with its expanded uncertainty, for a certificate.
+"""Computes the error function of a set at stated angles, with its expanded uncertainty, for a
+certificate.
 
 U = k·u with k = 2. u² is the sum of xᵀ·C·x and of the squares of the contributions that the fit
 does not contain; C is the covariance of the fitted coefficients, and x contains the values of their
 columns at the angle (JCGM 100:2008, equations 10 and 13). The sensitivity to the head separation is
-that of the whole fit: a second fit uses another separation (JCGM 100:2008, clause 5.1.4).
+computed for the whole fit: a second fit uses another separation (JCGM 100:2008, clause 5.1.4).
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 
 SHIFT_ARCSEC = 10.0
-"""Change of the head separation from which its sensitivity is computed: small against errors of
-mounting, large against rounding errors."""
+"""Change of the head separation from which its sensitivity is computed; it is small against
+mounting errors and large against rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,7 @@ class CertifiedError:
     turn removed."""
 
     angle_deg: Float
-    """Angles, (angles,)."""
+    """Angles at which ε is stated, (angles,)."""
     error_arcsec: Float
     """ε at each angle, (angles,)."""
     u_fit_arcsec: Float
@@ -55,7 +56,7 @@ class CertifiedError:
     """Standard uncertainty due to the head separation, (angles,); 0 if only a reference run is
     used."""
     contributions: tuple[Contribution, ...]
-    """Contributions that are the same at every angle."""
+    """Uncertainty contributions that have the same size at every angle."""
     solution: Solution
     effects: tuple[str, ...]
     conditions: Mapping[str, float]
@@ -69,12 +70,12 @@ class CertifiedError:
 
     @property
     def expanded_arcsec(self) -> Float:
-        """U with k = 2, (angles,)."""
+        """Expanded uncertainty U with k = 2, (angles,)."""
         return COVERAGE * self.u_arcsec
 
     @property
     def coverage_probability(self) -> float:
-        """Probability of a normal distribution within ± k standard deviations, k = 2."""
+        """Probability that a normal variable lies within ± k standard deviations, k = 2."""
         return CONFIDENCE
 
 
@@ -150,7 +151,7 @@ def _error_at(
 
 
 def _shifted(table: Table) -> Table:
-    """Return the table with head 2 moved away from head 1 by ``SHIFT_ARCSEC``."""
+    """Return the table with the place of head 2 moved away from head 1 by ``SHIFT_ARCSEC``."""
     shift_deg = SHIFT_ARCSEC / 3600.0
     if table.head_places_deg is not None:
         first, second, *further = table.head_places_deg
@@ -163,8 +164,8 @@ def _shifted(table: Table) -> Table:
 def _contributions(
     measurement: MeasurementSet, model: Model, solution: Solution
 ) -> list[Contribution]:
-    """Return the contributions apart from those of the fit and the head separation; they are the
-    same at every angle."""
+    """Return the contributions that the fit and the head separation do not cause; they have the
+    same size at every angle."""
     left = left_by(solution)
     channel = "reference" if "reference" in left.rms_arcsec else "capture"
     rms, noise = left.rms_arcsec[channel], left.noise_arcsec[channel]

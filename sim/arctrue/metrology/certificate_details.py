@@ -1,5 +1,4 @@
-"""Reads the statements of a certificate about item, laboratory and persons from a user's TOML
-file."""
+"""Reads what a certificate states about item, laboratory and persons from the user's TOML file."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ Country = Annotated[str, Meta(pattern="^[A-Z]{2}$", description="two capitals, I
 
 
 class Contact(Struct, frozen=True):
-    """A laboratory or a customer."""
+    """Name and address of a laboratory or a customer."""
 
     name: Text
     city: Text
@@ -28,13 +27,13 @@ class Contact(Struct, frozen=True):
 
 
 class Laboratory(Contact, frozen=True):
-    """The calibration laboratory; ``code`` is its accreditation number."""
+    """The laboratory that calibrated the table; ``code`` is its accreditation number."""
 
     code: Text | None = None
 
 
 class Item(Struct, frozen=True):
-    """The calibrated table."""
+    """The table that was calibrated."""
 
     name: Text
     serial_number: Text
@@ -50,7 +49,7 @@ class Person(Struct, frozen=True):
 
 
 class CertificateDetails(Struct, frozen=True):
-    """Content of the whole file."""
+    """Content of the user's whole file."""
 
     number: Text
     """Unique identifier of the certificate."""
@@ -62,11 +61,11 @@ class CertificateDetails(Struct, frozen=True):
         "laboratory"
     )
     temperature_c: Number | None = None
-    """Ambient temperature; it is used if the set records none."""
+    """Ambient temperature; it is used if the measurement set records none."""
 
     def __post_init__(self) -> None:
-        """Check the texts. Raises ValueError for a text of more than one printable line, or of
-        blanks only."""
+        """Check the texts. Raises ValueError for a text of more than one printable line, or a text
+        of only blanks."""
         line_of_text(self.number, "number")
         named = (("item", self.item), ("laboratory", self.laboratory), ("customer", self.customer))
         for key, part in (*named, *(("person", one) for one in self.person)):
@@ -79,7 +78,7 @@ class CertificateDetails(Struct, frozen=True):
 
 
 def read_details(path: Path) -> CertificateDetails:
-    """Read the file. Raises ValueError naming file and key for a missing or wrong value."""
+    """Read the user's file. Raises ValueError naming file and key for a missing or wrong value."""
     try:
         content = read_toml(path)
         found = typed(content, CertificateDetails)

@@ -1,4 +1,5 @@
-"""The correction that a controller can apply to head 1, a function of reading and direction."""
+"""Defines the correction that a controller can apply to head 1, a function of reading and
+direction."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ Integer = NDArray[np.int64]
 Components = NDArray[np.float64]
 
 REVERSAL = "reversal_error"
-"""Name of the effect ε = d·B/2 and of its only coefficient B; d is the direction of approach."""
+"""Name of the effect ε = d·B/2 and of its only coefficient B, the reversal error; d is the
+direction of approach."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Correction:
         *,
         temperature_c: float | None,
     ) -> Correction:
-        """Take the significant orders and the reversal error from a fitted model.
+        """Make the correction from the significant orders and the reversal error of a fitted model.
 
         Raises ValueError for a model without coefficients.
         """
@@ -72,7 +74,7 @@ class Correction:
         )
 
     def by_reading(self, reading_rad: Float) -> Float:
-        """Give g(R) alone, arcseconds, in the shape of ``reading_rad``."""
+        """Return g(R) without the reversal error, arcseconds, in the shape of ``reading_rad``."""
         phase = np.multiply.outer(reading_rad, self.orders.astype(np.float64))
         cosine, sine = self.components_arcsec.T
         return np.asarray(np.cos(phase) @ cosine + np.sin(phase) @ sine)
@@ -87,7 +89,8 @@ class Correction:
 
 
 def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
-    """Return the reading of head 1 in every row, radians: as recorded, or else R = θ + ε."""
+    """Return the reading of head 1 in every row, radians: the recorded one, or R = θ + ε if none is
+    recorded."""
     if reference.head1_counts is not None and counts_per_rev is not None:
         turn = 2.0 * np.pi / counts_per_rev
         return np.asarray(np.remainder(reference.head1_counts, counts_per_rev) * turn)
@@ -97,8 +100,8 @@ def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
 def table_objections(
     reference: Reference | None, correction: Correction, counts_per_rev: int | None
 ) -> list[str]:
-    """Return the objection to a table that would increase the error of the set's own reference
-    run."""
+    """Return an objection if the table would increase the error of the set's own reference run;
+    otherwise return none."""
     if reference is None:
         return []
     if reference.mask is not None:

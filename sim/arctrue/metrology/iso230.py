@@ -1,7 +1,8 @@
-"""Accuracy and repeatability of positioning according to ISO 230-2:2014.
+"""Computes accuracy and repeatability of positioning according to ISO 230-2:2014.
 
 The symbols are those of clause 3 of the standard. A positioning deviation x is the actual minus the
-target position: for a servo that follows head 1, the error of indication with opposite sign.
+target position: for a servo that follows head 1, x is the error of indication with the opposite
+sign.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LEAST_TARGETS = 8
-"""Least number of targets of a rotary axis up to 360°."""
+"""Smallest number of targets that the standard requires for a rotary axis up to 360°."""
 LEAST_RUNS = 5
-"""Least number of approaches to each target from each direction."""
+"""Smallest number of approaches to each target from each direction that the standard requires."""
 SAME_TARGET_DEG = 1e-6
 
 
 @dataclass(frozen=True)
 class Direction:
-    """The approaches from one direction; arrays (targets,), NaN for a target without an
+    """Approaches from one direction, in arrays (targets,), with NaN for a target without an
     approach."""
 
     approaches: Integer
@@ -58,14 +59,15 @@ class Direction:
 
 @dataclass(frozen=True)
 class Positioning:
-    """The figures of one run.
+    """Figures of one run according to the standard.
 
     All angles except ``target_deg`` are in arcseconds. A figure is NaN if the run does not define
-    it: the scatter needs two approaches to each target, the reversal value needs both directions.
+    it: the repeatability needs two approaches to each target, and the reversal value needs both
+    directions.
     """
 
     target_deg: Float
-    """Targets, (targets,), ascending, within a turn."""
+    """Target positions, (targets,), ascending, within a turn."""
     up: Direction
     down: Direction
     objections: tuple[str, ...]
@@ -90,12 +92,13 @@ class Positioning:
 
     @property
     def approaches(self) -> int:
-        """Least number of approaches to any target from any direction that the run has."""
+        """Smallest number of approaches to a target from one direction; a direction without any
+        approach does not count."""
         fewest = [int(d.approaches.min()) for d in (self.up, self.down) if d.approaches.any()]
         return min(fewest)
 
     def figures(self) -> dict[str, float]:
-        """Return the figures of the whole turn by their symbols."""
+        """Return the figures of the whole turn by their symbols in the standard."""
         up, down = self.up, self.down
         high = np.stack([d.mean_arcsec + 2.0 * d.s_arcsec for d in (up, down)])
         low = np.stack([d.mean_arcsec - 2.0 * d.s_arcsec for d in (up, down)])
@@ -119,7 +122,8 @@ class Positioning:
 def positioning(
     target_deg: Float, direction: Integer | None, deviation_arcsec: Float
 ) -> Positioning:
-    """Compute the figures from positioning deviations (rows,) with ``direction`` 1 up, −1 down.
+    """Compute the figures from positioning deviations (rows,); ``direction`` is 1 for upward and −1
+    for downward approaches.
 
     Targets that differ by whole turns are the same target. Without ``direction`` all approaches
     count as up. Raises ValueError if there are no rows, or for another direction.
@@ -145,7 +149,8 @@ def positioning(
 
 
 def of_reference(reference: Reference, correction_arcsec: Float | None = None) -> Positioning:
-    """Compute the figures of a reference run minus ``correction_arcsec`` (rows,).
+    """Compute the figures of a reference run whose errors are reduced by ``correction_arcsec``
+    (rows,).
 
     Masked rows are not used. No other row is left out: the standard has no rule for outliers.
     """
@@ -159,7 +164,7 @@ def of_reference(reference: Reference, correction_arcsec: Float | None = None) -
 
 @dataclass(frozen=True)
 class Contributions:
-    """Standard uncertainties that enter the figures, arcseconds; None: unknown.
+    """Standard uncertainties that contribute to the figures, arcseconds; None: unknown.
 
     ``device_arcsec``: uncertainty of the reference at one angle; errors at different angles are
     independent. ``environment_arcsec``: uncertainty of one approach due to the environment (drift).
@@ -170,7 +175,7 @@ class Contributions:
 
     @classmethod
     def from_drift(cls, device_arcsec: float | None, drift_arcsec: float | None) -> Contributions:
-        """Return contributions with the drift as environment.
+        """Return these contributions with ``environment_arcsec`` computed from the drift.
 
         ``drift_arcsec``: range of readings at rest, taken as a rectangular distribution.
         """
@@ -178,13 +183,14 @@ class Contributions:
         return cls(device_arcsec, environment)
 
     def expanded(self, approaches: int) -> dict[str, float]:
-        """Return U with k = 2 of every figure, arcseconds; NaN if a contribution is unknown.
+        """Return the expanded uncertainty U (k = 2) of every figure, arcseconds; NaN if a
+        contribution is unknown.
 
         The contributors are those of ISO/TR 230-9. The law of propagation (JCGM 100:2008, equation
         10) is applied to the definitions above: a range of means is a difference of the means at
-        two angles. The error of the reference is the same whenever it is at the same angle, so it
-        does not enter R and B. Drift alone gives R↑ = 4 u; this bound is taken as the expanded
-        uncertainty.
+        two angles. The reference has the same error at each visit of an angle, so this error does
+        not enter R and B. Drift alone gives R↑ = 4 u; this bound is taken as the expanded
+        uncertainty of R↑.
         """
         device = math.nan if self.device_arcsec is None else self.device_arcsec
         drift = math.nan if self.environment_arcsec is None else self.environment_arcsec
@@ -245,7 +251,7 @@ def _objections(
 
 
 def _span(high: Float, low: Float) -> float:
-    """Give the largest ``high`` minus the smallest ``low``; NaN if any value is NaN."""
+    """Return the largest ``high`` minus the smallest ``low``; NaN if any value is NaN."""
     return float(np.max(high) - np.min(low))
 
 

@@ -1,4 +1,5 @@
-"""Error motion of an axis according to ISO 230-7: total, synchronous and asynchronous values."""
+"""Computes the error motion of an axis according to ISO 230-7: total, synchronous and asynchronous
+values."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 BINS = 180
-"""Number of angles of the polar plot; a bin of two degrees contains some 66 of 12,000 samples a
+"""Number of bins of the polar plot; each bin of two degrees contains some 66 of 12,000 samples a
 turn."""
 
 
@@ -19,17 +20,17 @@ class ErrorMotion:
     """Radial error motion in a fixed sensitive direction, in the unit of the displacements.
 
     Two circles about the centre of the least-squares circle enclose the polar plot, and the
-    difference of their radii is the value. ``total`` is the value of the plot of all turns,
-    ``synchronous`` that of the plot of the mean turn. ``asynchronous`` is the largest width of the
-    plot at one angle. ``total`` and ``asynchronous`` include the noise of the reading.
+    difference of their radii is the value of the plot. ``total`` is the value of the plot of all
+    turns, ``synchronous`` the value of the plot of the mean turn. ``asynchronous`` is the largest
+    width of the plot at one angle. ``total`` and ``asynchronous`` include the noise of the reading.
     """
 
     total: float
     synchronous: float
     asynchronous: float
     mean: Float
-    """Mean of all turns at each of BINS angles, relative to the centre of the least-squares circle;
-    NaN: no sample."""
+    """Mean displacement of all turns in each of BINS angles, relative to the centre of the
+    least-squares circle; NaN in a bin without a sample."""
 
 
 def error_motion(angle_rad: Float, displacement: Float) -> ErrorMotion:

@@ -1,4 +1,4 @@
-"""Detects trends of the orders of the error over turns in the device's telemetry."""
+"""Detects trends in the orders of the error from the telemetry of a device over many turns."""
 
 from __future__ import annotations
 
@@ -12,36 +12,37 @@ from scipy import stats
 Float = NDArray[np.float64]
 
 BLOCK_TURNS = 16
-"""Number of turns in a mean; more than the firmware's running average covers (``keep`` 0.8: 5)."""
+"""Number of turns in a mean; it exceeds the time constant of the firmware's running average (5
+turns for ``keep`` 0.8)."""
 BLOCKS = 8
 """Number of means through which a line is fitted."""
 FALSE_ALARMS = 1e-3
-"""Probability that a test reports a trend of any order although there is only noise."""
+"""Probability that one test reports a trend of any order if there is only noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """The trend of one order."""
+    """The trend of one order of the error."""
 
     order: int
     cosine_arcsec: float
-    """Change of the coefficient of cos nθ from the first mean to the last."""
+    """Change of the coefficient of cos nθ from the first mean to the last mean."""
     sine_arcsec: float
     u_arcsec: float
     """Standard uncertainty of each of the two coefficients' changes, from the scatter of the means
     about the line."""
     turns: int
-    """Number of turns from the middle of the first mean to the middle of the last."""
+    """Number of turns between the middles of the first mean and the last mean."""
     chance: float
-    """Probability that noise alone shows as large a trend in this order."""
+    """Probability that noise alone gives a trend of this order that is at least as large."""
 
     @property
     def change_arcsec(self) -> float:
-        """Change of the order, as an amplitude."""
+        """Change of the order's components, as an amplitude."""
         return float(np.hypot(self.cosine_arcsec, self.sine_arcsec))
 
     def __str__(self) -> str:
-        """Return a sentence about the change for the user."""
+        """Return a sentence for the user about the change."""
         return (
             f"order {self.order} moves: {self.change_arcsec:.2g}″ in {self.turns} turns "
             f"(u = {self.u_arcsec:.1g}″)"
@@ -53,7 +54,8 @@ class TrendWatch:
 
     An F test compares the slope of a line through the means of cosine and sine coefficients with
     the scatter about this line, with 2 and 2·(BLOCKS − 2) degrees of freedom. The noise of a turn
-    need not be known. A change below ``matters_arcsec`` over the line is not reported.
+    need not be known. The test reports no change below ``matters_arcsec`` from the first mean to
+    the last.
     """
 
     def __init__(
@@ -75,7 +77,8 @@ class TrendWatch:
         self._means: list[tuple[float, dict[int, complex]]] = []
 
     def add(self, turn: int, harmonics: Sequence[Sequence[float]]) -> list[Trend]:
-        """Return the orders with a trend, strongest first; empty until a further mean is complete.
+        """Return the orders with a trend, strongest first; the list is empty until a further mean
+        is complete.
 
         Each entry of ``harmonics`` begins with order, amplitude in arcseconds and phase in radians,
         as in the telemetry. ``harmonics`` is empty for a refused turn; such turns and repeated
@@ -86,7 +89,7 @@ class TrendWatch:
         values = {int(h[0]): h[1] * np.exp(-1j * h[2]) for h in harmonics}
         known = self._turns or self._means
         if turn < self._last or (known and set(known[0][1]) != set(values)):
-            # After a restart, or with other orders, the earlier means cannot be compared with new
+            # After a restart, or if the orders change, earlier means cannot be compared with new
             # ones.
             self._turns, self._means = [], []
         self._last = turn

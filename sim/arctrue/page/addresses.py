@@ -1,4 +1,4 @@
-"""Builds the addresses of steps."""
+"""Builds the addresses of a session's steps."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from arctrue.page.session import Session
 
 
 def to_step(session: Session, number: int, query: str = "", place: str = "") -> Response:
-    """Redirect to the page of a step (HTTP 303), so that a reload changes nothing."""
+    """Redirect the browser to the page of a step (HTTP 303), so that a reload does not repeat the
+    action."""
     address = url_for("analysis.step_page", name=session.name, number=number)
     return redirect(f"{address}{query}{'#' + place if place else ''}", 303)

@@ -1,5 +1,5 @@
-"""Keeps the latest fitted models in memory; it can fit each model again from the files in its
-folder."""
+"""Keeps the latest fitted models in memory; a model that is no longer there is fitted again from
+the files in its folder."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ MOST_KEPT = 8
 
 
 class Analyses:
-    """Fits models and caches the latest ones; thread-safe."""
+    """Fits models and caches the latest of them; several threads may use it."""
 
     def __init__(
         self, sessions: Sessions, effects: Mapping[str, type[Effect]], commands: Commands
     ) -> None:
-        """Take the sessions, all effects that a model may contain (``effects``), and the
+        """Store the sessions, all effects that a model may contain (``effects``), and the
         commands."""
         self.sessions = sessions
         self.effects = effects
@@ -53,7 +53,7 @@ class Analyses:
         return session, self._grown(session, analysis, None, "open", "", start)
 
     def at(self, session: Session, number: int) -> Analysis:
-        """Return the analysis of a step; fit it again if it is no longer in memory."""
+        """Return the analysis of a step; its model is fitted again if it is no longer in memory."""
         key = (session.name, number)
         with self._lock:
             if key in self._kept:
@@ -70,8 +70,8 @@ class Analyses:
         return analysis
 
     def ranking(self, session: Session, number: int, temperature_c: float | None) -> Ranking | None:
-        """Return the ranking of a step; for another temperature, compute the device's coefficients
-        again."""
+        """Return the ranking of a step; if another temperature is requested, compute the device's
+        coefficients for it."""
         found = session.ranking(number)
         device = None if found is None else found["device"]
         if found is None or device is None or temperature_c in (None, device["temperature_c"]):
@@ -85,19 +85,22 @@ class Analyses:
         return {**found, "device": self._devices[key]}
 
     def add(self, session: Session, number: int, effect: str, settings: dict[str, object]) -> Step:
-        """Add an effect in a new step. Raises the errors of ``add_effect``."""
+        """Add an effect to the model and store the result as a new step. Raises the errors of
+        ``add_effect``."""
         return self._changed(
             session, number, "add", effect, lambda before: with_effect(before, effect, settings)
         )
 
     def drop(self, session: Session, number: int, effect: str) -> Step:
-        """Drop an effect in a new step. Raises the errors of ``drop_effect``."""
+        """Drop an effect of the model and store the result as a new step. Raises the errors of
+        ``drop_effect``."""
         return self._changed(
             session, number, "drop", effect, lambda before: without_effect(before, effect)
         )
 
     def load(self, session: Session, number: int, model: Model) -> Step:
-        """Fit a model from a file in a new step. Raises ValueError for a model of another table."""
+        """Fit a model from a file and store the result as a new step. Raises ValueError for a model
+        of another table."""
         start = time.perf_counter()
         opened = session.opened
         for entry in model.effects:
@@ -159,7 +162,8 @@ class Analyses:
 
 
 def analyse_opened(opened: Opened, model: Model, effects: Mapping[str, type[Effect]]) -> Analysis:
-    """Fit a model to the set of a session, and set the date of the first step of the history.
+    """Fit a model to the set of a session; the first step of the model's history gets the present
+    date.
 
     Raises MeasurementError, NotTestableError, ValueError.
     """

@@ -1,4 +1,4 @@
-"""The page of one step of a model: its sections, figures, buttons and files."""
+"""Serves the page of one step of a model: its sections, figures, buttons and files."""
 
 from __future__ import annotations
 
@@ -35,12 +35,13 @@ _ADDRESS = "/s/<name>/<int:number>/"
 def analysis_pages(
     settings: PageSettings, analyses: Analyses, jobs: Jobs, commands: Commands
 ) -> Blueprint:
-    """Add the routes of a step's page."""
+    """Add the routes of a step's page to the application."""
     pages = Blueprint("analysis", __name__)
     sessions = analyses.sessions
 
     def page(name: str, number: int, status: int = 200, **messages: str) -> tuple[str, int]:
-        """Render the page; ``messages`` contains a sentence for a button, shown next to it."""
+        """Render the page; ``messages`` contains for each button a sentence that is shown next to
+        it."""
         session = sessions[name]
         step, opened = session.step(number), session.opened
         display = DisplaySettings.of_query(request.args)
@@ -209,7 +210,7 @@ def analysis_pages(
 
 
 def _there(figure: str, ranking: dict[str, Any] | None) -> bool:
-    """Tell whether this figure can be drawn with the present ranking."""
+    """Tell whether the ranking so far contains the data of this figure."""
     if figure == "finding":
         return bool(ranking and ranking["finding"] and ranking["finding"]["best"])
     if figure == "lanes":
@@ -223,7 +224,7 @@ def _query() -> str:
 
 
 def _truth(folder: str) -> dict[str, Any]:
-    """Read the truth of a generated set, or the reason why it cannot be read."""
+    """Return the truth of a generated set, or the reason why the truth cannot be read."""
     try:
         return read_truth(Path(folder))
     except (OSError, BrokenSealError, ValueError) as error:

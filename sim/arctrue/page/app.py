@@ -1,4 +1,4 @@
-"""The page as a Flask application."""
+"""Creates the Flask application that serves the page."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from arctrue.workbench.effects.registry import catalogue
 
 @dataclass(frozen=True)
 class Page:
-    """The Flask application and the objects that its server needs."""
+    """The Flask application and the objects that its server uses."""
 
     app: Flask
     jobs: Jobs
@@ -43,7 +43,8 @@ def make_page(settings: PageSettings) -> Page:
     Raises EffectFileError for an unusable folder of effects, OSError for the state folder.
     """
     app = Flask("arctrue.page", static_folder="static", template_folder="templates")
-    # By default Flask escapes templates with names in .html, but not those with names in .html.j2.
+    # Flask by default escapes templates with names in .html, but not templates with names in
+    # .html.j2.
     app.jinja_options = dict(HTML_OPTIONS)
     app.jinja_loader = ChoiceLoader(
         [PackageLoader("arctrue.page"), PackageLoader("arctrue.report")]

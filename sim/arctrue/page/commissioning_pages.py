@@ -1,4 +1,4 @@
-"""The page that guides an operator through the commissioning of the heads."""
+"""Serves the page that guides an operator through the commissioning of the heads."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.page.device_commissioning import DeviceCommissioning
 
 
 def commissioning_pages(port: str) -> Blueprint:
-    """Add the routes of the commissioning of the device at ``port``."""
+    """Add the routes for commissioning the device at ``port`` to the application."""
     pages = Blueprint("commissioning", __name__, url_prefix="/device/commissioning")
     work = DeviceCommissioning(port)
 
@@ -50,7 +50,8 @@ def commissioning_pages(port: str) -> Blueprint:
 
     @pages.post("/<step>")
     def take(step: str) -> Response | tuple[str, int]:
-        """Start a step and return to the page, which waits for its end."""
+        """Start a step of the commissioning, and redirect to the page, which waits for the end of
+        the step."""
         places = request.form.get("places", "").strip()
         try:
             work.start(step, places_from_text(places) if places else None)

@@ -1,4 +1,4 @@
-"""Loads the coefficients of a step into a running device, like the command ``arctrue load``."""
+"""Loads the coefficients of a step into a running device, as the command ``arctrue load`` does."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ _WAIT_S = 120.0
 
 
 def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> str:
-    """Send the coefficients, wait for the turn that checks them, and return a sentence about it.
+    """Send the coefficients, wait for the turn that checks them, and return a sentence about the
+    result.
 
     Raises ValueError without a device, without coefficients, or if the device refuses them.
     """

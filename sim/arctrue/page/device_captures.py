@@ -14,11 +14,11 @@ from arctrue.page.session import SET, Opened, now
 
 
 class DeviceCaptures:
-    """Takes one capture at a time; each successful capture becomes a session with the capture's
+    """Takes one capture at a time; each successful capture becomes a session that has the capture's
     name."""
 
     def __init__(self, device: LiveDevice, analyses: Analyses) -> None:
-        """Take the device, and the ``analyses`` that make a session of each capture."""
+        """Store the device, and the ``analyses`` that make a session from each capture."""
         self._device, self._analyses = device, analyses
         self._running = ""
         self._ended: dict[str, int | str] = {}
@@ -26,7 +26,7 @@ class DeviceCaptures:
 
     @property
     def running(self) -> str:
-        """Name of the capture that is being taken, or "" if none is."""
+        """Name of the capture that is in progress, or "" if there is none."""
         return self._running
 
     def start(self) -> str:
@@ -39,8 +39,8 @@ class DeviceCaptures:
             return self._running
 
     def result(self, name: str) -> int | str | None:
-        """Return the step that shows a capture, or the reason for its failure, or None if it is
-        still running."""
+        """Return the step that shows a finished capture, the reason for the failure of a failed
+        one, or None while it is in progress."""
         with self._lock:
             return self._ended.get(name)
 
@@ -56,8 +56,8 @@ class DeviceCaptures:
             self._running = ""
 
     def _step_of_capture(self, place: Path) -> int:
-        """Copy a capture into a session, because the daemon deletes its oldest captures; return the
-        step."""
+        """Copy a capture into a session and return its step; the copy is needed because the daemon
+        deletes its oldest captures."""
         path = self._device.capture()
         shutil.copytree(path, place / SET)
         title = read_description(place / SET).keys.title or path.name

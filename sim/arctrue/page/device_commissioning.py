@@ -1,4 +1,4 @@
-"""Takes the steps of a commissioning in the background, while the operator moves the table."""
+"""Runs the steps of a commissioning in the background while the operator moves the table."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ from arctrue.device.console import Console
 from arctrue.page.people import failure
 
 _MOVEMENT_S = 300.0
-"""Longest time that a step waits for the movement of the table, seconds."""
+"""Longest time in seconds that a step waits for the operator to move the table."""
 
 
 @dataclass(frozen=True)
 class Findings:
-    """Results of the steps; when a step is repeated, the results of later steps are deleted."""
+    """Results of the completed steps; when a step is repeated, the results of later steps are
+    deleted."""
 
     plan_deg: tuple[float, ...] = ()
     connection: Connection | None = None
@@ -39,7 +40,7 @@ class Findings:
     written: bool = False
 
     def next_step(self) -> str:
-        """Return the name of the step that may be taken next."""
+        """Return the name of the first step that has no valid result yet."""
         if self.connection is None or self.connection.faults:
             return "connection"
         if self.forward is None:
@@ -48,21 +49,21 @@ class Findings:
 
 
 class DeviceCommissioning:
-    """The commissioning of the heads of one device; only one step runs at a time."""
+    """Commissions the heads of one device; only one step runs at a time."""
 
     def __init__(self, port: str) -> None:
-        """Take the ``port``: the serial port of the device, or HOST:PORT of its daemon."""
+        """Store ``port``, the serial port of the device or HOST:PORT of its daemon."""
         self._port = port
         self.findings = Findings()
         self.running = ""
         """Name of the running step, or "" if none is running."""
         self.problem = ""
-        """Reason for the failure of the latest step, or ""."""
+        """Reason why the latest step failed, or ""."""
         self._lock = threading.Lock()
 
     def start(self, step: str, plan_deg: tuple[float, ...] | None) -> None:
-        """Start a step unless one is running. ``plan_deg``: planned places of the heads; None:
-        those that the device has.
+        """Start a step unless one is running. ``plan_deg``: planned places of the heads; None: the
+        places stored in the device.
 
         Raises ValueError for a step whose earlier steps are missing.
         """

@@ -1,4 +1,5 @@
-"""The page of a running device: its state, and a capture for the diagnosis."""
+"""Serves the page of a running device, which shows its state and takes a capture for the
+diagnosis."""
 
 from __future__ import annotations
 
@@ -14,13 +15,13 @@ from arctrue.page.live_device import LiveDevice
 
 
 def device_pages(device: LiveDevice, analyses: Analyses) -> Blueprint:
-    """Add the routes of the device's page."""
+    """Add the routes of the device's page to the application."""
     pages = Blueprint("device", __name__, url_prefix="/device")
     captures = DeviceCaptures(device, analyses)
 
     @pages.get("/")
     def page() -> tuple[str, int] | Response:
-        """Show the device, or the result of the capture that the address names."""
+        """Render the page of the device, or the result of the capture that the address names."""
         name = request.args.get("capture", "")
         result = captures.result(name)
         if isinstance(result, int):
@@ -38,7 +39,7 @@ def device_pages(device: LiveDevice, analyses: Analyses) -> Blueprint:
 
     @pages.post("/capture")
     def capture() -> Response:
-        """Start a capture and return to the page, which waits for its end."""
+        """Start a capture, and redirect to the page, which waits for the end of the capture."""
         return redirect(url_for("device.page", capture=captures.start()), 303)
 
     return pages

@@ -1,4 +1,5 @@
-"""Lists the sets of the folder for which the server was started; no other folder is read."""
+"""Lists the measurement sets of the folder for which the server was started; the page reads no set
+from another folder."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ _MASK = "mask.csv"
 
 @dataclass(frozen=True)
 class FoundSet:
-    """A folder with a measurement.toml; ``name`` is relative to the chosen folder."""
+    """A folder with a measurement.toml; ``name`` is relative to the folder for which the server was
+    started."""
 
     name: str
     title: str
@@ -26,20 +28,20 @@ class FoundSet:
 
 
 class ChosenFolder:
-    """A folder of measurement sets, or one set."""
+    """The folder for which the server was started: one measurement set, or a folder of sets."""
 
     def __init__(self, folder: Path) -> None:
-        """Take the name of the folder as on the command line."""
+        """Store the path of the folder as stated on the command line."""
         self.named = folder
         self._root = folder.resolve()
 
     @property
     def is_set(self) -> bool:
-        """Whether the folder itself is one set."""
+        """Whether the folder itself is a measurement set."""
         return (self._root / FILE_NAME).is_file()
 
     def sets(self) -> list[FoundSet]:
-        """Return all sets down to two folder levels, sorted by name."""
+        """Return all sets in the folder and in two levels of folders below it, sorted by name."""
         places = [self._root] if self.is_set else []
         level = [self._root]
         for _ in range(_DEPTH):
@@ -61,7 +63,7 @@ class ChosenFolder:
         return FoundSet(name, title, "")
 
     def path(self, name: str) -> Path:
-        """Return the folder of a set.
+        """Return the folder of the set with this name.
 
         Raises ValueError if this folder or one of its files is outside the chosen folder.
         """
@@ -88,7 +90,7 @@ class ChosenFolder:
         return path
 
     def as_named(self, name: str) -> str:
-        """Return the set's name for a command line."""
+        """Return the set's path for a command line."""
         return str(self.named if name == "." else self.named / name)
 
 

@@ -1,8 +1,7 @@
-"""Restricts who may send requests to the server, and what a browser may do with an answer.
+"""Checks who sends a request to the server, and restricts what a browser may do with the answer.
 
-Another page in the same browser can also send requests to 127.0.0.1. Therefore the host name in a
-request must be the server's own, and a request that changes something must come from the page
-itself.
+Another page in the same browser can also send requests to 127.0.0.1. Therefore a request must name
+a host of this server, and a request that changes data must come from the page itself.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ _POLICY = (
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
 )
-"""Content security policy of an answer: plotly.js may write inline styles, and only the server's
-own scripts run."""
+"""Content security policy of every answer: only the server's own scripts run; plotly.js may write
+inline styles."""
 
 
 def guard(app: Flask, hosts: Collection[str], token: str) -> None:
-    """Check every request.
+    """Make the application check every request.
 
     ``hosts``: allowed host names with port; if empty, any host is allowed. ``token``: token that a
     request needs; if empty, none is needed.
@@ -42,7 +41,7 @@ def guard(app: Flask, hosts: Collection[str], token: str) -> None:
     def harmless(response: Response) -> Response:
         response.headers["Content-Security-Policy"] = _POLICY
         response.headers["X-Content-Type-Options"] = "nosniff"
-        # With the policy no-referrer a browser would not send the origin of a form.
+        # With the policy no-referrer the browser would omit the origin when it sends a form.
         response.headers["Referrer-Policy"] = "same-origin"
         return response
 
@@ -55,9 +54,10 @@ def _same_origin(asked: Request) -> bool:
 
 
 def _without_token(token: str) -> AnyResponse | None:
-    """Return None for a request with the token in its cookie.
+    """Return None if the cookie of the request contains the token; otherwise return the answer.
 
-    A request with the token in its address gets the cookie; any other request is refused.
+    A request with the token in its address gets a cookie with the token; any other request is
+    refused.
     """
     if hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), token.encode()):
         return None

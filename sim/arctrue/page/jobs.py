@@ -1,4 +1,4 @@
-"""Runs each ranking in a process of its own, which reports its progress and can be cancelled."""
+"""Runs each ranking in its own process, which reports its progress and can be cancelled."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from arctrue.base.whole_file import write_whole_text
 from arctrue.page.session import Session
 
 AT_ONCE = 2
-"""Largest number of processes at a time; further rankings wait."""
+"""Largest number of rankings that run at the same time; further rankings wait."""
 PROGRESS, CANCELLED, FAILED = "progress.json", "cancelled", "failed.txt"
 _END_S = 5.0
 _LOOK_S = 0.2
 
 
 class Jobs:
-    """Processes that compute rankings, one for each step of a session.
+    """Manages the processes that compute rankings, one process for each step of a session.
 
     A process starts when the page of the step is first opened.
     """
 
     def __init__(self, effect_folders: Sequence[Path]) -> None:
-        """Take the folders from which the processes load effects."""
+        """Store the folders from which the processes load effects."""
         self._folders = [str(folder) for folder in effect_folders]
         self._running: dict[tuple[str, int], _Job] = {}
         self._places = threading.BoundedSemaphore(AT_ONCE)
@@ -57,7 +57,7 @@ class Jobs:
                 self._running.pop(key, None)
 
     def cancel(self, session: Session, number: int) -> None:
-        """End the process of a step, if it is running; its partial result remains."""
+        """End the ranking process of a step, if it is running; its partial result is kept."""
         with self._lock:
             job = self._running.get((session.name, number))
         if job is not None:
@@ -84,7 +84,7 @@ class Jobs:
         return {"state": state, "doing": "", "seconds": 0.0, "partly": partly}
 
     def wait(self) -> None:
-        """Wait until no process runs."""
+        """Wait until no ranking process is running."""
         while True:
             with self._lock:
                 if not self._running:
@@ -92,7 +92,7 @@ class Jobs:
             time.sleep(_LOOK_S / 4.0)
 
     def end_all(self) -> None:
-        """End all processes when the server stops."""
+        """End all ranking processes when the server stops."""
         with self._lock:
             jobs = list(self._running.values())
         for job in jobs:

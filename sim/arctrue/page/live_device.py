@@ -1,4 +1,4 @@
-"""Follows the daemon of a device in a thread, for the page that shows the device live."""
+"""Follows the daemon of a device in a thread; the page shows the received data live."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from arctrue.metrology.iso230_7 import error_motion
 
 _MOST_TURNS = 2_000
 _MOST_POINTS = 400
-"""Largest number of turns in a chart; of more turns every second, third, … is drawn."""
+"""Largest number of turns in a chart; if there are more, only every second, third, … turn is
+drawn."""
 _MOST_ORDERS = 6
-"""Number of orders in the chart of orders, which shows those with the largest change in units of
-u."""
+"""Number of orders in the chart of orders: those whose change is largest in units of u."""
 _MOST_EVENTS = 20
 _MOST_SAMPLES = 1_500
 """Largest number of samples in the chart of the axis orbit."""
@@ -38,11 +38,12 @@ _CAPTURE_S = 400.0
 
 
 class LiveDevice:
-    """The latest turns and events of a device. ``port``: its serial port, or HOST:PORT of its
-    daemon."""
+    """Holds the latest turns and events of a device. ``port``: serial port of the device, or
+    HOST:PORT of its daemon."""
 
     def __init__(self, port: str) -> None:
-        """Begin to follow the daemon; while no daemon is running, search for it each second."""
+        """Start the thread that follows the daemon; while no daemon is running, the thread searches
+        for it each second."""
         self.port = port
         self._turns: deque[dict[str, Any]] = deque(maxlen=_MOST_TURNS)
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
@@ -55,7 +56,8 @@ class LiveDevice:
         threading.Thread(target=self._keep_following, daemon=True).start()
 
     def capture(self) -> Path:
-        """Take a capture and return the folder of its set. Raises ConsoleError, OSError."""
+        """Capture a turn and return the folder of its measurement set. Raises ConsoleError,
+        OSError."""
         daemon = daemon_of(self.port)
         if daemon is None:
             raise ConsoleError(f"{self.port}: no daemon runs; start it with arctrue device run")
@@ -65,7 +67,7 @@ class LiveDevice:
         return path
 
     def shown(self) -> dict[str, Any]:
-        """Return all values that the page shows, for JSON."""
+        """Return all values that the page shows, as values for JSON."""
         with self._lock:
             turns, events = list(self._turns), list(self._events)
             found = {
@@ -92,7 +94,7 @@ class LiveDevice:
             time.sleep(_AGAIN_S)
 
     def _follow(self, daemon: Announcement) -> None:
-        """Receive the events of the daemon until it ends. Raises ConsoleError."""
+        """Receive the daemon's events until the daemon ends. Raises ConsoleError."""
         state = ask(daemon, "status")
         watch = Watch(daemon, latest=_MOST_TURNS)
         with self._lock:
@@ -131,7 +133,7 @@ class LiveDevice:
             threading.Thread(target=self._find_orbit, args=(Path(path),), daemon=True).start()
 
     def _find_orbit(self, path: Path) -> None:
-        """Calculate the axis orbit of a capture, if its heads determine it."""
+        """Compute the axis orbit from a capture, if the heads of the device determine it."""
         try:
             measurement = read_measurement_set(path)
             orbit = orbit_of_set(measurement)
@@ -147,7 +149,7 @@ class LiveDevice:
 
 def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the latest turn, the changes since the calibration, and the columns of the charts."""
-    # A refused turn contains no orders.
+    # The telemetry of a refused turn contains no orders.
     estimated = [turn for turn in turns if turn.get("harmonics")] or turns
     before, now = estimated[calibration_turn(estimated)], estimated[-1]
     drawn = turns[:: -max(-(-len(turns) // _MOST_POINTS), 1)][::-1]
@@ -177,8 +179,8 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the results for each head and for the axis from the latest turn that calibrated the
-    mean of the heads."""
+    """Return the results for each head and for the axis from the latest turn in which the device
+    calibrated the mean of the heads."""
     now = next((turn for turn in reversed(turns) if turn.get("places_deg")), None)
     if now is None:
         return {"rows": [], "axis": []}
@@ -200,12 +202,12 @@ def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the radii of the axis' circles at each drawn turn, for every circle that occurs in a
-    turn.
+    """Return, at each drawn turn, the radii of the axis' circles; every circle that occurs in some
+    turn is included.
 
     A circle is the motion of one order and sense. A device that calibrates the mean of its heads
-    sends the radii. Three heads cannot separate some circles from the disc's error; for these the
-    device sends 0.
+    sends the radii. For circles that three heads cannot separate from the disc's error the device
+    sends 0.
     """
     columns = []
     for sense in ("forward", "backward"):
@@ -218,7 +220,7 @@ def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
-    """Return the samples of the orbit (of many samples only every second, third, …) and the mean of
+    """Return the samples of the orbit (every second, third, … if there are many) and the mean of
     the turns."""
     every = -(-orbit.angle_rad.size // _MOST_SAMPLES)
     samples = {"x": orbit.x_arcsec, "y": orbit.y_arcsec}
@@ -236,8 +238,8 @@ def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
 def _comparison(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return the changes from turn ``before`` to turn ``now``, and the orders of the drawn
-    turns."""
+    """Return the changes of the orders from turn ``before`` to turn ``now``, and the orders at the
+    drawn turns."""
     return {
         "turn": before["turn"],
         "recorded": _utc(before["recorded_s"]),
@@ -254,7 +256,7 @@ def _comparison(
 def _order_columns(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> list[dict[str, Any]]:
-    """Return the change and its u at each drawn turn, for the orders that changed most."""
+    """Return the change and its u at each drawn turn, for the orders that have changed most."""
     earlier = {row[0]: row for row in before.get("harmonics", [])}
 
     def in_units_of_u(row: list[float]) -> float:

@@ -1,4 +1,5 @@
-"""Converts errors to sentences, which the page shows next to their cause."""
+"""Converts errors to sentences; the page shows each sentence next to the input that caused the
+error."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ PEOPLE_ERRORS = (MeasurementError, EffectFileError, EffectNotFoundError, ValueEr
 
 
 def sentence(error: Exception, *folders: Path) -> str:
-    """Return the text of the error without the paths of the server's own ``folders``."""
+    """Return the text of the error; the paths of the server's own ``folders`` are removed."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         said = f"{error.filename}: cannot be read or written: {error.strerror}"
     else:
@@ -27,7 +28,7 @@ def sentence(error: Exception, *folders: Path) -> str:
 
 
 def failure(error: Exception, *folders: Path) -> str:
-    """Describe an error of work in the background; print an error of the program on the
+    """Return a sentence about an error of background work; print a program fault on the
     terminal."""
     if isinstance(error, (CaptureRefusedError, ConsoleError, *PEOPLE_ERRORS)):
         return sentence(error, *folders)

@@ -1,4 +1,4 @@
-"""Finds plotly.js in the package plotly, so that the page needs no network."""
+"""Finds the file plotly.js in the package plotly, so that the page needs no network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``python -m arctrue.page.ranking_job SESSION STEP [EFFECTS…]`` ranks one step of a session."""
+"""Ranks one step of a session: ``python -m arctrue.page.ranking_job SESSION STEP [EFFECTS…]``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-# This must be set before numpy is imported; arctrue.cli gives the reason.
+# The variable must be set before numpy is imported; arctrue.cli explains the reason.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from arctrue.base.whole_file import write_whole_text
@@ -23,7 +23,7 @@ _BETWEEN_S = 0.2
 
 
 class _DoingFile:
-    """Writes the present activity to a file that the page reads, at a limited rate."""
+    """Writes the present activity to a file, at a limited rate; the page reads this file."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._said = path, 0.0
@@ -35,7 +35,8 @@ class _DoingFile:
 
 
 def main(session_folder: str, step: str, *effect_folders: str) -> None:
-    """Write the ranking next to the model: first the partial ranking, then the complete one."""
+    """Write the ranking into the step's folder: first the partial ranking, then the complete
+    one."""
     session, number = Session(Path(session_folder)), int(step)
     progress = _DoingFile(session.step_folder(number) / PROGRESS)
     progress("reading the set")

@@ -1,4 +1,4 @@
-"""Computes a digest of all inputs of a ranking: equal keys mean equal rankings."""
+"""Computes a key for a ranking, a digest of all its inputs; rankings with equal keys are equal."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.model.model import Model
 
 _MASK = "mask.csv"
-"""File of masked rows, which the digest of the set does not include."""
+"""Name of the file of masked rows, which the digest of the set does not include."""
 
 
 def ranking_key(folder: Path, title: str, model: Model, effects: Mapping[str, type[Effect]]) -> str:
-    """Return SHA-256 of set, mask, model, effects, program, and title, which the device's file
-    contains.
+    """Return the SHA-256 of set, mask, model, effects, program and title (the device's file
+    contains the title).
 
-    Fitted values are left out, because a fit starts from the settings and search parameters alone.
-    Raises OSError, MeasurementError.
+    The key does not include fitted values, because a fit starts from the settings and search
+    parameters alone. Raises OSError, MeasurementError.
     """
     mask = folder / _MASK
     said = {
@@ -44,8 +44,7 @@ def _of_file(path: Path) -> str:
 
 @functools.cache
 def _of_effect(kind: type[Effect]) -> list[str]:
-    """Return the digests of the files that define the effect; they are computed at its first
-    use."""
+    """Return the digests of the files that define the effect; they are computed once."""
     methods = [item for part in kind.__mro__ for item in vars(part).values()]
     files = {
         inspect.unwrap(item).__code__.co_filename for item in filter(inspect.isfunction, methods)
@@ -55,7 +54,7 @@ def _of_effect(kind: type[Effect]) -> list[str]:
 
 @functools.cache
 def _program() -> str:
-    """Return the digest of the package's files, because one version has several states in
-    development."""
+    """Return a digest of the package's files; the version number does not suffice, because the
+    files change during development."""
     files = sorted(Path(arctrue.__file__).parent.rglob("*.py"))
     return hashlib.sha256("".join(_of_file(path) for path in files).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Serves the page until it is interrupted."""
+"""Serves the page of ``arctrue serve`` until the program is interrupted."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _TOKEN_BYTES = 18
 
 
 class AddressError(OSError):
-    """The page cannot be served at the requested address."""
+    """Is raised if the page cannot be served at the requested address."""
 
 
 def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep) -> None:
-    """Serve at ``host``:``port`` (0: a free port) and report the address first.
+    """Serve the page at ``host``:``port`` (0: a free port); report the address first.
 
-    At a loopback address only requests with this machine's names are answered; any other address
-    needs a token. Raises AddressError if the address cannot be used.
+    At a loopback address the server answers only requests that name this machine; at any other
+    address a request needs a token. Raises AddressError if the address cannot be used.
     """
     listening = _listening(host, port)
     taken = listening.getsockname()[1]
@@ -54,8 +54,8 @@ def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep)
         page.app,
         sockets=[listening],
         threads=_THREADS,
-        # waitress refuses only larger uploads, because the limit of the page is lower and answers
-        # with a sentence.
+        # waitress refuses only uploads above a higher limit, because the page refuses uploads above
+        # its own limit with a sentence.
         max_request_body_size=4 * settings.most_bytes + MEGABYTE,
         ident=None,
     )
@@ -69,14 +69,14 @@ def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep)
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """Open a socket at the address. Raises AddressError with advice."""
+    """Return a socket that is bound to the address. Raises AddressError with advice."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     found = socket.socket(family, socket.SOCK_STREAM)
     found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         found.bind((host, port))
-        # The socket listens from here on, so that no other server can bind the port and listen
-        # first.
+        # The socket listens from this line on, so that no other server can bind the port and listen
+        # in between.
         found.listen()
     except OSError as error:
         found.close()

@@ -1,4 +1,5 @@
-"""Stores the set that was opened in the page, and every step of its model, in a folder."""
+"""Stores in a folder the measurement set that was opened in the page, and every step of its
+model."""
 
 from __future__ import annotations
 
@@ -22,16 +23,17 @@ _BYTES = 8
 _SESSION, _STEP, _MODEL, _RANKING = "session.json", "step.json", "model.toml", "ranking.json"
 _KEY = "ranking.key"
 SET = "set"
-"""Name of the folder of a dropped or generated set."""
+"""Name of the folder of a set that the user dropped into the page or generated."""
 
 
 class NoSuchSessionError(LookupError):
-    """The session or step of an address does not exist or no longer exists."""
+    """Is raised if the session or step that an address names does not exist or no longer exists."""
 
 
 @dataclass(frozen=True)
 class Opened:
-    """The set that a session analyses, and how a command line names and makes it."""
+    """The measurement set that a session analyses, with its name and its command on a command
+    line."""
 
     title: str
     folder: str
@@ -46,7 +48,7 @@ class Opened:
 
 @dataclass(frozen=True)
 class Step:
-    """One state of the model; ``parent`` is the number of the state from which it was made."""
+    """One state of the model; ``parent`` is the number of the step from which it was made."""
 
     number: int
     parent: int | None
@@ -54,17 +56,17 @@ class Step:
     """Action that made the step: open, add, drop or load."""
     effect: str
     command: str
-    """The equivalent command line."""
+    """Command line that does the same as the action."""
     seconds: float
-    """Time that the fit took."""
+    """Time in seconds that the fit took."""
 
 
 class Session:
-    """One folder with the set (unless it is the user's own) and a folder ``1``, ``2``, … for each
-    step."""
+    """One session: a folder with the set (unless the set is in the user's own folder) and a folder
+    ``1``, ``2``, … for each step."""
 
     def __init__(self, folder: Path) -> None:
-        """Open an existing session."""
+        """Open the existing session in ``folder``."""
         self.folder = folder
         self.name = folder.name
 
@@ -74,7 +76,7 @@ class Session:
         return read_json(self.folder / _SESSION, Opened)
 
     def steps(self) -> list[Step]:
-        """Return all steps in the order of creation."""
+        """Return all steps of the session in the order of creation."""
         found = [
             read_json(path, Step)
             for path in self.folder.glob(f"*/{_STEP}")
@@ -83,7 +85,7 @@ class Session:
         return sorted(found, key=lambda step: step.number)
 
     def step(self, number: int) -> Step:
-        """Return one step. Raises NoSuchSessionError."""
+        """Return the step with this number. Raises NoSuchSessionError."""
         path = self.folder / str(number) / _STEP
         if not path.is_file():
             raise NoSuchSessionError(f"step {number} does not exist")
@@ -107,21 +109,21 @@ class Session:
         return read_json(path, dict[str, Any]) if path.is_file() else None
 
     def ranking_is_whole(self, number: int) -> bool:
-        """Tell whether the ranking is complete."""
+        """Tell whether the ranking of a step is complete."""
         found = self.ranking(number)
         return found is not None and bool(found["whole"])
 
     def ranking_key(self, number: int) -> str:
-        """Read the key of a step's ranking; empty for a step of an earlier version."""
+        """Read the key of a step's ranking; it is empty for a step that an earlier version made."""
         path = self.folder / str(number) / _KEY
         return path.read_text(encoding="utf-8") if path.is_file() else ""
 
     def write_ranking_key(self, number: int, key: str) -> None:
-        """Store the key. Raises OSError."""
+        """Store the key of a step's ranking. Raises OSError."""
         write_whole_text(self.folder / str(number) / _KEY, key)
 
     def write_ranking(self, number: int, found: Ranking) -> None:
-        """Store the ranking. Raises OSError."""
+        """Store the ranking of a step. Raises OSError."""
         text = json.dumps(found, ensure_ascii=False)
         write_whole_text(self.folder / str(number) / _RANKING, text)
 
@@ -135,13 +137,13 @@ class Session:
         command: str,
         seconds: float,
     ) -> Step:
-        """Add a step; existing steps remain unchanged. Raises OSError."""
+        """Add a step and store its model; existing steps remain unchanged. Raises OSError."""
         number = len(self.steps()) + 1
         while True:
             try:
                 (self.folder / str(number)).mkdir()
                 break
-            except FileExistsError:  # a concurrent request took the number
+            except FileExistsError:  # a concurrent request has used the number
                 number += 1
         write_model(self.model_file(number), model)
         step = Step(number, parent, action, effect, command, seconds)
@@ -150,33 +152,33 @@ class Session:
 
 
 class Sessions:
-    """All sessions of a state folder."""
+    """Manages all sessions of a state folder."""
 
     def __init__(self, folder: Path) -> None:
-        """Make the folder, readable by its owner only. Raises OSError."""
+        """Make the state folder, readable only by its owner. Raises OSError."""
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
 
     def make(self) -> Path:
-        """Make the empty folder of a new session; :meth:`open` makes it a session."""
+        """Make the empty folder of a new session; :meth:`open` then makes it a session."""
         folder = self.folder / secrets.token_hex(_BYTES)
         folder.mkdir(mode=0o700)
         return folder
 
     def open(self, folder: Path, opened: Opened) -> Session:
-        """Make ``folder`` a session, which :meth:`all` lists from then on. Raises OSError."""
+        """Make ``folder`` a session; :meth:`all` then lists it. Raises OSError."""
         write_whole_text(folder / _SESSION, json.dumps(asdict(opened), ensure_ascii=False))
         return Session(folder)
 
     def __getitem__(self, name: str) -> Session:
-        """Return one session. Raises NoSuchSessionError."""
+        """Return the session with this name. Raises NoSuchSessionError."""
         folder = self.folder / name
         if not _NAME.fullmatch(name) or not (folder / _SESSION).is_file():
             raise NoSuchSessionError(f"there is no session {name[:32]!r}")
         return Session(folder)
 
     def all(self) -> list[Session]:
-        """Give all sessions, newest first."""
+        """Return all sessions, newest first."""
         found = [
             Session(path.parent)
             for path in self.folder.glob(f"*/{_SESSION}")
@@ -185,7 +187,8 @@ class Sessions:
         return sorted(found, key=lambda item: item.opened.date, reverse=True)
 
     def ranked(self, key: str) -> Ranking | None:
-        """Find a complete ranking of this key in any step of any session."""
+        """Return a complete ranking with this key from any step of any session; None if there is
+        none."""
         for session in self.all():
             for step in session.steps():
                 if key == session.ranking_key(step.number):
@@ -195,7 +198,7 @@ class Sessions:
         return None
 
     def forget(self, name: str) -> None:
-        """Delete a session with all its files. Raises NoSuchSessionError."""
+        """Delete the session with this name and all its files. Raises NoSuchSessionError."""
         shutil.rmtree(self[name].folder, onerror=_make_writable)
 
 
@@ -205,6 +208,7 @@ def now() -> str:
 
 
 def _make_writable(function: Any, path: str, _: Any) -> None:
-    """Make a file writable and repeat its deletion, because truth files are read-only."""
+    """Make a file writable and delete it again; the first deletion failed because truth files are
+    read-only."""
     Path(path).chmod(0o600)
     function(path)

@@ -1,4 +1,4 @@
-"""The settings with which ``arctrue serve`` was started."""
+"""Holds the settings with which ``arctrue serve`` was started."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ MEGABYTE = 1_000_000
 
 @dataclass(frozen=True)
 class PageSettings:
-    """``folder``: folder of the sets. ``state``: folder of the sessions. ``port``: serial port of a
-    device, "" for none. ``device``: serial port of a device with a daemon, or HOST:PORT of the
-    daemon; "" for none. ``hosts``: host names with port that requests may use; any if empty."""
+    """Settings of the server. ``folder``: folder of the sets. ``state``: folder of the sessions.
+    ``port``: serial port of a device, "" for none. ``device``: serial port of a device with a
+    daemon, or HOST:PORT of the daemon; "" for none. ``hosts``: host names with port that a request
+    may name; if empty, any name."""
 
     folder: Path
     state: Path

@@ -1,4 +1,5 @@
-"""The first page: a user chooses a set, drops files, or generates a table with a hidden effect."""
+"""Serves the first page, where a user opens a set, drops files, or generates a table with a hidden
+effect."""
 
 from __future__ import annotations
 
@@ -40,12 +41,12 @@ _LARGEST_SEED = 2**32 - 1
 def start_pages(
     settings: PageSettings, folder: ChosenFolder, analyses: Analyses, commands: Commands
 ) -> Blueprint:
-    """Add the routes of the first page."""
+    """Add the routes of the first page to the application."""
     pages = Blueprint("start", __name__)
 
     def start(status: int = 200, **messages: Any) -> tuple[str, int]:
-        """Render the page with a sentence for each part in ``messages``, and with the open
-        questions of an import."""
+        """Render the page; ``messages`` has a sentence for each part, and an import adds its open
+        questions."""
         sessions = [(session, session.opened) for session in analyses.sessions.all()[:20]]
         shown: dict[str, Any] = {
             "open": "",
@@ -131,7 +132,7 @@ def start_pages(
 
 
 def open_set_of(folder: ChosenFolder, name: str, analyses: Analyses) -> tuple[Session, Step]:
-    """Open a set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
+    """Open a measurement set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
     path, named = folder.path(name), folder.as_named(name)
     title = read_description(path).keys.title or path.resolve().name
     place = analyses.sessions.make()
@@ -179,7 +180,7 @@ def _answers(form: Any) -> dict[str, str]:
 
 
 def _kept(analyses: Analyses, name: str) -> tuple[Path, list[Path]]:
-    """Return the folder of this upload, and the files that an earlier try with open questions
+    """Return the folder of this upload, and the files that an earlier attempt with open questions
     stored there."""
     if name.isalnum():
         place = analyses.sessions.folder / name
@@ -200,5 +201,5 @@ def _received(
 
 
 def _without_folder(asked: Ambiguous, folder: Path) -> Ambiguous:
-    """Remove the server's own path from the question."""
+    """Remove the path of the server's own folder from the question."""
     return replace(asked, question=asked.question.replace(f"{folder}/", ""))

@@ -1,6 +1,7 @@
-"""Receives files dropped into the page: a measurement set, or recordings of other programs.
+"""Receives files that a user drops into the page: a measurement set, or recordings of other
+programs.
 
-The readers of arctrue read the files from a separate folder. No code in the files is executed.
+ArcTrue's readers read the files from a separate folder and execute no code from them.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ _SAFE = re.compile(r"[^\w.\- ]+")
 
 
 class Sent(Protocol):
-    """A file of an HTML form."""
+    """The methods of an uploaded file (of an HTML form) that this module uses."""
 
     filename: str | None
 
@@ -43,7 +44,8 @@ class Sent(Protocol):
 
 @dataclass(frozen=True)
 class Received:
-    """A set made from uploaded files, and the options of ``arctrue import`` that make it again."""
+    """A set that was made from uploaded files, and the options of ``arctrue import`` that make the
+    set again."""
 
     title: str
     files: list[str]
@@ -52,13 +54,13 @@ class Received:
 
 
 class OpenQuestionsError(ValueError):
-    """The files leave the questions ``asked`` open; the error contains the given ``answers`` and
-    the previews."""
+    """Is raised if the files leave the questions ``asked`` open; it contains the ``answers`` so far
+    and the previews."""
 
     def __init__(
         self, asked: Sequence[Ambiguous], answers: Mapping[str, str], previews: Sequence[Preview]
     ) -> None:
-        """Store the values that the form shows."""
+        """Store the values that the form of questions shows."""
         super().__init__(", ".join(item.name for item in asked))
         self.asked, self.answers, self.previews = asked, answers, previews
 
@@ -92,9 +94,9 @@ def safe_name(name: str) -> str:
 def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Received:
     """Make the set ``out`` from stored files.
 
-    If the files contain a measurement.toml, they are a set; otherwise ``arctrue import`` reads
-    them. ``answers`` contains the answers by the names of the questions (``--unit head1``). Raises
-    OpenQuestionsError with all questions that are open, MeasurementError, ValueError.
+    Files with a measurement.toml among them are a set; any other files are imported as by ``arctrue
+    import``. ``answers`` contains the answers by the names of the questions (``--unit head1``).
+    Raises OpenQuestionsError with all questions that are open, MeasurementError, ValueError.
     """
     if any(path.name == FILE_NAME for path in paths):
         out.mkdir(parents=True, exist_ok=True)

@@ -20,7 +20,7 @@ _ORDERS = np.arange(1, 65)
 
 
 def alpha_page(found: Mapping[str, Any]) -> str:
-    """Compose the page in Markdown."""
+    """Return the page as Markdown."""
     alpha = found["alpha_deg"]
     rows = []
     for choice in found["choices"]:
@@ -115,7 +115,7 @@ def alpha_page(found: Mapping[str, Any]) -> str:
 
 
 def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Compose the section about three and four heads."""
+    """Return the section about three and four heads."""
     if not choices:
         return []
     rows = [
@@ -153,7 +153,7 @@ def _without(one: Mapping[str, Any]) -> str:
 
 
 def plot_alpha(found: Mapping[str, Any], folder: Path) -> Path:
-    """Draw noise gain and sensitivity to α as maps over α and order."""
+    """Draw two maps over α and order: the noise gain and the sensitivity to α."""
     path = folder / PICTURE
     alpha = np.arange(_ALPHA_STEP_DEG, 180.0 + _ALPHA_STEP_DEG, _ALPHA_STEP_DEG)
     with house_style():

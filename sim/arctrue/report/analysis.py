@@ -1,4 +1,4 @@
-"""Combines a set with a fitted model for the page and the report."""
+"""Combines a measurement set with a fitted model for the page and the report."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ NAMES = {
     "electrical2": "electrical phase of head 2",
 }
 OWN_PHASE = "own_phase"
-"""Key of the condition that is the phase of an effect's own order or frequency."""
+"""Key of the condition that is the phase within a period of the effect's own order or frequency."""
 ROUND = ("angle", "electrical1", "electrical2", OWN_PHASE)
-"""Keys of the periodic conditions, which are in radians."""
+"""Keys of the conditions that are angles with a period, in radians."""
 UNITS = {"speed": "deg/s", "time": "s", "temperature": "°C"}
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A quantity against which a residual can be drawn; ``values`` contains an array (rows,) by
+    """A quantity over which a residual can be drawn; ``values`` contains an array (rows,) for each
     channel."""
 
     key: str
@@ -45,13 +45,13 @@ class Condition:
 
     @property
     def goes_round(self) -> bool:
-        """Whether the condition is an angle, in radians."""
+        """Whether the condition is an angle with a period, in radians."""
         return self.key in ROUND
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """A set with a model fitted to it."""
+    """A measurement set with a model that was fitted to it."""
 
     measurement: MeasurementSet
     title: str
@@ -62,7 +62,7 @@ class Analysis:
 
     @cached_property
     def residuals(self) -> Residuals:
-        """Residuals of the model."""
+        """Residuals of the fitted model."""
         return Residuals(self.solution)
 
     def rows(self, channel: str) -> CaptureRows | ReferenceRows:
@@ -90,13 +90,14 @@ class Analysis:
         return rows.difference_arcsec if isinstance(rows, CaptureRows) else rows.error_arcsec
 
     def angle_rad(self, channel: str) -> Float:
-        """Return the table's angle in every row; in a reference row it is the target angle."""
+        """Return the table's angle in every row; in a row of the reference, this is the target
+        angle."""
         rows = self.rows(channel)
         return rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
 
     @cached_property
     def conditions(self) -> dict[str, Condition]:
-        """Every quantity that varies in the set, by key."""
+        """All quantities that vary in the set, by key."""
         found: dict[str, dict[str, Float]] = {}
         for channel in self.observations.channels:
             for key, values in _conditions_of(self.rows(channel)).items():
@@ -145,7 +146,7 @@ def analyse(
     effects: Mapping[str, type[Effect]],
     observations: Observations | None = None,
 ) -> Analysis:
-    """Fit the model to the set; begin a history if there is none.
+    """Fit the model to the set; the model gets a first history entry if it has none.
 
     ``observations``: the rows of the set, if the caller has computed them already. Raises
     NotTestableError, ValueError for a model that the set cannot test.

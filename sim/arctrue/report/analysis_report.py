@@ -31,7 +31,7 @@ def write_analysis_report(
     measurement_set: Path,
     command: str,
 ) -> list[Path]:
-    """Write report.html, which is self-contained, and every figure next to it.
+    """Write report.html, which needs no other file, and every figure as a file next to it.
 
     ``command``: the command line that repeats the report. Raises OSError.
     """

@@ -1,4 +1,4 @@
-"""Makes the page of the benchmark: scores and their goals."""
+"""Makes the page of the benchmark, which compares scores with their goals."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from arctrue.studies.campaign.store import stated_code
 
 SETS_PAGE = "benchmark-sets.md"
 MOST_FAILURES = 12
-"""Largest number of failures on the page, which lists them in the order of SEVEREST."""
+"""Largest number of failures on the page; the page lists them in the order of SEVEREST."""
 SEVEREST = {FALSE_NAME: 0, FALSE_ADEQUATE: 1, FALSE_CLASS: 2}
 PICTURE_TOLD = "The same as a matrix, and how often a stated probability is right"
 RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"
 PROBABILITY_BELOW_RIGHT = 0.03
 MOST_CALIBRATION_ERROR = {SIMULATED: 0.03, INDEPENDENT: 0.05}
-"""Largest calibration error that meets the goal, for the sets of the first generator (within) and
-of the second generator (across)."""
+"""Goals of the calibration error: the largest permitted error for the sets of the first generator
+(within) and of the second (across)."""
 TRUTH_PROBABILITY = "probability given to the truth in the catalogue"
 CALIBRATION_ERROR = "calibration error"
 LOG_SCORE = "log score over that of a constant"
 FIGURES = {CALIBRATION_ERROR: "calibration_error", LOG_SCORE: "log_score_gain"}
-"""Keys of the scores of stated probabilities in the scored data, by the names of the scores."""
+"""Keys of the scores of stated probabilities in the score file, by the names of the scores."""
 
 HEAD = """# How often the diagnosis is right
 
@@ -109,11 +109,11 @@ def benchmark_page(
     reasons: Mapping[str, Reason] | None = None,
     picture: str | None = None,
 ) -> str:
-    """Compose the page in Markdown from the header of the campaign and the scores.
+    """Return the page as Markdown, from the header of the campaign and the scores.
 
-    ``peers``: the scores of each peer program on the frozen public sets. ``reasons``: the known
-    reasons of failures, by the name of the set. ``picture``: address at which the page links the
-    picture of confusion matrix and reliability curve.
+    ``peers``: the scores of each competing program on the frozen public sets. ``reasons``: the
+    known reasons of failures, by the name of the set. ``picture``: address at which the page links
+    the picture of confusion matrix and reliability curve.
     """
     lines = [HEAD, "## Result", "", *_provenance(header, found), ""]
     lines += [*_rates(found), "", *_by_world(found)]
@@ -151,7 +151,8 @@ def _provenance(header: Mapping[str, Any], found: Mapping[str, Any]) -> list[str
 
 
 def _goals_met(found: Mapping[str, Any]) -> str:
-    """List in one sentence the goals that are met and missed over all sets."""
+    """Return one sentence that lists the goals that are met and those that are missed, over all
+    sets."""
     met: list[str] = []
     missed: list[str] = []
     for score in SCORES:
@@ -168,8 +169,8 @@ def _goals_met(found: Mapping[str, Any]) -> str:
 
 
 def _goals_of_probabilities(found: Mapping[str, Any]) -> list[tuple[str, float, str, bool]]:
-    """List the name, value and goal of each score of probabilities, and whether the goal is met;
-    empty if no probability is stated."""
+    """Return name, value and goal of each score of probabilities, and whether the goal is met;
+    empty if the answers state no probability."""
     stated = found["probability"]
     if stated is None:
         return []
@@ -229,15 +230,15 @@ def _rates(found: Mapping[str, Any]) -> list[str]:
 
 
 def _generators(found: Mapping[str, Any]) -> list[str]:
-    """Return the names of the generators for columns that compare them; empty if there is only
-    one."""
+    """Return the names of the generators, which become columns of a table; return none if there is
+    only one."""
     names: list[str] = found["generators"]
     return names if len(names) > 1 else []
 
 
 def _by_world(found: Mapping[str, Any]) -> list[str]:
-    """Make a table of worlds with the deciding rates and the number of wrong outcomes of each
-    kind."""
+    """Return a table with one row per world: the rates that decide, and the number of wrong
+    outcomes of each kind."""
     false, right = found["rates"][FALSE], found["rates"][RIGHT_FIRST]
     (first,) = (score for score in SCORES if score.name == RIGHT_FIRST)
     (false_goal,) = (score for score in SCORES if score.name == FALSE)
@@ -362,8 +363,8 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """List each effect with the number of sets whose answer puts it first, and the largest size
-    that no answer puts first."""
+    """Return for each effect the number of sets whose answer puts it first, and the largest size of
+    an effect that an answer did not put first."""
     text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]
@@ -376,14 +377,14 @@ def _by_effect(found: Mapping[str, Any]) -> list[str]:
 
 
 def said_words(item: Mapping[str, Any]) -> str:
-    """Describe the answer in a failed set: verdict or name, a second name, or the error."""
+    """Return the answer in a failed set in words: verdict or name, a second name, or the error."""
     further = f", and in addition {item['second_name']}" if item["second_name"] else ""
     error = f": {item['error']}" if item["error"] else ""
     return f"{item['said']}{further}{error}"
 
 
 def reason_words(item: Mapping[str, Any], reasons: Mapping[str, Reason]) -> str:
-    """Return the reason of a failure, if somebody has found it."""
+    """Return the reason of a failure if it is known."""
     reason = reasons.get(item["set"])
     if reason is None:
         return "Not looked into yet."

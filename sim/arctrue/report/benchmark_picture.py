@@ -1,4 +1,4 @@
-"""Draws the benchmark's confusion matrix and the reliability of its probabilities."""
+"""Draws the benchmark's confusion matrix, and how reliable the probabilities of the answers are."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.report.svg import AFTER, INK, LIMIT, house_style
 
 PICTURE = "benchmark.svg"
 CLASSES_LAST = ("one of them", "adequate", "cannot_tell", "unknown", "bad_data", "error")
-"""Classes of the last columns: answers without a name, which follow the unresolved classes."""
+"""Classes of the last columns: the answers without a name, after the unresolved classes."""
 
 
 def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:
@@ -39,9 +39,9 @@ def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:
 def confusion_matrix(
     confusion: Mapping[str, Mapping[str, int]],
 ) -> tuple[list[str], list[str], NDArray[np.int64]]:
-    """Count the answers by hidden cause: array (hidden, answered).
+    """Return the number of answers by hidden cause and answer, as an array (hidden, answered).
 
-    The column number of a correct name is the number of its row.
+    A correct name has its row and its column at the same number.
     """
     hidden = list(confusion)
     said = {answer for answers in confusion.values() for answer in answers}

@@ -1,5 +1,5 @@
-"""Makes the page about the benchmark's sets: worlds of both generators, and the independence of the
-generators."""
+"""Makes the page about the benchmark's sets: the worlds of both generators, and how independent the
+generators are."""
 
 from __future__ import annotations
 
@@ -116,8 +116,8 @@ INDEPENDENCE = {
         "searched; the bracket is turned about the axis and the ray is exact."
     ),
 }
-"""Explanation of what an agreement of the generators proves, for every cause of the catalogue and
-every product of parts."""
+"""Texts that state, for every cause of the catalogue and every product of parts, what an agreement
+of the two generators proves."""
 NOISE_TOLD = """The strangers have no formula in the workbench. Noise is for the most part of the
 form that a diagnosis fits, which is white noise and up to seven relaxations (Ornstein–Uhlenbeck) of
 given time constants, with a scale a run and 36 scales around the turn: *ornstein_uhlenbeck* and
@@ -130,7 +130,7 @@ as the sensor shows it, and the speed from the angle and the time of the rows.
 
 
 def benchmark_sets_page() -> str:
-    """Compose the page in Markdown from the descriptions of the worlds."""
+    """Return the page as Markdown, from the descriptions of the worlds."""
     lines = [MADE, "", "# The sets of the benchmark", "", WORLDS_TOLD.rstrip()]
     lines += [
         f"| {name} | {' '.join((make.__doc__ or '').split())} |" for name, make in WORLDS.items()

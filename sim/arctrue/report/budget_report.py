@@ -1,4 +1,4 @@
-"""Writes the uncertainty budget as a report for people."""
+"""Writes the uncertainty budget as a report."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEADINGS = ("quantity", "source", "type", "distribution", "size ″", "divisor",
 
 
 def budget_rows(budget: Budget) -> list[list[str]]:
-    """Return one row of texts per contribution, in the columns ``HEADINGS``."""
+    """Return one row of texts per contribution; the columns are those of ``HEADINGS``."""
     return [
         [
             one.quantity,
@@ -37,12 +37,12 @@ def budget_rows(budget: Budget) -> list[list[str]]:
 
 
 def freedom(value: float) -> str:
-    """Format degrees of freedom."""
+    """Return degrees of freedom as text."""
     return "∞" if math.isinf(value) else f"{value:.0f}"
 
 
 def outcome(budget: Budget) -> str:
-    """State the combined and the expanded uncertainty in one sentence."""
+    """Return one sentence that states the combined and the expanded uncertainty."""
     lacking = "; at least, because contributions are not stated" if budget.missing else ""
     return (
         f"u = {budget.u_arcsec:.4f}″, νeff = {freedom(budget.degrees_of_freedom)}, "
@@ -52,7 +52,7 @@ def outcome(budget: Budget) -> str:
 
 
 def _by_angle(u_arcsec: NDArray[np.float64]) -> Figure:
-    """Draw U over the reading; U follows from the full covariance."""
+    """Draw the expanded uncertainty U over the reading; U follows from the full covariance."""
     with house_style():
         figure = Figure(figsize=(8.0, 3.0), layout="constrained")
         axes = figure.subplots()

@@ -1,4 +1,4 @@
-"""Validates a certificate against the official schema, of which the user has a copy."""
+"""Validates a certificate against the official schema; the user supplies a copy of the schema."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from arctrue.base.extras import optional
 
 
 def check_schema(content: bytes, schema_file: Path) -> None:
-    """Validate XML against ``dcc.xsd`` and the schemas next to it; nothing is fetched.
+    """Validate XML against ``dcc.xsd`` and the schemas in the same folder; nothing is downloaded.
 
     Raises ValueError with the first fault, or if a schema imports a schema that is missing;
     MissingExtraError without the package xmlschema.

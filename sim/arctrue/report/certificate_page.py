@@ -1,4 +1,4 @@
-"""Writes the certificate as a page to print."""
+"""Writes the certificate as an HTML page for printing."""
 
 from __future__ import annotations
 

@@ -20,20 +20,21 @@ SCHEMA_PLACE = f"{DCC} {DCC}/v{SCHEMA_VERSION}/dcc.xsd"
 XSI = "http://www.w3.org/2001/XMLSchema-instance"
 LANGUAGE = "en"
 DECIMALS = 4
-"""Number of decimals of a value in arcseconds; 0.1 mas is far below every contribution."""
+"""Number of decimals of a value in arcseconds; the last decimal, 0.1 mas, is far below every
+contribution."""
 
 
 @dataclass(frozen=True)
 class CertificateFacts:
-    """Facts about data and program that the certificate states."""
+    """Facts about the data and the program that the certificate states."""
 
     measured: date
     issued: date
     sha256: str
-    """Digest of the measurement set."""
+    """Digest of the files of the measurement set."""
     title: str
     version: str
-    """Version of the program, such as ``0.1.0``."""
+    """Version of the program that writes the certificate, such as ``0.1.0``."""
     method: str
     temperature_c: float
 
@@ -41,7 +42,7 @@ class CertificateFacts:
 def certificate_xml(
     found: CertifiedError, details: CertificateDetails, facts: CertificateFacts
 ) -> bytes:
-    """Return the whole XML file."""
+    """Return the text of the whole XML file."""
     ET.register_namespace("dcc", DCC)
     ET.register_namespace("si", SI)
     ET.register_namespace("xsi", XSI)
@@ -164,7 +165,7 @@ def _results(parent: ET.Element, found: CertifiedError, facts: CertificateFacts)
 
 
 def described_method(found: CertifiedError) -> str:
-    """Describe model, conditions and contributions in one text."""
+    """Return one text that describes model, conditions and contributions."""
     lines = [f"Model: {', '.join(found.effects)}."]
     if found.conditions:
         named = ", ".join(f"{name} {value:g}" for name, value in found.conditions.items())

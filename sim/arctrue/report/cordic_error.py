@@ -1,6 +1,6 @@
-"""Compares the gateware's cosine with the exact one and with the bounds of the paper's appendix.
+"""Compares the gateware's cosine with the exact cosine and with the bounds of the paper's appendix.
 
-``python -m arctrue.report.cordic_error [FILE.png]`` draws it.
+``python -m arctrue.report.cordic_error [FILE.png]`` draws the error.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _BINS = 1024
 
 
 def swept_phases(bits: int = SWEEP_BITS) -> NDArray[np.int32]:
-    """Return all 2^``bits`` phases of this number of bits, in 2⁻²⁴ turn."""
+    """Return all 2^``bits`` phases of ``bits`` bits, in 2⁻²⁴ turn."""
     return np.arange(0, 1 << PHASE_WIDTH, 1 << (PHASE_WIDTH - bits), dtype=np.int32)
 
 

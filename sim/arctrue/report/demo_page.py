@@ -16,7 +16,7 @@ from arctrue.studies.demo.result import DemoResult
 
 
 def page_templates() -> Environment:
-    """Return the templates of the demo's pages, with their filters."""
+    """Return the environment for the templates of the demo's pages, with their filters."""
     environment = html_environment()
     environment.filters["signed"] = _signed
     environment.filters["thousands"] = _thousands
@@ -42,15 +42,15 @@ def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> Non
         spectrum_figure=Markup(chart_svg(orders_before_after(result))),
     )
     write_whole_text(file, page)
-    # README.md shows this picture; `make docs` copies it.
+    # README.md shows this picture; `make docs` copies it to the documentation.
     save_chart(error_figure, file.parent / "error_before_after.svg")
 
 
 def _signed(value: float, digits: int = 2) -> str:
-    """Format a number with a true minus sign."""
+    """Return a number as text with a true minus sign."""
     return f"{value:.{digits}f}".replace("-", "−")
 
 
 def _thousands(value: float) -> str:
-    """Format a whole number in groups of three digits."""
+    """Return a whole number as text in groups of three digits."""
     return f"{value:,.0f}"

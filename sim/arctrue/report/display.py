@@ -1,4 +1,5 @@
-"""Settings of the display of an analysis, which are the query part of an address."""
+"""Reads and writes the settings of an analysis page's display, which are the query part of its
+address."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ FIGURES = (
     "ladder",
     "lanes",
 )
-"""Names of the figures in the order of the page."""
+"""Names of the figures in the order in which the page shows them."""
 
 
 _HOTTEST_C = 200.0
@@ -38,7 +39,7 @@ _HOTTEST_C = 200.0
 
 @dataclass(frozen=True)
 class DisplaySettings:
-    """The reader's choices; the empty text means the default choice."""
+    """Settings that the reader chose; an empty text means the default setting."""
 
     unit: Angle = ARCSEC
     whitened: bool = False
@@ -46,7 +47,7 @@ class DisplaySettings:
     along: Along = "order"
     finding: str = ""
     temperature_c: float | None = None
-    """Temperature for which the device would be corrected; None: the temperature of the
+    """Temperature for which the device's coefficients are computed; None: the temperature of the
     measurement."""
     reveal: bool = False
 
@@ -65,7 +66,8 @@ class DisplaySettings:
         )
 
     def query(self, **changes: Any) -> str:
-        """Return the query for this display with changes; it is empty for the default display."""
+        """Return the query for these settings with changes; it is empty for the default
+        settings."""
         other = replace(self, **changes)
         said = {
             "unit": other.unit if other.unit != ARCSEC else "",
@@ -91,8 +93,8 @@ def _temperature(text: str) -> float | None:
 def ranked_conditions(analysis: Analysis, ranking: Ranking | None) -> list[tuple[Condition, float]]:
     """Rank all conditions by the share of the residual that follows them, largest first.
 
-    With a ranking, the share is what exceeds the largest share that draws of the fitted noise
-    reach; without a ranking, it is what exceeds the share of independent noise.
+    With a ranking, the largest share that draws of the fitted noise reach is subtracted from the
+    share; without a ranking, the share of independent noise is subtracted.
     """
     shares: dict[str, float] = {}
     for key, condition in analysis.conditions.items():
@@ -114,7 +116,7 @@ def ranked_conditions(analysis: Analysis, ranking: Ranking | None) -> list[tuple
 def chart_of(
     name: str, analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> Chart | None:
-    """Make the chart with one of the names :data:`FIGURES` in the reader's unit.
+    """Make the chart with this name (one of :data:`FIGURES`) in the reader's unit.
 
     Returns None if there is nothing to draw yet. Raises KeyError for another name.
     """

@@ -20,22 +20,22 @@ _A4_INCHES = (8.27, 11.69)
 _MARGIN = 0.06
 """Margin of a page, as a share of its width."""
 COLUMNS = 110
-"""Characters per line of a page."""
+"""Number of characters per line of a page."""
 LINES = 72
-"""Lines per page."""
+"""Number of lines per page."""
 _FONT_POINTS = 7.5
 
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph."""
+    """A paragraph of text."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Rows:
-    """A table; the first ``names`` columns contain text, the others numbers."""
+    """A table; the first ``names`` columns contain text, the further columns contain numbers."""
 
     title: str
     headings: Sequence[str]
@@ -45,7 +45,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Picture:
-    """A matplotlib figure."""
+    """A picture, drawn as a matplotlib figure."""
 
     title: str
     figure: Figure
@@ -95,8 +95,7 @@ def _cell(text: str) -> str:
 
 
 def _as_text(text: str) -> str:
-    """Escape text, because Markdown passes HTML through and makes links and pictures from
-    brackets."""
+    """Escape text, because Markdown passes HTML on and reads brackets as links and pictures."""
     return one_line(text).replace("&", "&amp;").replace("<", "&lt;").replace("](", "]\\(")
 
 
@@ -146,7 +145,7 @@ def _write_pdf(document: Document, path: Path) -> None:
 
 
 def text_page(lines: Sequence[str]) -> Figure:
-    """Make an A4 page with these lines, which must fit on it."""
+    """Return an A4 page with these lines; the lines must fit on it."""
     page = Figure(figsize=_A4_INCHES)
     FigureCanvasPdf(page)
     page.text(
@@ -167,8 +166,8 @@ def _wrapped(text: str, indent: int) -> list[str]:
 
 
 def _table_lines(block: Rows) -> list[str]:
-    """Format columns as wide as their text; the text columns share the width that the numbers
-    leave."""
+    """Return columns that are as wide as their text; text columns share the width that the number
+    columns leave."""
     numbers = [
         max(_width(row[i]) for row in (block.headings, *block.rows))
         for i in range(block.names, len(block.headings))
@@ -198,7 +197,7 @@ def _table_lines(block: Rows) -> list[str]:
 
 
 def _width(text: str) -> int:
-    """Count the printed characters of a text: the combining bar of x̄ has no width."""
+    """Return the printed width of a text in characters: the combining bar of x̄ has no width."""
     return len(text) - text.count("\u0304")
 
 

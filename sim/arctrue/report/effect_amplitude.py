@@ -1,10 +1,10 @@
-"""Amplitude of an effect in each bin of a condition: measured, and as the effect predicts it.
+"""Computes the measured and the predicted amplitude of an effect in each bin of a condition.
 
 Let c be the sum of the effect's columns times their coefficients, and r the residual of the whole
 model. The data of the effect are c + r (component plus residual). Over a condition x and a phase φ,
-the wave w(φ) is that of the product a(x)·w(φ) nearest to c. The amplitude at x is the projection of
-the rows at x on w: of c + r for the measured amplitude, of c for the predicted one. An effect that
-is a function of a phase alone is drawn over that phase.
+the wave w(φ) is the factor of the product a(x)·w(φ) that is nearest to c. The amplitude at x is a
+projection of the rows at x on w: c + r gives the measured amplitude, c the predicted one. An effect
+that is a function of a phase alone is drawn over that phase.
 """
 
 from __future__ import annotations
@@ -28,19 +28,21 @@ Integer = NDArray[np.int64]
 
 _STEPS = 16
 _ROUNDS = 20
-"""Number of alternating least-squares steps; the ratio of the two largest singular values sets the
-rate of convergence."""
+"""Number of alternating least-squares steps; their rate of convergence depends on the ratio of the
+two largest singular values."""
 _PHASE_BINS = 72
 PHYSICAL = ("temperature", "speed", "direction", "time")
-"""Conditions that can cause an effect; they precede conditions that are only correlated with it."""
+"""Conditions that can be causes of an effect; they rank before conditions that only correlate with
+it."""
 _NEARLY = 0.8
 _OF_A_PHASE = 0.5
-"""Least share of an effect that a phase must explain if the effect is drawn over that phase."""
+"""Smallest share of an effect that a phase must explain for the effect to be drawn over this
+phase."""
 
 
 @dataclass(frozen=True)
 class AmplitudeCurve:
-    """An effect over one condition in one channel; arrays (steps,), arcseconds."""
+    """An effect over one condition in one channel, in arrays (steps,), arcseconds."""
 
     channel: str
     condition: str
@@ -48,11 +50,11 @@ class AmplitudeCurve:
     name: str
     unit: str
     amplitude: bool
-    """True: amplitude of the effect's wave; False: the effect's value itself."""
+    """True: the values are amplitudes of the effect's wave; False: they are the effect itself."""
     share: float
     """Share of the effect's sum of squares that the drawn line explains."""
     variation: float
-    """Part of that share that a constant amplitude would not explain."""
+    """Part of ``share`` that a constant amplitude would not explain."""
     x: Float
     measured: Float
     standard_error: Float
@@ -77,21 +79,21 @@ class AmplitudeCurve:
 
 @dataclass(frozen=True)
 class EffectAmplitude:
-    """An effect over every condition of the set, and the condition that shows it best."""
+    """An effect over every condition of the set, with the condition that shows the effect best."""
 
     effect: str
     shown: list[AmplitudeCurve]
     best: str
-    """Key of the condition that shows the effect best; empty if nothing can be drawn."""
+    """Key of the condition that shows the effect best; empty if no curve can be drawn."""
 
     def over(self, condition: str) -> list[AmplitudeCurve]:
-        """Return the curves of both channels over one condition."""
+        """Return the curves of both channels over the condition with this key."""
         return [item for item in self.shown if item.condition == condition]
 
 
 def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
-    """Compute the amplitude of the last effect of ``solution``, a fit to the set of
-    ``analysis``."""
+    """Compute the amplitude of the last effect of the fit ``solution`` over every condition of the
+    set of ``analysis``."""
     term = solution.terms[-1]
     coefficients = solution.coefficients[solution.part(len(solution.terms) - 1)]
     residuals = Residuals(solution)
@@ -120,7 +122,7 @@ def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
 
 
 def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Condition]:
-    """Return the phase of the order or frequency that the search of the effect has found."""
+    """Return the phase within a period of the order or frequency that the effect's search found."""
     order, hertz = nonlinear.get("order", 0.0), nonlinear.get("frequency", 0.0)
     found = []
     if order > 0.0:
@@ -140,14 +142,14 @@ def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Cond
 def _best(shown: list[AmplitudeCurve]) -> str:
     """Return the key of the condition that shows the effect best.
 
-    It is a phase that explains most of the effect, or else the condition over which the amplitude
-    varies most. Conditions that change together show similar variation; then the first of
-    :data:`PHYSICAL` is chosen.
+    A phase that explains most of the effect comes first; otherwise it is the condition over which
+    the amplitude varies most. Conditions that change together show similar variation; then the
+    first of :data:`PHYSICAL` is chosen.
     """
     phases = [item for item in shown if not item.amplitude and item.share >= _OF_A_PHASE]
     if phases:
-        # Bins of the turn can alias an effect with many periods per turn, so the effect's own phase
-        # comes first.
+        # The effect's own phase comes first, because bins of the turn can alias an effect with many
+        # periods per turn.
         return max(phases, key=lambda item: (item.condition == OWN_PHASE, item.share)).condition
     held = {item.condition: item.variation for item in shown if item.amplitude}
     most = max(held.values(), default=0.0)
@@ -193,8 +195,8 @@ def _shown(
 
 
 def _steps(values: Float) -> Integer:
-    """Number the step of each row: one step per value if there are few values, else steps of equal
-    width."""
+    """Return the number of the step of each row: one step per value if there are few values,
+    otherwise steps of equal width."""
     names, group = np.unique(values, return_inverse=True)
     if names.size <= _STEPS:
         return group.astype(np.int64)
@@ -204,8 +206,8 @@ def _steps(values: Float) -> Integer:
 
 
 def _wave(sums: Float, rows: Float) -> Float:
-    """Return w of the product a(x)·w(φ) that is nearest to the cell means, weighted by their rows;
-    RMS 1.
+    """Return the factor w, with RMS 1, of the product a(x)·w(φ) that is nearest to the cell means,
+    weighted by their rows.
 
     ``sums``, ``rows``: sum of the values and number of rows in each cell, shape (steps, bins).
     Alternating least squares starts from the leading singular vector, which is not the solution
@@ -223,8 +225,8 @@ def _wave(sums: Float, rows: Float) -> Float:
 def _along(
     own: Float, left: Float, values: Float, group: Integer, phase: Float | None
 ) -> tuple[float, float, Float, Float, Float, Float]:
-    """Return share and variation, then place, measured amplitude, standard error and effect of each
-    step with rows."""
+    """Return share and variation of the curve; then, for each step with rows, place, measured
+    amplitude, standard error and effect."""
     bins = 1 if phase is None else _PHASE_BINS
     place = np.zeros(own.size, dtype=np.int64) if phase is None else turn_group(phase, bins)
     steps = int(group.max()) + 1
@@ -234,13 +236,13 @@ def _along(
     pattern = _wave(sums, rows)[place]
     square = np.bincount(group, pattern**2, steps)
     there = square > 0.0
-    if not there.any():  # no product of an amplitude and a wave describes the effect
+    if not there.any():  # no product of an amplitude and a wave fits the effect
         nothing = np.zeros(0)
         return 0.0, 0.0, nothing, nothing, nothing, nothing
     safe = np.maximum(square, 1e-300)
     predicted = np.bincount(group, pattern * own, steps) / safe
     seen = np.bincount(group, pattern * (own + left), steps) / safe
-    # Each row has the same weight in the place of its step and in the amplitude of its step.
+    # Each row has the same weight in the mean place of its step as in the amplitude of its step.
     at = np.bincount(group, pattern**2 * values, steps) / safe
     error = float(left.std()) / np.sqrt(safe)
     whole = float(own @ own)

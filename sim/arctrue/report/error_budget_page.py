@@ -20,7 +20,7 @@ TITLES = {"least_squares": "least squares (`arctrue calibrate`)", "paper": "the 
 
 
 def error_budget_page(found: Mapping[str, Any]) -> str:
-    """Compose the page in Markdown."""
+    """Return the page as Markdown."""
     return "\n".join(
         [
             "# Budget of the calibration",
@@ -101,7 +101,8 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
 
 
 def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
-    """Compare the sum of the sources with the result of all sources together."""
+    """Return sentences that compare the sum of the sources with the result of all sources
+    together."""
     shares, errors = [], []
     for name in TITLES:
         one = found["methods"][name]
@@ -118,8 +119,8 @@ def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
 
 
 def _effective(found: Mapping[str, Any]) -> float:
-    """Return the effective degrees of freedom from the rows with finite degrees of freedom, GUM
-    (G.2b)."""
+    """Return the effective degrees of freedom (GUM, G.2b) from the rows with finite degrees of
+    freedom."""
     fourth = sum(
         one["u_arcsec"] ** 4 / one["degrees_of_freedom"]
         for one in found["rows"]
@@ -161,8 +162,8 @@ def _command_of_drawn(found: Mapping[str, Any]) -> list[str]:
 
 
 def _drawn(found: Mapping[str, Any]) -> list[str]:
-    """Compare the uncertainty of the covariance with the drawn calibrations of ``arctrue
-    monte-carlo``."""
+    """Return sentences that compare the uncertainty from the covariance with the calibrations drawn
+    by ``arctrue monte-carlo``."""
     if "monte_carlo" not in found:
         return []
     plan, cases = found["monte_carlo"]["plan"], found["monte_carlo"]["cases"]
@@ -250,7 +251,7 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
 
 
 def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
-    """Draw every source as a bar, and U over the angle."""
+    """Draw every source as a bar, and the expanded uncertainty U over the angle."""
     path = folder / PICTURE
     own = found["methods"]["least_squares"]
     paper = found["methods"]["paper"]
@@ -295,7 +296,7 @@ def _value(arcsec: float) -> str:
 
 
 def _with_u(one: Mapping[str, float]) -> str:
-    """Format a value with its standard error if this error shows in the printed digits."""
+    """Format a value; add its standard error if this error changes a printed digit."""
     spread = one["u_rms_arcsec"]
     return _value(one["rms_arcsec"]) + (f" ± {spread:.4f}" if spread >= 5e-5 else "")
 
@@ -305,8 +306,8 @@ def _freedom(value: float | None) -> str:
 
 
 def summary(found: Mapping[str, Any]) -> Sequence[tuple[str, float, float]]:
-    """Return for every source its title, the RMS by least squares, and the RMS by the paper's
-    method."""
+    """Return for every source its title, its RMS with the least-squares method and its RMS with the
+    paper's method."""
     own, paper = (found["methods"][name]["sources"] for name in TITLES)
     return [
         (ours["title"], ours["rms_arcsec"], theirs["rms_arcsec"])

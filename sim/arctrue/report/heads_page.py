@@ -66,7 +66,7 @@ FAULT_TABLE = (
     "console's `come_back` returns a head ([firmware](firmware-load.md#three-and-four-heads)).",
     "",
 )
-"""Section about the faults of a head, which the benches of the gateware measured."""
+"""Section about the faults of a head; the gateware's testbenches measured its numbers."""
 DEVICE = (
     "## Calibrated by the device",
     "",
@@ -89,7 +89,7 @@ DEVICE = (
     "the output stays right (`sim/tests/instrument/test_failover.py`).",
     "",
 )
-"""Section about the calibration by the firmware, which the firmware's tests measured."""
+"""Section about the calibration by the firmware; the firmware's tests measured its numbers."""
 OBSERVABLE = (
     "## What three and four heads determine",
     "",
@@ -115,11 +115,11 @@ OBSERVABLE = (
     "in full. Lower `gain_limit` below these gains where the axis moves, or use a fourth head.",
     "",
 )
-"""Section about the errors that can be observed, and the tests that show them."""
+"""Section about the errors that the heads determine, and the tests that prove it."""
 
 
 def heads_page(found: Mapping[str, Any]) -> str:
-    """Compose the page in Markdown."""
+    """Return the page as Markdown."""
     balls, budget = found["ball_pass"], found["budget"]
     equal, unequal = found["hub_shift"]
     every, rest = found["error_function"]["rows"]

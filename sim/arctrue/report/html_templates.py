@@ -1,4 +1,5 @@
-"""Renders the templates of all HTML pages: the live page, reports and the demo's pages."""
+"""Renders the templates of all HTML pages: the pages of the server, reports and the demo's
+pages."""
 
 from __future__ import annotations
 
@@ -12,10 +13,10 @@ HTML_OPTIONS: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
 }
-"""Options of all templates. All text is escaped, independent of the template's name: titles, names
-and sentences contain no markup. Only a ``Markup`` value is inserted without escaping."""
+"""Options of all templates. All text is escaped, whatever the template's name, because titles,
+names and sentences contain no markup. Only a ``Markup`` value is inserted without escaping."""
 
 
 def html_environment() -> Environment:
-    """Return the environment of this package's templates."""
+    """Return the environment for the templates of this package."""
     return Environment(loader=PackageLoader("arctrue.report"), **HTML_OPTIONS)

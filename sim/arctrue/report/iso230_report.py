@@ -1,4 +1,4 @@
-"""Writes the figures according to ISO 230-2 as a report for people."""
+"""Writes the figures according to ISO 230-2 as a report."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from arctrue.report.svg import AFTER, BEFORE, house_style
 def write_iso230_report(
     data: Mapping[str, Any], before: Positioning, after: Positioning | None, folder: Path
 ) -> list[Path]:
-    """Write iso230.md, .html and .pdf; ``data`` is the JSON of the command. Raises OSError."""
+    """Write iso230.md, .html and .pdf; ``data`` is the content of the command's JSON file. Raises
+    OSError."""
     states = [("measured", before), *([("corrected", after)] if after is not None else [])]
     verdict = (
         "According to ISO 230-2:2014."

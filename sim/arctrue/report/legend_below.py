@@ -6,7 +6,8 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import ScaledTranslation
 
 BELOW_AXES_POINTS = 36.0
-"""Space in points for the numbers and the label of the horizontal axis."""
+"""Space in points between the axes and the legend, for the numbers and the label of the horizontal
+axis."""
 
 
 def legend_below(axes: Axes, *, columns: int) -> None:

@@ -1,4 +1,4 @@
-"""Describes the history of one machine in sentences, tables and an HTML page."""
+"""Describes the history of one machine as sentences, tables and an HTML page."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def calibration_sentence(history: LifeHistory) -> str:
 
 
 def life_sentences(history: LifeHistory) -> list[str]:
-    """List all findings as sentences, the most urgent first."""
+    """Return all findings as sentences, the most urgent first."""
     forecasts = sorted(history.forecasts, key=lambda one: one.earliest_day)
     return [
         *(forecast_sentence(one, history.horizon_days) for one in forecasts),
@@ -82,7 +82,7 @@ def life_sentences(history: LifeHistory) -> list[str]:
 
 
 def life_data(history: LifeHistory) -> dict[str, Any]:
-    """Return the content of the ``--json`` file."""
+    """Return the content of the file that ``--json`` writes."""
     return {
         "schema": 1,
         "program": f"arctrue {version('arctrue')}",
@@ -152,8 +152,8 @@ def _date_or_none(day: float) -> str | None:
 
 
 def write_life_page(history: LifeHistory, folder: Path, *, command: str) -> Path:
-    """Write life.html, which needs no other file. ``command``: the command line that repeats the
-    page.
+    """Write life.html, which needs no other file. ``command``: the command line that makes the page
+    again.
 
     Raises OSError.
     """

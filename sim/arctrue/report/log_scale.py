@@ -1,7 +1,7 @@
 """Makes logarithmic axes whose labels are plain numbers.
 
-Text in figures is not parsed as mathematics (see the package). matplotlib's own labels, powers of
-ten in mathematical notation, would therefore show their source text.
+matplotlib's own labels are powers of ten in mathematical notation. They would show their source
+text, because this package switches off the parsing of mathematics in figures.
 """
 
 from __future__ import annotations

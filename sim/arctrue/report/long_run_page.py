@@ -30,7 +30,7 @@ SHOWN_LENGTHS = (1, 4, 16, 64, 256)
 
 
 def long_run_page(found: Mapping[str, Any]) -> str:
-    """Compose the page in Markdown."""
+    """Return the page as Markdown."""
     hours = found["turns"] * found["turn_s"] / 3600.0
     count = arcsec_per_count(found["counts_per_rev"])
     rounding = count / np.sqrt(12.0)
@@ -138,14 +138,15 @@ def _model(found: Mapping[str, Any]) -> list[str]:
 
 
 def _part(found: Mapping[str, Any], name: str, *, first: bool) -> float:
-    """Return the RMS error in the turns of learning (``first``), or in the last hundred turns."""
+    """Return the RMS error of the turns used for learning (``first``), or of the last hundred
+    turns."""
     left = np.asarray(found["strategies"][name]["left_arcsec"], dtype=np.float64)
     part = left[2 : found["learned_turns"]] if first else left[-100:]
     return float(np.sqrt(np.mean(part**2)))
 
 
 def _worst(found: Mapping[str, Any]) -> list[str]:
-    """List the orders that are active in the worst turn of the single calibrations."""
+    """Return the orders that are active in the worst turn with calibration from single turns."""
     one = found["strategies"]["single"]
     orders = ", ".join(
         f"{order} ({amplitude:.0f}″)" for order, amplitude in one["largest_orders"].items()
@@ -203,8 +204,8 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
 
 
 RIGHT = 0.1
-"""Largest relative difference at which the deviation of single turns counts as equal to the stated
-u."""
+"""Largest relative difference between the deviation of single turns and the stated u at which the
+two count as equal."""
 
 
 def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
@@ -222,7 +223,7 @@ def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
 
 def _off(allan: Mapping[str, Any]) -> float:
     """Return the largest relative difference between the deviation of single turns and the stated
-    u."""
+    u, over all orders."""
     ratios = [
         deviation[0] / allan["u_arcsec"][order]
         for order, deviation in allan["deviation_arcsec"].items()

@@ -35,11 +35,11 @@ NOT_BUILT = (
      "the rows of four heads by least squares, whose output is head 1"),
     ("Polynomial fit [16]", "of linear encoders over temperature; a turn is periodic"),
 )  # fmt: skip
-"""Methods of the paper's introduction that have no row, each with the reason."""
+"""Methods from the paper's introduction that have no row in the table, each with the reason."""
 
 
 def methods_page(found: Mapping[str, Any]) -> str:
-    """Compose the page in Markdown."""
+    """Return the page as Markdown."""
     given = found["settings"]
     raw = found["uncorrected"]
     rows = [
@@ -138,7 +138,7 @@ def methods_page(found: Mapping[str, Any]) -> str:
 
 
 def _verdict(found: Mapping[str, Any]) -> list[str]:
-    """State the benefit of a third and a fourth head, and of the mean."""
+    """Return sentences about the benefit of a third and a fourth head, and of the mean."""
     by_name = {one["name"]: one for one in found["methods"]}
     two, three, four = (by_name[f"{n}_heads_least_squares"] for n in ("two", "three", "four"))
     pair, third = found["places"][:2]
@@ -185,7 +185,8 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
 
 
 def plot_methods(found: Mapping[str, Any], folder: Path) -> Path:
-    """Draw the residual of every method by order, and the gain of two, three and four heads."""
+    """Draw the residual of every method by order, and the noise gain of two, three and four
+    heads."""
     path = folder / PICTURE
     with house_style():
         figure = Figure(figsize=(9.6, 9.6), layout="constrained")

@@ -1,4 +1,5 @@
-"""Makes the page of the coverage study, which shows in which cases the stated uncertainty holds."""
+"""Makes the page of the coverage study, which shows for each case whether the stated uncertainty is
+right."""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ READING = """## How to read it
 
 
 def monte_carlo_page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str:
-    """Compose the page in Markdown from the campaign's header and the scores."""
+    """Return the page as Markdown, from the header of the campaign and the scores."""
     plan, code = header["plan"], header["code"]
     libraries = ", ".join(f"{name} {code[name]}" for name in sorted(code) if name != "arctrue")
     number = max(case["trials"] for case in found.values())
@@ -133,7 +134,8 @@ def _alpha(of: Mapping[str, Any]) -> str:
 
 
 def where_off(found: Mapping[str, Any]) -> list[str]:
-    """Return a line per case with a wrong stated uncertainty, or one sentence if all are right."""
+    """Return a line for each case with a wrong stated uncertainty; if there is none, return one
+    sentence."""
     lines = []
     for case, of in found.items():
         if "orders" not in of:

@@ -1,6 +1,7 @@
-"""Draws the paper's figures 1, 3 to 9, A.1 and A.2 for this implementation.
+"""Redraws the paper's figures 1, 3 to 9, A.1 and A.2 for this implementation.
 
-Their numbers are the constants of the number formats. Figures 2 and 10 are photographs.
+The numbers in the figures are taken from the constants of the number formats. Figures 2 and 10 are
+photographs.
 """
 
 from __future__ import annotations
@@ -39,12 +40,13 @@ _SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _GATEWARE, _SOFTWARE, _OUTSIDE = "#e4eff7", "#fbeedd", "#f1f3f5"
 
 Box = tuple[float, float, float, float, str, str]
-"""Left, bottom, width and height in units of the drawing, then text and colour."""
+"""A box: left, bottom, width and height in units of the drawing, text, colour."""
 Arrow = tuple[tuple[float, float], tuple[float, float], str]
 
 
 def _boxes(axes: Axes, boxes: Sequence[Box], arrows: Sequence[Arrow]) -> None:
-    """Draw boxes and arrows on an empty page, 100 units wide, with a margin for the outlines."""
+    """Draw boxes and arrows on an empty page that is 100 units wide, with a margin for the
+    outlines."""
     axes.set_axis_off()
     axes.set_xlim(-1, 101)
     for left, bottom, width, height, text, colour in boxes:
@@ -309,7 +311,7 @@ DRAWINGS: dict[str, tuple[str, tuple[float, float], Callable[[Axes], None]]] = {
     "A1": ("Fig. A.1: bound of the approximation error", (7.0, 3.6), _figure_a1),
     "A2": ("Fig. A.2: bound of the rounding error", (7.0, 3.6), _figure_a2),
 }
-"""Title, size in inches and drawing function, by the number of the figure."""
+"""Title, size in inches, and drawing function of each figure, by the number of the figure."""
 
 
 def drawing_name(number: str) -> str:

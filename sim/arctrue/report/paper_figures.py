@@ -23,24 +23,26 @@ from arctrue.report.charts.matplotlib_chart import save_chart
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 DEVIATION_SCALE = 300
-"""Factor by which the deviations are drawn larger, as in the paper, so that they are visible next
-to 150″."""
+"""Factor by which the deviations are enlarged, as in the paper, so that they are visible next to
+150″."""
 
 
 def figure_11_name(found: Mapping[str, Any]) -> str:
-    """Return the file name of Fig. 11; with coarser counts it contains the interpolation factor."""
+    """Return the file name of Fig. 11; for fewer counts than in the paper it contains the
+    interpolation factor."""
     interpolation = found["settings"]["revolution"]["interpolation"]
     return "paper_fig_11.png" if interpolation == 1024 else f"paper_fig_11_x{interpolation}.png"
 
 
 def plot_experiment(found: Mapping[str, Any], folder: Path) -> Path:
-    """Write Fig. 11; ``found`` is ``ExperimentResult.as_json()`` from a run or a file."""
+    """Write Fig. 11; ``found`` is the content of ``ExperimentResult.as_json()``, from a run or a
+    file."""
     return save_chart(experiment_chart(found), folder / figure_11_name(found))
 
 
 def experiment_chart(found: Mapping[str, Any]) -> Chart:
-    """Draw (a) the error at every face before and after correction, the latter also enlarged; (b)
-    the orders."""
+    """Draw (a) the error at every face before and after correction, and the corrected error
+    enlarged; (b) the orders."""
     published = found["published"]
     faces, cycles = published["faces"], found["settings"]["cycles"]
     whole = Panel(
@@ -84,8 +86,7 @@ def _errors(errors: Mapping[str, Any], colour: str, name: str, scale: float) -> 
 
 
 def expected_order_arcsec(published: Mapping[str, Any]) -> float:
-    """Return the RMS amplitude of an order that results from independent errors u₁, u₂ of the
-    faces."""
+    """Return the RMS amplitude of an order that independent errors u₁ and u₂ of the faces cause."""
     budget = published["budget"]
     face_arcsec = np.hypot(budget["polygon_arcsec"], budget["autocollimator_arcsec"])
     return float(2.0 * face_arcsec / np.sqrt(published["faces"]))

@@ -1,5 +1,5 @@
 """Makes the page of ``arctrue paper``: equations, tables and figures, as published and as
-repeated."""
+reproduced."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arctrue.report.paper_drawings import DRAWINGS, drawing_name
 from arctrue.report.paper_figures import figure_11_name
 
 FULL, COARSE = 1024, 64
-"""Interpolation factor of the paper, and of the quick run."""
+"""Interpolation factors of the paper and of the quick run."""
 _OUTCOME = (
     ("u₁ polygon", "polygon_arcsec"),
     ("u₂ autocollimator", "autocollimator_arcsec"),
@@ -25,7 +25,8 @@ ROUNDING_DIVISOR = math.sqrt(12.0)
 
 
 def paper_page(found: Mapping[str, Any]) -> str:
-    """Compose the page; ``found`` is from :func:`arctrue.studies.paper.page_items.paper_items`."""
+    """Return the page; ``found`` is the result of
+    :func:`arctrue.studies.paper.page_items.paper_items`."""
     lines = [
         "# The paper, point by point",
         "",
@@ -129,7 +130,8 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
 
 
 def _finest(one: Mapping[str, Any]) -> list[str]:
-    """Return a sentence if no run has the counts a turn of the paper; else nothing."""
+    """Return a sentence if no run has as many counts a turn as the paper; otherwise return
+    nothing."""
     if _interpolation(one) == FULL:
         return []
     return ["This page's runs are coarser than the paper's 2²⁴ counts a turn.", ""]
@@ -141,8 +143,8 @@ def _lanes_option(one: Mapping[str, Any]) -> str:
 
 
 def _minutes(runs: list[Mapping[str, Any]]) -> str:
-    """Compute the time from the number of clocks of the runs, because the wall time depends on
-    other work."""
+    """Compute the running time from the number of clocks, because the wall time depends on other
+    programs."""
     seconds = sum(
         one["clocks"]
         / CLOCKS_A_SECOND.get(
@@ -154,7 +156,7 @@ def _minutes(runs: list[Mapping[str, Any]]) -> str:
 
 
 CLOCKS_A_SECOND = {8: 630_000, 32: 287_000}
-"""Clocks per second of the compiled core, by its number of lanes (docs/instrument.md)."""
+"""Simulated clocks per second of the compiled core, by its number of lanes (docs/instrument.md)."""
 
 
 def _remarks(found: Mapping[str, Any]) -> list[str]:

@@ -12,8 +12,8 @@ from arctrue.base.whole_file import whole_file
 def save_picture(figure: Figure, path: Path, *, dots_per_inch: int = 150) -> Path:
     """Write the figure in the format of the file ending; make the folder if it does not exist.
 
-    Date and program are left out, so that the same figure gives the same file. For a figure in the
-    house style, call this within ``house_style``.
+    The file contains neither date nor program, so that equal figures give equal files. For a figure
+    in the house style, call this within ``house_style``.
     """
     kind = path.suffix.removeprefix(".")
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,7 @@
-"""The slow part of an analysis: missing effects, misfit by condition, coefficients for a device.
+"""Computes the slow part of an analysis: missing effects, misfit by condition, and coefficients for
+a device.
 
-It runs in parallel to the page, or before a report is written; its result is JSON.
+It runs in a process next to the page, or before a report is written; the result is JSON.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ Ranking = dict[str, Any]
 ``findings``, ``regressors`` and ``device``."""
 
 SEED = 1
-"""Seed of the draws that determine the share which chance alone explains, as in ``arctrue
-compare``."""
+"""Seed of the random draws from which the share that chance alone explains is computed; ``arctrue
+compare`` uses the same seed."""
 
 
 def ranked(
@@ -37,8 +38,8 @@ def ranked(
     *,
     seed: int = SEED,
 ) -> Ranking:
-    """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the other
-    parts."""
+    """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the other parts
+    are computed."""
     result = diagnose(
         analysis.observations,
         list(analysis.solution.terms),
@@ -67,8 +68,8 @@ def ranked(
 
 
 def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
-    """Draw the named effect, or else the first effect of the class, or else the effect that was
-    added last."""
+    """Compute the amplitude curve of the named effect, or else of the first effect of the class, or
+    else of the effect added last."""
     first = result.named or result.described
     if first is None and result.effect_class:
         first = next(
@@ -77,8 +78,8 @@ def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
     after = None if first is None else result.left.get(first.name)
     solution = analysis.solution if first is None else first.solution
     if after is not None:
-        # The effect is fitted as the button Add does it, so that the page's figures agree with the
-        # result.
+        # The effect is fitted in the same way as by the button Add, so that the page's figures
+        # agree with the result of Add.
         solution = after.solution
     if first is None and len(solution.terms) < 2:
         return None
@@ -92,14 +93,15 @@ def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
 
 
 def effect_amplitude_from(data: dict[str, Any]) -> EffectAmplitude:
-    """Restore the effect amplitude of a ranking that was stored as JSON."""
+    """Return the effect amplitude that was stored as JSON in a ranking."""
     return EffectAmplitude(
         data["effect"], [AmplitudeCurve.of_data(item) for item in data["shown"]], data["best"]
     )
 
 
 def device_data(analysis: Analysis, temperature_c: float | None = None) -> dict[str, Any]:
-    """Return lanes, remaining error, objections and the file, or the reason why there is no file.
+    """Return lanes, remaining error, objections and file of the device, or the reason why there is
+    no file.
 
     Effects that depend on the temperature are evaluated at ``temperature_c``; by default it is the
     median temperature of the set's rows.

@@ -1,4 +1,4 @@
-"""Draws one revolution on the virtual instrument."""
+"""Draws the error over one turn on the virtual instrument."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.studies.revolution import (
 def plot_revolution(result: RevolutionResult, file: Path) -> None:
     """Draw the error before and after correction; below, draw the corrected error enlarged.
 
-    The file ending determines the format.
+    The ending of the file name determines the format.
     """
     with house_style():
         figure = Figure(figsize=(9.6, 5.6), layout="constrained")

@@ -1,4 +1,4 @@
-"""Draws a scenario: error turn by turn, temperature and events."""
+"""Draws the course of a scenario: error turn by turn, temperature and events."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn
 
 
 def plot_scenario(result: ScenarioResult, file: Path) -> None:
-    """Write the picture in the format of the file ending (.svg, .png, .pdf)."""
+    """Write the picture in the format of the file name's ending (.svg, .png, .pdf)."""
     with house_style():
         figure = Figure(figsize=(9.6, 8.0), layout="constrained")
         by_turn, warmth, shape = figure.subplots(3, 1, height_ratios=[3, 1.3, 2.4])

@@ -1,4 +1,4 @@
-"""Texts of the sections of the page, in the page's order, for a template.
+"""Composes the texts of the page's sections, in the page's order, for a template.
 
 The sections are: set, measurement and model, misfit, finding, missing effects, ladder, device.
 """
@@ -28,23 +28,25 @@ Float = NDArray[np.float64]
 MOST_RUNS = 24
 MOST_MASKED = 5
 CARDS, LEAST_CARDS = 6, 2
-"""Largest and smallest number of candidates drawn as cards; the other candidates are in a table."""
+"""Largest and smallest number of candidates that are shown as cards; a table lists the other
+candidates."""
 LEAST_SHARE = 0.005
-"""Least probability of a candidate that is drawn as a card."""
+"""Smallest probability of a candidate that is shown as a card."""
 _SHOWN_SHARE = 0.005
-"""Least share that is printed next to the name of a condition; it is printed as 1 %."""
+"""Smallest share that is printed next to the name of a condition; a share of 0.005 is printed as 1
+%."""
 NAMED_P = 0.01
-"""Largest p-value at which an effect is named, as in
+"""Largest p-value at which an effect is named; the same value as in
 :mod:`arctrue.workbench.diagnose.diagnosis`."""
 
 
 def words(name: str) -> str:
-    """Return the name of an effect as words."""
+    """Return the name of an effect with spaces in place of underscores."""
     return name.replace("_", " ")
 
 
 def angle_text(display: DisplaySettings, value: float | None, digits: int = 3) -> str:
-    """Format a small angle in the reader's unit; an en dash for None."""
+    """Return a small angle as text in the reader's unit; return an en dash for None."""
     if value is None or not math.isfinite(value):
         return "–"
     if display.unit == "urad":
@@ -53,7 +55,8 @@ def angle_text(display: DisplaySettings, value: float | None, digits: int = 3) -
 
 
 def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
-    """List runs, speeds, temperatures, faults, masked rows, and orders that the set cannot see."""
+    """Return runs, speeds, temperatures, faults, masked rows, and the orders that the set cannot
+    show."""
     table = analysis.measurement.table
     facts = [
         ("counts a turn", None if table.counts_per_rev is None else f"{table.counts_per_rev:,}"),
@@ -79,7 +82,8 @@ def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
 
 
 def _run_of(rows: CaptureRows | ReferenceRows, run: int) -> int | str:
-    """Format the number of a run; it includes the head if the rows of each head form a run."""
+    """Return the name of a run; it includes the head if the rows of each head form a run of their
+    own."""
     if isinstance(rows, ReferenceRows) or rows.channel is None:
         return run
     return rows.run_words(run).removeprefix("run ")
@@ -119,8 +123,8 @@ def _signed(value: float, digits: int) -> str:
 
 
 def model_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, Any]]:
-    """List the effects of the model with their parameters; an effect can be dropped unless it is
-    the only one."""
+    """Return the effects of the model with their parameters; the page offers to drop an effect
+    unless it is the only one."""
     found = []
     for entry in analysis.model.effects:
         parameters = [
@@ -149,7 +153,7 @@ def _unit(unit: str) -> str:
 
 
 def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, str]]:
-    """Return the residual of each channel."""
+    """Return the residual of each channel for the template."""
     last = with_one_floor(analysis.model.history)[-1]
     return [
         {
@@ -167,7 +171,8 @@ def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[
 def where_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any]:
-    """Return the ranked conditions, the condition that is drawn, and the findings in words."""
+    """Return the ranked conditions, the condition that the figure shows, and the findings in
+    words."""
     conditions = ranked_conditions(analysis, ranking)
     keys = [condition.key for condition, _ in conditions]
     return {
@@ -185,7 +190,8 @@ def where_section(
 
 
 def _lacking(ranking: Ranking | None) -> list[str]:
-    """Name the channels that the model does not fit, whatever conditions the residual follows."""
+    """Return the names of the channels that the model does not fit, whether or not the residual
+    follows a condition."""
     tests = {} if ranking is None else ranking["diagnosis"]["lack_of_fit"]
     return [
         channel
@@ -197,7 +203,7 @@ def _lacking(ranking: Ranking | None) -> list[str]:
 def finding_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any] | None:
-    """Return the effect that is drawn, and the conditions over which it can be drawn."""
+    """Return the effect that the figure shows, and the conditions over which it can be drawn."""
     if ranking is None or ranking["finding"] is None or not ranking["finding"]["best"]:
         return None
     found = ranking["finding"]
@@ -214,7 +220,7 @@ def finding_section(
 def missing_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any] | None:
-    """Return verdict, cards, untested effects and reasons; None before the diagnosis."""
+    """Return verdict, cards, untested effects and reasons; None until the diagnosis is complete."""
     if ranking is None:
         return None
     diagnosis = ranking["diagnosis"]
@@ -301,8 +307,8 @@ def _card(
 
 
 def evidence_in_words(p_value: float, delta_bic: float) -> str:
-    """State how often chance alone gives such a gain; the p-value includes the look-elsewhere
-    effect."""
+    """Return a sentence that states how often chance alone gives such a gain; the p-value includes
+    the look-elsewhere effect."""
     if p_value < 1e-9:
         said = "Chance alone would do this in less than one of a thousand million such sets"
     elif p_value < 1e-6:
@@ -327,7 +333,7 @@ def _round(value: float) -> int:
 
 
 def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, Any]]:
-    """Return a row per step and channel like those of ``arctrue history``, with the date of the
+    """Return a row per step and channel, like those of ``arctrue history``, with the date of the
     step."""
     rows = []
     for number, step in enumerate(with_one_floor(analysis.model.history), start=1):
@@ -348,7 +354,7 @@ def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[st
 
 
 def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[str, Any] | None:
-    """Return lanes, remaining error, and objections; None before they are known."""
+    """Return lanes, remaining error, and objections; None until they are computed."""
     device = None if ranking is None else ranking["device"]
     if device is None or "refused" in device:
         return device
@@ -364,7 +370,7 @@ def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[st
 def report_sections(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any]:
-    """Return all sections by their names."""
+    """Return all sections of the page by their names."""
     return {
         "title": analysis.title,
         "set": set_section(analysis, ranking),
@@ -379,6 +385,7 @@ def report_sections(
 
 
 def addable(analysis: Analysis) -> Sequence[str]:
-    """List the effects that ``add`` accepts: absent effects, and effects with a search."""
+    """Return the effects that ``add`` accepts: effects that the model lacks, and effects with a
+    search."""
     absent = absent_effects(analysis.effects, analysis.model.names(), analysis.observations)
     return [name for name, effect in analysis.effects.items() if name in absent or effect.search]

@@ -16,7 +16,7 @@ PICTURE = "stop_and_go.svg"
 
 
 def stop_and_go_page(found: Mapping[str, Any]) -> str:
-    """Compose the page in Markdown."""
+    """Return the page as Markdown."""
     raw, corrected = found["raw"], found["corrected"]
     printed, given = found["published"], found["settings"]
     axis, controller = given["axis"], given["controller"]
@@ -91,7 +91,8 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
 
 
 def plot_stop_and_go(found: Mapping[str, Any], folder: Path) -> Path:
-    """Draw the errors at the faces as the instruments show them, and the true errors."""
+    """Draw the errors at the faces as the reference instruments measure them, and the true
+    errors."""
     path = folder / PICTURE
     faces = np.arange(len(found["raw"]["mean_arcsec"])) * 15.0
     with house_style():

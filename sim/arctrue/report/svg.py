@@ -1,4 +1,4 @@
-"""Draws matplotlib figures as SVG text for an HTML page."""
+"""Converts matplotlib figures to SVG text for an HTML page."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _STYLE: dict[Any, Any] = {
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Draw all figures that are made inside the block in the same style."""
+    """Apply the house style to all figures that are made inside the ``with`` block."""
     with mpl.rc_context(_STYLE):
         yield
 
@@ -56,7 +56,7 @@ def to_svg(figure: Figure) -> str:
     svg = text.getvalue()
     svg = svg[svg.index("<svg") :]
     head, rest = svg.split(">", 1)
-    # A size in points would fix the width on the page; with the viewBox alone the figure scales
-    # with the page.
+    # A size in points would fix the width on the page; with only the viewBox the figure scales with
+    # the page.
     kept = [part for part in head.split(" ") if not part.startswith(("width=", "height="))]
     return " ".join(kept) + ">" + rest

@@ -1,6 +1,8 @@
-"""The rotary table as a physical object: it gives the signals that real heads would give.
+"""Simulates the rotary table as a physical object that gives the signals that real heads would
+give.
 
-It is independent of the calibration: it computes points, rays and lines, and no Fourier series.
+The simulation is independent of the calibration: it computes points, rays and lines, not Fourier
+series.
 """
 
 from arctrue.table.cause import Cause

@@ -1,4 +1,5 @@
-"""Quantities on which a physical cause can act: axis, disc, heads, lines, counters, noise."""
+"""Defines the quantities on which a physical cause can act: axis, disc, heads, lines, counters,
+noise."""
 
 from __future__ import annotations
 
@@ -21,25 +22,26 @@ Points = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True)
 class Stations:
-    """Stations at which a reference instrument is read; arrays ``(n,)``."""
+    """Stations at which a reference instrument is read, in arrays ``(n,)``."""
 
     conditions: Conditions
     face: NDArray[np.int64]
-    """Number of the polygon's face that the autocollimator sees."""
+    """Number of the polygon's face that the autocollimator observes."""
     turned_rad: NDArray[np.float64] | float = 0.0
-    """Angle of the instrument relative to the table, fixed when it was mounted."""
+    """Angle of the instrument relative to the table, which was fixed when the instrument was
+    mounted."""
 
 
 class Cause:
-    """Base of every cause: each method returns one quantity; a method that is not overridden has no
-    effect.
+    """Base class of all causes. Each method returns one quantity; a method that a cause does not
+    override has no effect.
 
     The table adds the results of its causes, each in the frame that the method states. A cause
     describes a displacement, never a reading: the table computes the reading by geometry.
     """
 
     def axis_shift_m(self, state: TableState) -> Points | complex:
-        """Give the displacement of the axis in the stator frame.
+        """Return the displacement of the axis in the stator frame.
 
         Parameters
         ----------
@@ -54,7 +56,7 @@ class Cause:
         return 0.0
 
     def disc_shift_m(self, state: TableState) -> Points | complex:
-        """Give the displacement of the disc centre in the frame of the turning table.
+        """Return the displacement of the disc centre in the frame of the turning table.
 
         Parameters
         ----------
@@ -69,7 +71,7 @@ class Cause:
         return 0.0
 
     def head_shift_m(self, head: int, state: TableState) -> Points | complex:
-        """Give the displacement of a head in the stator frame.
+        """Return the displacement of a head in the stator frame.
 
         Parameters
         ----------
@@ -88,7 +90,7 @@ class Cause:
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """Give the error of the lines at a disc angle, a function with a period of one turn.
+        """Return the error of the lines at a disc angle, a function with a period of one turn.
 
         Parameters
         ----------
@@ -107,7 +109,7 @@ class Cause:
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """Give the error that a head's signal adds to the angle that the lines under it state.
+        """Return the error that a head's signal adds to the angle of the lines under the head.
 
         Parameters
         ----------
@@ -126,7 +128,7 @@ class Cause:
         return 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> Angles | float:
-        """Give the angle of the disc against the table top, which carries the reference.
+        """Return the angle of the disc relative to the table top, on which the reference stands.
 
         Parameters
         ----------
@@ -141,7 +143,7 @@ class Cause:
         return 0.0
 
     def sampling_delay_s(self, head: int) -> float:
-        """Give the age of the reading of a head when it is latched.
+        """Return the age of a head's reading at the moment when the reading is latched.
 
         Parameters
         ----------
@@ -156,7 +158,7 @@ class Cause:
         return 0.0
 
     def gained_counts(self, head: int, conditions: Conditions) -> NDArray[np.int64] | int:
-        """Give the counts that the counter of a head has gained up to each instant.
+        """Return the number of counts that a head's counter has gained up to each instant.
 
         Parameters
         ----------
@@ -173,14 +175,14 @@ class Cause:
         return 0
 
     def instrument_error_rad(self, stations: Stations, deviation_rad: Angles) -> Angles | float:
-        """Give the error of the reference instrument.
+        """Return the error of the reference instrument.
 
         Parameters
         ----------
         stations : Stations
             The stations at which it is read.
         deviation_rad : ndarray
-            Reading of a perfect instrument less the true angle, radians, shape (n,).
+            Reading of a perfect instrument minus the true angle, radians, shape (n,).
 
         Returns
         -------
@@ -190,7 +192,7 @@ class Cause:
         return 0.0
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise | None:
-        """Give the Gaussian noise of the reading of a head.
+        """Return the Gaussian noise of a head's reading.
 
         Parameters
         ----------
@@ -207,7 +209,7 @@ class Cause:
         return None
 
     def instrument_noise(self, stations: Stations) -> Noise | None:
-        """Give the Gaussian noise of the reference instrument.
+        """Return the Gaussian noise of the reference instrument.
 
         Parameters
         ----------
@@ -224,7 +226,7 @@ class Cause:
     def struck_rad(
         self, head: int, conditions: Conditions, random: np.random.Generator
     ) -> Angles | None:
-        """Draw the errors of single wrong rows of a head.
+        """Draw the errors of those rows of a head that are wrong.
 
         Parameters
         ----------
@@ -243,7 +245,7 @@ class Cause:
         return None
 
     def index_shift_counts(self, random: np.random.Generator) -> int:
-        """Draw the offset with which a head detects its index in one run.
+        """Draw the shift of the place at which a head detects its index mark in one run.
 
         Parameters
         ----------
@@ -258,7 +260,7 @@ class Cause:
         return 0
 
     def index_variance_counts2(self) -> float:
-        """Give the variance of :meth:`index_shift_counts`.
+        """Return the variance of :meth:`index_shift_counts`.
 
         Returns
         -------
@@ -268,14 +270,14 @@ class Cause:
         return 0.0
 
     def shown_temperature_c(self, course: TemperatureCourse, time_s: Angles) -> Angles | None:
-        """Give the temperature that the sensor shows instead of the true one.
+        """Return the temperature that the sensor shows in place of the true temperature.
 
         Parameters
         ----------
         course : TemperatureCourse
-            The true temperature over the time of the surroundings.
+            True temperature over the time of the surroundings.
         time_s : ndarray
-            Instants of that time, seconds, shape (n,).
+            Instants in the time of the surroundings, seconds, shape (n,).
 
         Returns
         -------
@@ -287,7 +289,7 @@ class Cause:
     def kept_rows(
         self, conditions: Conditions, random: np.random.Generator
     ) -> NDArray[np.bool_] | None:
-        """Draw which rows are recorded.
+        """Draw the rows that are recorded.
 
         Parameters
         ----------
@@ -304,7 +306,7 @@ class Cause:
         return None
 
     def driven(self, motion: Motion) -> Motion:
-        """Return the motion of the drive for the requested motion.
+        """Return the motion that the drive makes when a motion is requested.
 
         Parameters
         ----------
@@ -328,11 +330,11 @@ GEOMETRY = frozenset(
         "signal_error_rad",
     }
 )
-"""Methods that move points and lines; they draw no random numbers."""
+"""Methods that move points and lines and draw no random numbers."""
 READING = GEOMETRY | {"disc_turn_rad", "sampling_delay_s", "gained_counts"}
-"""Methods that :meth:`arctrue.table.rotary_table.RotaryTable.reading_rad` applies."""
+"""Methods whose quantities :meth:`arctrue.table.rotary_table.RotaryTable.reading_rad` applies."""
 SIGNALS = READING - {"gained_counts"}
-"""Methods that act before the counter and so displace the edges of a head."""
+"""Methods whose quantities act before the counter and therefore displace the edges of a head."""
 CAPTURE = READING | {
     "head_noise",
     "struck_rad",
@@ -341,11 +343,11 @@ CAPTURE = READING | {
     "kept_rows",
     "driven",
 }
-"""Methods that a recorded run of the heads applies."""
+"""Methods whose quantities a recorded run of the heads includes."""
 REFERENCE = SIGNALS | {"instrument_error_rad", "instrument_noise", "head_noise", "struck_rad"}
-"""Methods that a recorded reference run applies."""
+"""Methods whose quantities a recorded reference run includes."""
 RECORD = frozenset(name for name in vars(Cause) if not name.startswith("_"))
-"""All methods of a cause."""
+"""Names of all methods of a cause."""
 
 
 def acts_on(cause: Cause | type[Cause]) -> frozenset[str]:
@@ -356,11 +358,12 @@ def acts_on(cause: Cause | type[Cause]) -> frozenset[str]:
 
 
 class UnhonouredCauseError(ValueError):
-    """A cause acts on a quantity that its consumer does not simulate."""
+    """Is raised if a cause acts on a quantity that the caller does not simulate."""
 
 
 def refuse_unhonoured(causes: Iterable[Cause], honoured: frozenset[str], consumer: str) -> None:
-    """Raise UnhonouredCauseError if ``consumer`` would silently ignore a method of a cause."""
+    """Raise UnhonouredCauseError if ``consumer`` would silently ignore a method that a cause
+    overrides."""
     for cause in causes:
         left = sorted(acts_on(cause) - honoured)
         if left:

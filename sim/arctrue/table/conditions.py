@@ -1,4 +1,5 @@
-"""Conditions of a reading: the state of the table and quantities that some causes need."""
+"""Defines the conditions of a reading: the state of the table and further quantities that some
+causes need."""
 
 from __future__ import annotations
 
@@ -10,21 +11,21 @@ from numpy.typing import NDArray
 from arctrue.table.state import TableState
 
 USUAL_TEMPERATURE_C = 20.0
-"""Temperature at which the table was adjusted; all thermal effects are zero there."""
+"""Temperature at which the table was adjusted; all thermal effects are zero at this temperature."""
 
 
 @dataclass(frozen=True, slots=True)
 class Conditions(TableState):
-    """The state of a table with the conditions of each instant; every array has the shape
+    """The state of a table together with the conditions at each instant; every array has the shape
     ``(n,)``."""
 
     temperature_c: NDArray[np.float64]
     direction: NDArray[np.float64]
-    """Direction of approach to the angle, +1 or −1; 0 if unknown."""
+    """Direction in which the table approached the angle, +1 or −1; 0 if unknown."""
     run: NDArray[np.int64]
     since_run_start_s: NDArray[np.float64]
     travelled_rad: NDArray[np.float64] | None = None
-    """Travel in both directions since the table was set up; None if unknown."""
+    """Sum of the travel in both directions since the table was set up; None if unknown."""
     since_reversal_rad: NDArray[np.float64] | None = None
     """Travel since the last reversal; None if unknown."""
 
@@ -34,7 +35,7 @@ class Conditions(TableState):
 
 
 def conditions_of(state: TableState) -> Conditions:
-    """Return the state as conditions.
+    """Return the state as an object of this class.
 
     A state without conditions gets the usual temperature, a time long after the start, and its
     direction of motion as the direction of approach (0 at rest).
@@ -59,7 +60,8 @@ def heating_k(state: TableState) -> NDArray[np.float64]:
 
 
 def travelled_turns(state: TableState) -> NDArray[np.float64]:
-    """Return the turns since the table was set up, shape ``(n,)``. Raises ValueError if unknown."""
+    """Return the number of turns since the table was set up, shape ``(n,)``. Raises ValueError if
+    it is unknown."""
     travelled = conditions_of(state).travelled_rad
     if travelled is None:
         raise ValueError("a cause grows with use, and how far the table has turned is not known")

@@ -1,4 +1,4 @@
-"""Vectorised root finding: for each of many functions, the argument at which it meets its
+"""Finds, for each of many functions at once, the argument at which the function reaches its
 target."""
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ def solve_brackets(
     tolerance: float,
     iterations: int = 100,
 ) -> NDArray[np.float64]:
-    """Find where ``function`` meets ``target`` between ``lower`` and ``upper``, shape ``(n,)``.
+    """Return the arguments between ``lower`` and ``upper`` at which ``function`` equals ``target``,
+    shape ``(n,)``.
 
     Each bracket contains one root, at which ``function − target`` changes its sign. The method is
     false position in the Illinois variant (which halves the value at the end that it keeps), with a
@@ -67,10 +68,11 @@ def solve_brackets(
 def level_crossings(
     function: Function, grid: NDArray[np.float64], offset: float, *, tolerance: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int8]]:
-    """Find every crossing of ``function`` through a level k + ``offset`` with whole k, in order.
+    """Return every crossing of ``function`` through a level k + ``offset`` with whole k, in order.
 
-    ``grid`` rises, and ``function`` must be monotonic between neighbours of the grid. Returns the
-    arguments, the levels k and the directions (+1 upwards, −1 downwards), each ``(n,)``.
+    ``grid`` rises, and ``function`` must be monotonic between neighbouring points of the grid.
+    Returns the arguments, the levels k and the directions (+1 upwards, −1 downwards), each
+    ``(n,)``.
     """
     values = function(grid)
     cell = np.floor(values - offset).astype(np.int64)

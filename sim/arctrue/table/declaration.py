@@ -1,4 +1,4 @@
-"""Declaration of a cause of the simulated table: its values and its random draws."""
+"""Defines how a cause of the simulated table declares its values and its random draws."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from arctrue.table.cause import Cause
 
 MICROMETRE_M = 1e-6
 STROKE_DEG = 1.0
-"""Default travel after a reversal within which the friction of a bearing changes sides."""
+"""Default travel after a reversal within which the friction of a bearing changes its sign."""
 TURNS, NYQUIST_HZ, ROWS = 12, 125.0, 24_000
-"""Turns, half the row rate and rows of the full experiment; causes compute from them how many
+"""Turns, half the row rate, and rows of the full experiment; causes compute from them how many
 places a search tries."""
 
 Random = np.random.Generator
@@ -27,32 +27,32 @@ Half = Annotated[float, Meta(ge=-0.5, le=0.5)]
 
 Kind = Literal["catalogue", "parts", "stranger", "noise"]
 """Kinds of a cause: an effect of the catalogue, a product of parts, an error that is neither of
-them, or noise, which is no effect."""
+these, and noise, which is no effect."""
 
 
 class Given(Struct, frozen=True, forbid_unknown_fields=True):
-    """Values of a cause as a ``[[cause]]`` of a scenario gives them, by their keys."""
+    """Values of a cause, by the keys that a ``[[cause]]`` of a scenario file has."""
 
     name: str
 
     def physical(self, lines: int) -> Cause:
-        """Return the cause on a disc with this number of lines; ValueError if the values contradict
-        each other."""
+        """Return the cause on a disc with this number of lines. Raises ValueError if the values
+        contradict each other."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True, slots=True)
 class Occasion:
-    """Facts about the runs of the measurement that a random draw may use."""
+    """Facts about the runs of a measurement that a random draw may use."""
 
     starts_s: tuple[float, ...]
     durations_s: tuple[float, ...]
-    """Duration of each run of the capture."""
+    """Duration of each run of the capture, seconds."""
     speeds_rad_s: tuple[float, ...]
 
     @property
     def turns(self) -> float:
-        """Turns of all runs together, in either direction."""
+        """Number of turns of all runs together, in either direction."""
         travel = zip(self.durations_s, self.speeds_rad_s, strict=True)
         return sum(seconds * abs(speed) for seconds, speed in travel) / (2 * np.pi)
 
@@ -63,7 +63,7 @@ class Occasion:
 
 
 Draw = Callable[[float, Random, Occasion], list[Cause]]
-"""Function that draws a cause at random for a given size.
+"""Function that draws a random cause of a given size.
 
 A draw describes the change of the table, the counters or the instrument; it does not depend on the
 workbench's description of the same effect. Draws include hard cases: a gear may look like a polygon
@@ -73,29 +73,29 @@ error, and two heads may be nearly blind to the drawn order.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recipe:
-    """A range of sizes that occur on real tables, and the function that draws a cause of such a
+    """A range of sizes that occur on real tables, and the function that draws a cause with such a
     size."""
 
     name: str
-    """Name of the effect in the catalogue."""
+    """Name under which the catalogue lists the effect."""
     unit: str
     """Unit of the size."""
     low: float
     high: float
     draw: Draw
     rank: int
-    """Position in the pools from which the benchmark draws; a new recipe takes the next number."""
+    """Position in the pools from which the benchmark draws; a new recipe gets the next number."""
     coefficients: int = 0
-    """Degrees of freedom of the cause's true form, used by the test that knows this form; 0 for
+    """Number of coefficients of the cause's true form, for the test that knows this form; 0 for
     noise."""
     places: float = 1
-    """Number of orders, frequencies, instants, places on the disc or time constants to search
-    through."""
+    """Number of orders, frequencies, instants, places on the disc or time constants that a search
+    tries."""
     kind: Kind = "catalogue"
     parts: tuple[str, ...] = ()
-    """Factors of a product of parts."""
+    """Names of the factors of a product of parts."""
     cause: str = ""
-    """Name of the cause's file, set by the registry."""
+    """Name of the file that defines the cause; the registry sets it."""
 
     @property
     def in_catalogue(self) -> bool:
@@ -103,17 +103,17 @@ class Recipe:
         return self.kind == "catalogue"
 
     def draw_size(self, random: Random) -> float:
-        """Draw a size between low and high, log-uniformly."""
+        """Draw a size between ``low`` and ``high``, uniform in its logarithm."""
         return float(np.exp(random.uniform(np.log(self.low), np.log(self.high))))
 
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """The constant ``DECLARATION`` at the end of a cause's file."""
+    """Declares a cause: the constant ``DECLARATION`` at the end of the cause's file."""
 
     kind: type[Cause]
     values: type[Given] | None = None
-    """Values that a scenario may give; None: the cause is only drawn."""
+    """Values that a scenario file may give; None: the cause is only drawn at random."""
     recipes: tuple[Recipe, ...] = ()
 
 
@@ -125,7 +125,7 @@ def rising(key: str, instants_s: tuple[float, ...], least: int) -> None:
 
 
 def ellipse(forward_um: float, backward_um: float, direction_deg: float) -> tuple[complex, complex]:
-    """Return the complex factors of the forward and the backward circle of a motion, metres."""
+    """Return the complex factors of a motion's forward circle and backward circle, metres."""
     phase = math.radians(direction_deg)
     return (
         cmath.rect(forward_um * MICROMETRE_M, phase),

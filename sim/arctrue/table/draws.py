@@ -1,4 +1,4 @@
-"""Random draws that several causes share."""
+"""Makes the random draws that several causes share."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def sign(random: Random) -> float:
 
 
 def log_uniform(low: float, high: float, random: Random) -> float:
-    """Draw a number between two limits, log-uniformly."""
+    """Draw a number between two limits, uniform in its logarithm."""
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
 
@@ -30,7 +30,7 @@ def vector(size: float, random: Random) -> complex:
 
 
 def instants(mean_s: float, random: Random, occasion: Occasion) -> tuple[float, ...]:
-    """Draw irregular instants that begin before the first run and end after the last."""
+    """Draw irregular instants, the first before the first run and the last after the last run."""
     number = 3 + int(1.5 * occasion.end_s / mean_s)
     waits_s = random.gamma(4.0, mean_s / 4.0, number)
     drawn = np.cumsum(waits_s) - 2.0 * mean_s

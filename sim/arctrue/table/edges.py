@@ -1,4 +1,5 @@
-"""Finds the instants at which a head's count changes: the edges of its A, B and Z wires."""
+"""Finds the instants at which a head's count changes, which are the edges of its A, B and Z
+wires."""
 
 from __future__ import annotations
 
@@ -15,21 +16,22 @@ from arctrue.table.rotary_table import RotaryTable
 from arctrue.table.state import TableState
 
 TOLERANCE_COUNTS = 1e-7
-"""Tolerance of an edge in counts. A turn of 2^24 counts in float64 resolves 4e-9 counts."""
+"""Tolerance of the position of an edge, counts. For a turn of 2^24 counts float64 resolves 4e-9
+counts."""
 
 
 @dataclass(frozen=True, slots=True)
 class CountEdges:
-    """The count edges of one head in order of time; arrays ``(n,)``."""
+    """Count edges of one head in order of time, in arrays ``(n,)``."""
 
     first_count: int
-    """The count before the first edge."""
+    """Count before the first edge."""
     time_s: NDArray[np.float64]
     """Time of each edge since the motion began, seconds."""
     count: NDArray[np.int64]
-    """The count after each edge, from the head's index, not wrapped."""
+    """Count after each edge, from the head's index, not wrapped."""
     true_angle_rad: NDArray[np.float64]
-    """True angle of the table at each edge."""
+    """True angle of the table at each edge, radians."""
 
 
 def count_edges(
@@ -38,7 +40,7 @@ def count_edges(
     motion: Motion,
     random: np.random.Generator | None = None,
 ) -> CountEdges:
-    """Solve for the time and true angle of every count edge of a head during a motion.
+    """Return time and true angle of every count edge of a head during a motion.
 
     The interpolator has a hysteresis, so that an edge does not pass its neighbours and noise never
     adds a pair of edges.
@@ -62,8 +64,8 @@ def count_edges(
     Raises
     ------
     UnhonouredCauseError
-        If a cause acts on more than the lines and their signals. An example is a counter that
-        loses counts: it counts the edges, so that its loss does not change them.
+        If a cause acts on more than the lines and their signals. For example, a counter that loses
+        counts does not change the edges that it counts.
     """
 
     refuse_unhonoured(table.causes, SIGNALS, "a head's edges")
@@ -83,8 +85,8 @@ def count_edges(
 
 def _time_grid(motion: Motion) -> NDArray[np.float64]:
     # The grid has 256 intervals a turn of travel and at least 64 between two bends of the profile.
-    # They are short against a ripple of some tens of periods a turn, so the reading is monotonic in
-    # each.
+    # An interval is short against a period of a ripple with some tens of periods a turn, so the
+    # reading is monotonic in each interval.
     bends = motion.turning_times_s()
     parts = []
     for begin, end in itertools.pairwise(bends.tolist()):
@@ -111,7 +113,7 @@ def _displaced(
 def angle_of_reading(
     table: RotaryTable, head: int, reading_counts: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Find the true angle at which the slowly turning table shows each reading.
+    """Return the true angle at which the table, turning slowly, shows each reading.
 
     The causes of the table must not depend on time or speed.
 
@@ -132,7 +134,7 @@ def angle_of_reading(
     Raises
     ------
     ArithmeticError
-        If the reading errs by more than a tenth of a turn.
+        If the error of the reading exceeds a tenth of a turn.
     """
     nominal = reading_counts * table.count_rad + table.heads[head].angle_rad
     nominal = nominal + table.index_mark_rad

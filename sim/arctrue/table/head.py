@@ -1,4 +1,4 @@
-"""A read head: a fixed point from which the lines of the disc are read."""
+"""Defines a read head, a fixed point from which the lines of the disc are read."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ class Head:
     point_m: complex
     """Point x + jy of the stator plane, metres."""
     index_offset_counts: int = 0
-    """Counts by which this head detects the index mark late when the table turns
+    """Number of counts by which this head detects the index mark too late when the table turns
     counter-clockwise."""
 
     def __post_init__(self) -> None:
-        """Refuse a head that lies on the axis."""
+        """Raise ValueError for a head on the axis."""
         if self.point_m == 0:
             raise ValueError("a read head cannot stand on the axis of the table")
 
     @classmethod
     def on_circle(cls, radius_m: float, angle_rad: float, index_offset_counts: int = 0) -> Head:
-        """Make a head on a circle about the axis.
+        """Return a head on a circle about the axis.
 
         Parameters
         ----------
@@ -35,7 +35,7 @@ class Head:
         angle_rad : float
             Stator angle β, radians.
         index_offset_counts : int
-            Counts by which the head detects the index mark late.
+            Number of counts by which the head detects the index mark too late.
 
         Returns
         -------
@@ -51,5 +51,5 @@ class Head:
 
     @property
     def angle_rad(self) -> float:
-        """Stator angle β of the head."""
+        """Stator angle β of the head, radians."""
         return cmath.phase(self.point_m)

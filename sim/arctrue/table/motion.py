@@ -1,5 +1,5 @@
-"""The motion of the table: a speed profile with ramps, pauses and reversals, and a ripple of the
-angle."""
+"""Computes the motion of the table: a speed profile with ramps, pauses and reversals, and a ripple
+of the angle."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from arctrue.table.temperature import TemperatureCourse
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A speed that is linear between knots, with a ripple of the angle.
+    """A motion whose speed is linear between knots, with a ripple of the angle.
 
     With the smooth angle s(t), the integral of the profile from ``start_rad``, the true angle is
     θ(t) = s(t) + a·(sin(n·s(t) + p) − sin(n·start + p)), so that the ripple does not change while
     the drive stands still. ``knot_times_s`` begins at 0 and rises; ``knot_speeds_rad_s`` has the
     same number of values (signed, counter-clockwise positive). A motion begins as if the table had
-    just turned back. Raises ValueError for a profile that cannot be driven.
+    just reversed. Raises ValueError for a profile that cannot be driven.
     """
 
     knot_times_s: tuple[float, ...]
@@ -38,19 +38,20 @@ class Motion:
     ripple_phase_rad: float = 0.0
     """Phase p of the ripple, radians."""
     temperature: TemperatureCourse = field(default_factory=TemperatureCourse)
-    """Temperature over the time of the surroundings; the motion begins at ``start_s``."""
+    """Temperature as a function of the time of the surroundings; the motion begins at
+    ``start_s``."""
     surroundings_s: tuple[float, ...] | None = None
-    """Time of the surroundings at each knot. It counts pauses in full, also where the motion runs
-    only a part of a pause. None: it is the time of the motion."""
+    """Time of the surroundings at each knot. This time includes pauses in full, even if the motion
+    contains only a part of a pause. None: it equals the time of the motion."""
     start_s: float = 0.0
-    """Time of the measurement at which the motion begins."""
+    """Time of the measurement at which the motion begins, seconds."""
     run: int = 0
     """Number of the run within the measurement."""
     travelled_rad: float = 0.0
-    """Travel of the table before the motion, in either direction."""
+    """Travel of the table before the motion, summed over both directions."""
 
     def __post_init__(self) -> None:
-        """Refuse a profile that cannot be driven."""
+        """Raise ValueError for a profile that cannot be driven."""
         times = np.asarray(self.knot_times_s, dtype=np.float64)
         speeds = np.asarray(self.knot_speeds_rad_s, dtype=np.float64)
         if times.size < 2 or times.size != speeds.size:
@@ -85,7 +86,7 @@ class Motion:
         ripple_order: int = 1,
         ripple_phase_rad: float = 0.0,
     ) -> Motion:
-        """Make a motion with one speed.
+        """Return a motion at one speed, with optional ramps.
 
         Parameters
         ----------
@@ -128,11 +129,11 @@ class Motion:
 
     @property
     def duration_s(self) -> float:
-        """Time from the first to the last knot."""
+        """Time from the first knot to the last knot."""
         return self.knot_times_s[-1]
 
     def turning_times_s(self) -> NDArray[np.float64]:
-        """Give the instants at which the profile bends or changes its sign.
+        """Return the instants at which the speed profile bends or changes its sign.
 
         Between two neighbouring instants the true angle is monotonic.
 
@@ -150,7 +151,7 @@ class Motion:
         )
 
     def surroundings_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give the time of the surroundings since the motion began.
+        """Return the time of the surroundings since the motion began.
 
         Parameters
         ----------
@@ -167,7 +168,7 @@ class Motion:
         return np.asarray(np.interp(time_s, self.knot_times_s, self.surroundings_s))
 
     def temperature_c(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give the temperature during the motion.
+        """Return the temperature during the motion.
 
         Parameters
         ----------
@@ -197,7 +198,7 @@ class Motion:
         return _travel_of(self.knot_times_s, self.knot_speeds_rad_s).at(time_s)[1]
 
     def state(self, time_s: NDArray[np.float64]) -> Conditions:
-        """Give the state of the table and its conditions.
+        """Return the state of the table and its conditions.
 
         Parameters
         ----------
@@ -248,8 +249,8 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class _Travel:
-    """A profile cut into pieces of one direction each: ``k`` instants and speeds, ``k − 1``
-    pieces."""
+    """A speed profile that is divided into pieces of one direction each: ``k`` instants and speeds,
+    ``k − 1`` pieces."""
 
     times_s: NDArray[np.float64]
     speeds_rad_s: NDArray[np.float64]
@@ -258,11 +259,11 @@ class _Travel:
     side: NDArray[np.float64]
     """Direction of each piece, +1 or −1; a table at rest keeps the direction of its last motion."""
     turned_back_rad: NDArray[np.float64]
-    """The travel at the last reversal before each piece."""
+    """Travel at the last reversal before each piece."""
 
     def at(self, time_s: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Give the piece that contains each instant, and the travel until this instant; same
-        shape."""
+        """Return the piece that contains each instant, and the travel until this instant, in the
+        same shape."""
         piece = np.clip(
             np.searchsorted(self.times_s, time_s, side="right") - 1, 0, self.side.size - 1
         )

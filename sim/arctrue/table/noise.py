@@ -1,4 +1,5 @@
-"""Gaussian noise over time: how a cause describes it, its draws, and its covariance."""
+"""Describes Gaussian noise over time: the form in which a cause states it, its draws, and its
+covariance."""
 
 from __future__ import annotations
 
@@ -14,27 +15,28 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Zero-mean Gaussian noise of ``n`` rows in order of time.
+    """Gaussian noise of mean zero in ``n`` rows in order of time.
 
     The noise is the sum of a part that is independent from row to row, with the standard deviation
     ``white_rad`` ``(n,)``, and of ``k`` first-order Gauss–Markov processes. Process j has the
     standard deviation ``sigma_rad[j]`` and the correlation ``decay[j, i]`` between row i − 1 and
     row i, so that cov(i, l) = white_i²·δ_il + Σ_j sigma_j²·Π_{i < m ≤ l} decay_jm.
 
-    Each process is computed from row to row (no Fourier series), so that the end of a run is
-    independent of its beginning.
+    Each process is computed from row to row, not by a Fourier series, so that the end of a run is
+    not correlated with its beginning.
     """
 
     white_rad: Float
     sigma_rad: Float
     """Standard deviation of each process, shape ``(k,)``."""
     decay: Float
-    """Correlation of each row with the previous one, shape ``(k, n)``, |decay| < 1. Column 0 has no
-    meaning: each process begins stationary."""
+    """Correlation of each row with the previous one, shape ``(k, n)``, |decay| < 1. Column 0 is not
+    used, because each process is stationary from the first row on."""
 
     @classmethod
     def white(cls, sigma_rad: Float | float, rows: int) -> Noise:
-        """Return independent noise with one standard deviation, or with one for each row."""
+        """Return independent noise with one standard deviation for all rows, or with one for each
+        row."""
         return cls(np.broadcast_to(np.asarray(sigma_rad, float), rows), np.zeros(0), _none(rows))
 
     @classmethod
@@ -46,15 +48,15 @@ class Noise:
         return cls(np.zeros(time_s.size), np.asarray(sigma_rad, float), decay)
 
     def draw(self, random: np.random.Generator) -> Float:
-        """Draw one realisation, radians, shape ``(n,)``."""
+        """Return one random realisation, radians, shape ``(n,)``."""
         found = self.white_rad * random.standard_normal(self.white_rad.size)
         for sigma, decay in zip(self.sigma_rad, self.decay, strict=True):
             found = found + sigma * _gauss_markov(decay, random)
         return found
 
     def rows(self, kept: NDArray[np.bool_]) -> Noise:
-        """Give the noise of some of the rows: the correlations of the rows left out are
-        multiplied."""
+        """Return the noise of the rows in ``kept``: the correlations of the omitted rows are
+        multiplied into the next one."""
         at = np.flatnonzero(kept)
         running = np.cumsum(np.log(np.maximum(np.abs(self.decay), 1e-300)), axis=1)
         signs = np.cumprod(np.where(self.decay < 0, -1.0, 1.0), axis=1)
@@ -63,7 +65,7 @@ class Noise:
         return Noise(self.white_rad[kept], self.sigma_rad, size * sign)
 
     def covariance(self) -> Float:
-        """Return the covariance as a full matrix ``(n, n)``, rad²: for small n."""
+        """Return the covariance as a full matrix ``(n, n)``, rad²; it is meant for small n."""
         found = np.diag(self.white_rad**2)
         for sigma, decay in zip(self.sigma_rad, self.decay, strict=True):
             link = np.eye(decay.size)
@@ -74,8 +76,8 @@ class Noise:
 
 
 def together(parts: Iterable[Noise], rows: int) -> Noise:
-    """Return the sum of independent noises of the same rows; processes with the same decay become
-    one."""
+    """Return the sum of independent noises of the same rows; processes with equal decay are
+    combined into one."""
     variance = np.zeros(rows)
     processes: dict[bytes, tuple[float, Float]] = {}
     for part in parts:

@@ -1,4 +1,5 @@
-"""A, B and Z wires of the heads, and the clocks of the electronics at which they change."""
+"""Computes the levels of the heads' A, B and Z wires, and the clocks of the electronics at which
+they change."""
 
 from __future__ import annotations
 
@@ -21,13 +22,13 @@ _QUADRATURE = np.array([0, PIN_A, PIN_A | PIN_B, PIN_B], dtype=np.uint8)
 
 
 class TooFastError(ValueError):
-    """The table turns faster than the electronics can follow."""
+    """Is raised if the table turns faster than the electronics can follow."""
 
 
 def pin_states(
     count: NDArray[np.int64], counts_per_rev: int, index_width_counts: int = 1
 ) -> NDArray[np.uint8]:
-    """Give the levels of A (bit 0), B (bit 1) and Z (bit 2) at each count.
+    """Return the levels of A (bit 0), B (bit 1) and Z (bit 2) at each count.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def pin_states(
 
 @dataclass(frozen=True, slots=True)
 class PinEvents:
-    """Changes of a bundle of pins; arrays ``(n,)``, clocks rising strictly.
+    """Changes of the levels of several pins, in arrays ``(n,)`` with strictly rising clocks.
 
     As text the events are a line ``0 levels`` and then a line ``clocks-since-last levels`` for each
     event. tb/support/edge_player.vhd plays this text and tb/support/edge_recorder.vhd writes it.
@@ -63,7 +64,7 @@ class PinEvents:
     """Levels of all pins after each event, one bit a pin."""
 
     def write(self, file: Path) -> None:
-        """Write the events as text.
+        """Write the events to a file as text.
 
         Parameters
         ----------
@@ -87,7 +88,7 @@ class PinEvents:
 
     @classmethod
     def read(cls, file: Path) -> PinEvents:
-        """Read events that :meth:`write` or the recorder in VHDL wrote.
+        """Read events from a file that :meth:`write` or the recorder in VHDL wrote.
 
         Parameters
         ----------
@@ -119,7 +120,7 @@ def clocked_pins(
     clock_hz: float,
     index_width_counts: int = 1,
 ) -> PinEvents:
-    """Sample the wires of all heads by a clock; the lowest bits are those of head 1.
+    """Sample the wires of all heads at each clock; the lowest bits are those of head 1.
 
     Parameters
     ----------
@@ -172,14 +173,14 @@ def clocked_pins(
         own = np.concatenate([[first_levels >> shift & 7], level[owner == number]])
         bundle |= own[np.cumsum(owner == number)].astype(np.int64) << shift
     last_on_clock = np.append(np.diff(clock) > 0, True) if clock.size else np.zeros(0, dtype=bool)
-    # Clock 0 is the state before the first event, so events begin at clock 1.
+    # Clock 0 has the state before the first event, so events begin at clock 1.
     return PinEvents(first_levels, clock[last_on_clock], bundle[last_on_clock].astype(np.uint8))
 
 
 def decode_quadrature(
     first_levels: int, levels: NDArray[np.uint8]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Decode a recorded A/B/Z output.
+    """Return the steps and the illegal transitions of recorded A/B/Z levels.
 
     Parameters
     ----------
@@ -195,7 +196,7 @@ def decode_quadrature(
     illegal : ndarray
         Indices of the events at which A and B changed together, shape (k,).
     """
-    phase_of = np.array([0, 1, 3, 2])  # by A + 2·B; (A, B) goes 00, 10, 11, 01
+    phase_of = np.array([0, 1, 3, 2])  # index A + 2·B; as the count rises, (A, B) is 00, 10, 11, 01
     phase = phase_of[np.concatenate([[first_levels], levels]).astype(np.int64) & 3]
     step = (np.diff(phase) + 1) % 4 - 1
     return np.where(step == 2, 0, step), np.flatnonzero(step == 2)

@@ -1,4 +1,5 @@
-"""Every cause of the simulated table, found by its file in :mod:`arctrue.table.causes`.
+"""Registers every cause of the simulated table; it finds the causes by their files in
+:mod:`arctrue.table.causes`.
 
 Captures, edges, polygon runs, scenarios, hidden effects, ``simulate`` and the benchmark take their
 causes from this registry. Each of them refuses causes that it does not simulate, see
@@ -17,14 +18,14 @@ from arctrue.table.declaration import Declaration, Recipe
 
 
 def declared() -> dict[str, Declaration]:
-    """Import every file of the folder and return the declarations by the names of the files."""
+    """Import every file of the folder, and return the declarations by the names of their files."""
     names = sorted(module.name for module in pkgutil.iter_modules(causes.__path__))
     return {name: import_module(f"{causes.__name__}.{name}").DECLARATION for name in names}
 
 
 def ranked(found: dict[str, Declaration]) -> dict[str, Recipe]:
-    """Return the recipes of all causes in order of rank; ValueError if two share a name or a
-    rank."""
+    """Return the recipes of all causes in order of rank. Raises ValueError if two recipes share a
+    name or a rank."""
     recipes = [
         replace(recipe, cause=name) for name, cause in found.items() for recipe in cause.recipes
     ]
@@ -39,9 +40,9 @@ def ranked(found: dict[str, Declaration]) -> dict[str, Recipe]:
 
 
 CAUSES = declared()
-"""Every cause by the name of its file."""
+"""Declarations of all causes, by the names of their files."""
 REGISTRY = ranked(CAUSES)
-"""Every recipe by its name, in order of rank."""
+"""All recipes by their names, in order of rank."""
 RECIPES = {name: item for name, item in REGISTRY.items() if item.kind in ("catalogue", "parts")}
 STRANGERS = {name: item for name, item in REGISTRY.items() if item.kind == "stranger"}
 NOISES = {name: item for name, item in REGISTRY.items() if item.kind == "noise"}

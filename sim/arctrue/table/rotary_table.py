@@ -1,4 +1,5 @@
-"""The table: an axis, a disc on it, two to four heads that read the disc, and causes of errors."""
+"""Simulates the table: an axis, a disc on it, two to four heads that read the disc, and causes of
+errors."""
 
 from __future__ import annotations
 
@@ -15,9 +16,10 @@ from arctrue.table.head import Head
 from arctrue.table.state import TableState
 
 DISC_RADIUS_M = 107.95e-3 / 2
-"""MicroE PurePrecision disc (section 4 of the paper; docs/errata.md discusses its radius)."""
+"""Radius of the graduation of a MicroE PurePrecision disc (section 4 of the paper; docs/errata.md
+discusses it)."""
 HEAD_SEPARATION_RAD = float(np.deg2rad(33.0))
-"""α of docs/architecture.md, "Head geometry"."""
+"""Head separation α of docs/architecture.md, "Head geometry"."""
 GRATING_LINES = 16384
 """Number of lines of the paper's disc."""
 
@@ -27,7 +29,7 @@ TURN_RAD = 2 * np.pi
 def two_heads(
     radius_m: float = DISC_RADIUS_M, separation_rad: float = HEAD_SEPARATION_RAD
 ) -> tuple[Head, Head]:
-    """Make head 1 at the stator angle 0 and head 2 at −α: docs/architecture.md, "Head geometry".
+    """Return head 1 at the stator angle 0 and head 2 at −α: docs/architecture.md, "Head geometry".
 
     Parameters
     ----------
@@ -50,9 +52,9 @@ HEAD_PLACES_DEG: Mapping[int, tuple[float, ...]] = {
     4: (0.0, 33.0, 162.5, 300.5),
 }
 """Places of the heads after head 1, by the number of heads; head 2 is at its place in the paper.
-The third of three heads is at the place with the best worst-case gain of orders 1 to 64, among the
-places at which the mean of the heads has less noise than one head; the four places are those of
-docs/methods.md."""
+The third of three heads is at the place that minimises the largest noise gain of orders 1 to 64,
+among the places at which the mean of the heads has less noise than one head; docs/methods.md
+explains the places of four heads."""
 
 
 def heads_at(
@@ -60,7 +62,7 @@ def heads_at(
     radii_m: Sequence[float] | None = None,
     late_counts: Sequence[int] | None = None,
 ) -> tuple[Head, ...]:
-    """Make heads at the stator angles −p for places p after head 1.
+    """Return heads at the stator angles −p, where p is each place after head 1.
 
     Parameters
     ----------
@@ -90,14 +92,15 @@ def heads_at(
 
 
 HEADS = (*two_heads(), *heads_at(np.deg2rad(HEAD_PLACES_DEG[4]).tolist())[2:])
-"""The two heads of the paper, and heads 3 and 4 of a table with four heads."""
+"""The two heads of the paper, and heads 3 and 4 for a table with four heads."""
 
 
 @dataclass(frozen=True, slots=True)
 class RotaryTable:
-    """A disc on an axis, read by heads; exact plane geometry without small-angle formulae.
+    """A disc on an axis, read by heads; the geometry in the plane is exact, without small-angle
+    formulae.
 
-    Usually there are two heads; the gateware takes at most four. At the true angle θ the disc
+    Most tables have two heads; the gateware supports at most four. At the true angle θ the disc
     centre is at C = axis + e^{jθ}·disc shift. The ray from C through a head at H meets the
     graduation at the disc angle g = θ − arg(H − C); the lines there state the angle g + γ(g). Each
     head counts from the index mark on the disc. With the heads of :func:`two_heads` this gives R₁ =
@@ -111,20 +114,21 @@ class RotaryTable:
     heads: tuple[Head, ...]
     """The heads, two to four."""
     causes: tuple[Cause, ...] = ()
-    """Causes of errors, in the order in which they act."""
+    """Causes of errors, in the order in which they are applied."""
     counts_per_rev: int = 1 << 24
     """Counts a turn, a multiple of 4."""
     rounding: Literal["floor", "nearest"] = "floor"
-    """Place where a count changes: at a whole number or at a half."""
+    """Condition of a change of the count: the reading passes a whole number (``"floor"``) or a half
+    (``"nearest"``)."""
     noise_rad: float = 0.0
     """Standard deviation of white noise on each reading, radians."""
     index_mark_rad: float = 0.0
     """Disc angle of the index mark."""
     index_width_counts: int = 1
-    """Width of Z in counts."""
+    """Number of counts for which Z is high."""
 
     def __post_init__(self) -> None:
-        """Refuse a table that cannot be built."""
+        """Raise ValueError for a table that cannot be built."""
         if self.counts_per_rev < 4 or self.counts_per_rev % 4:
             raise ValueError(
                 f"a graduation gives a multiple of 4 counts a turn, found {self.counts_per_rev}"
@@ -149,7 +153,7 @@ class RotaryTable:
         return TURN_RAD / self.counts_per_rev
 
     def disc_angle_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
-        """Give the disc angle under a head.
+        """Return the disc angle under a head.
 
         Parameters
         ----------
@@ -171,7 +175,8 @@ class RotaryTable:
             disc += cause.disc_shift_m(state)
             point += cause.head_shift_m(head, state)
         ray = point - (axis + np.exp(1j * state.angle_rad) * disc)
-        # The angle of the ray is measured from the head's own direction, so that it never wraps.
+        # The angle of the ray is measured from the head's own direction, so that this angle never
+        # wraps.
         nominal = self.heads[head].angle_rad
         off_nominal: NDArray[np.float64] = np.angle(ray * np.exp(-1j * nominal))
         return state.angle_rad - nominal - off_nominal
@@ -185,7 +190,7 @@ class RotaryTable:
         return reading
 
     def index_count(self, head: int) -> int:
-        """Give the count of the graduation at which a head detects the index mark.
+        """Return the count of the graduation at which a head detects the index mark.
 
         Parameters
         ----------
@@ -203,10 +208,10 @@ class RotaryTable:
         return int(counts[0]) + self.heads[head].index_offset_counts
 
     def reading_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
-        """Give the reading of a head from the index mark: continuous and without noise.
+        """Return the continuous reading of a head from the index mark, without noise.
 
-        A delayed reading shows the place at an earlier time: the angle minus delay × speed. This is
-        exact at constant speed; on a ramp it errs by acceleration × delay²/2.
+        A delayed reading is the reading at an earlier time, when the angle was smaller by delay ×
+        speed. This is exact at constant speed; on a ramp the error is acceleration × delay²/2.
 
         Parameters
         ----------
@@ -243,7 +248,7 @@ class RotaryTable:
         return reading - self.index_count(head) * self.count_rad
 
     def round_counts(self, reading_counts: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Round a continuous reading to whole counts.
+        """Round a continuous reading to whole counts, by the table's rule.
 
         Parameters
         ----------
@@ -261,7 +266,7 @@ class RotaryTable:
     def counts(
         self, head: int, state: TableState, random: np.random.Generator | None = None
     ) -> NDArray[np.int64]:
-        """Give the counts of a head's counter, from the index.
+        """Return the counts of a head's counter from the index mark.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""State of the table at a series of instants."""
+"""Holds the state of the table at a series of instants."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from numpy.typing import NDArray
 class TableState:
     """The state of the table at ``n`` instants; every array has the shape ``(n,)``.
 
-    Causes read it. A quantity on which later causes depend, such as a load, becomes a new field.
+    Causes depend on these quantities. A further quantity on which a new cause depends, such as a
+    load, becomes a new field.
     """
 
     time_s: NDArray[np.float64]
     """Time of each instant, seconds."""
     angle_rad: NDArray[np.float64]
-    """True angle of the table, not wrapped, growing counter-clockwise."""
+    """True angle of the table, radians, not wrapped, growing counter-clockwise."""
     speed_rad_s: NDArray[np.float64]
-    """True speed, signed."""
+    """True speed with its sign, radians a second."""
 
     @classmethod
     def at_rest(cls, angle_rad: NDArray[np.float64]) -> TableState:
-        """Make the state of a table that stands still at each of the given angles, at time 0.
+        """Return the state of a table that stands still at each of the given angles, at time 0.
 
         Parameters
         ----------

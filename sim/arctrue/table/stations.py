@@ -1,4 +1,5 @@
-"""Conditions of a table that stops at one station after another, for a reference instrument."""
+"""Computes the conditions of a table that stops at one station after another, where a reference
+instrument is read."""
 
 from __future__ import annotations
 
@@ -8,9 +9,9 @@ from numpy.typing import NDArray
 from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
 
 OVERRUN_RAD = float(np.deg2rad(5.0))
-"""Angle by which the table overshoots a station at which it reverses."""
+"""Angle by which the table moves past a station at which it reverses."""
 NO_RUN = -1
-"""Number of the run of a station: stations belong to no run of the capture."""
+"""Run number of every station, because stations belong to no run of the capture."""
 
 
 def stations(
@@ -19,11 +20,12 @@ def stations(
     direction: NDArray[np.int64] | NDArray[np.float64],
     speed_rad_s: NDArray[np.float64] | float = 0.0,
 ) -> Conditions:
-    """Give the conditions at stations, arrays ``(n,)``; the table reaches each from its
+    """Return the conditions at stations, arrays ``(n,)``; the table reaches each station from its
     ``direction``.
 
     The table is at the usual temperature, long after the start. At the first station after a
-    reversal it overshoots by five degrees and approaches anew, as the procedure requires.
+    reversal the table moves five degrees too far and approaches the station again, as the procedure
+    requires.
     """
     travelled_rad, since_rad = _travel(target_rad, np.asarray(direction, dtype=np.float64))
     return Conditions(
@@ -42,10 +44,10 @@ def stations(
 def _travel(
     target_rad: NDArray[np.float64], direction: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the travel in both directions until each station, and the travel since the direction
-    changed."""
+    """Return the travel in both directions until each station, and the travel since the latest
+    change of direction."""
     steps = np.abs(np.diff(target_rad, prepend=target_rad[:1]))
-    # The last face of a pass and the first face of the next pass are one step apart.
+    # The last station of a pass and the first station of the next pass are one step apart.
     turns = np.minimum(steps, np.abs(2 * np.pi - steps))
     changed = np.diff(direction, prepend=0.0) != 0
     travel = np.cumsum(np.where(changed, 0.0, turns))

@@ -1,4 +1,4 @@
-"""The temperature of the table over time, and the temperature that a slow sensor shows."""
+"""Computes the temperature of the table over time, and the temperature that a slow sensor shows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TemperatureCourse:
-    """Temperatures at rising instants: linear between the instants, constant outside.
+    """Temperatures at rising instants; they are linear between the instants and constant before and
+    after them.
 
     Raises ValueError if the instants do not rise, or if instants and temperatures differ in number.
     """
@@ -23,7 +24,7 @@ class TemperatureCourse:
     temperatures_c: tuple[float, ...] = (USUAL_TEMPERATURE_C,)
 
     def __post_init__(self) -> None:
-        """Refuse instants that do not rise and lists of different length."""
+        """Raise ValueError for instants that do not rise and for lists of different length."""
         if not self.times_s or len(self.times_s) != len(self.temperatures_c):
             raise ValueError(
                 f"a temperature course needs one temperature an instant, found "
@@ -33,20 +34,20 @@ class TemperatureCourse:
             raise ValueError(f"the instants of a temperature course must rise: {self.times_s}")
 
     def at(self, time_s: Float) -> Float:
-        """Return the temperature at each instant, °C, same shape."""
+        """Return the temperature at each instant, °C, in the same shape."""
         return np.asarray(np.interp(time_s, self.times_s, self.temperatures_c))
 
     def lagging(self, time_s: Float, constant_s: float) -> Float:
-        """Give the temperature that a first-order sensor with this time constant shows, °C, same
-        shape.
+        """Return the temperature that a first-order sensor with this time constant shows, °C, in
+        the same shape.
 
-        It solves T_s′ = (T − T_s)/τ exactly on each straight piece; before the first instant T_s =
-        T.
+        The function solves T_s′ = (T − T_s)/τ exactly on each straight piece; before the first
+        instant T_s = T.
         """
         times = np.asarray(self.times_s)
         courses = np.asarray(self.temperatures_c)
-        # On a piece T = a + b·s the particular solution is a + b·(s − τ); the difference from it
-        # decays.
+        # On a piece T = a + b·s the particular solution is a + b·(s − τ); the difference of T_s
+        # from this solution decays.
         slopes = np.append(np.diff(courses) / np.diff(times), 0.0)
         shown = np.empty_like(courses)
         shown[0] = courses[0]

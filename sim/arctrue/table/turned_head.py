@@ -1,4 +1,4 @@
-"""Base of causes in which a bracket turns its head about the axis."""
+"""Defines the base class of causes in which a bracket turns its head about the axis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class TurnedHead(Cause):
-    """Base of the causes that move one head along the scale; subclasses give the angle."""
+    """Base class of the causes that move one head along the scale; a subclass defines the angle."""
 
     head: int
     at: Head

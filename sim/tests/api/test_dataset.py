@@ -136,8 +136,8 @@ def test_an_hdf5_file_gives_the_same_set(tmp_path: Path) -> None:
 
 
 def test_the_columns_are_those_of_the_equations() -> None:
-    """The expected counts of the unwrapped reading come from the equation, which this test
-    evaluates itself."""
+    """The columns equal the equations: the test evaluates the equation itself and compares the
+    counts of the unwrapped reading."""
     data = from_arrays()
     up = np.linspace(0.0, 720.0, 720, endpoint=False)
     angle = np.concatenate([up, up[::-1]])
@@ -285,7 +285,7 @@ def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
 
 
 def test_a_history_has_date_version_and_hash(tmp_path: Path) -> None:
-    """The command line writes the same three values for the same folder."""
+    """The history has the three values that the command line writes for this folder."""
     at.write_set(tmp_path / "set", from_arrays())
     model = at.add("hysteresis", tmp_path / "set")
     assert {step.measurement_sha256 for step in model.history} == {set_digest(tmp_path / "set")}

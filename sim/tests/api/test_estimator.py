@@ -1,5 +1,5 @@
-"""Tests of a fit as an estimator. Scikit-learn's own clone and grid search accept it, and it keeps
-their conventions without scikit-learn."""
+"""Tests that scikit-learn's clone and grid search accept ``FitEstimator``, and that it follows
+scikit-learn's conventions although arctrue does not import scikit-learn."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def test_scikit_learn_clones_it_and_walks_a_grid(
     estimator.fit(data)
     copy = base.clone(estimator)
     assert not hasattr(copy, "result_")
-    # clone() copies the model, like every parameter that is not an estimator; the other parameters
-    # are equal.
+    # clone() copies the model, like every parameter that is not an estimator; all other parameters
+    # of the clone are equal to the original ones.
     assert copy.get_params()["bounds"] == estimator.bounds
     values = [
         copy.set_params(**point).fit(data).result_.params[NAME].value

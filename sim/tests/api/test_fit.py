@@ -1,4 +1,5 @@
-"""Tests of ``arctrue.fit`` against least squares, scipy's optimisers, and the equation itself."""
+"""Tests that ``arctrue.fit`` agrees with least squares, with scipy's optimisers, and with the
+equation of the model."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ import arctrue as at
 FACES, CYCLES, NOISE_ARCSEC = 24, 8, 0.2
 TRUE = {"c1": 2.0, "s1": -0.5, "c3": 0.0, "s3": 0.3, "hysteresis": 0.4}
 COLOURED_SHARE = 0.15
-"""Relative tolerance of the uncertainties: in 192 rows of white noise the fit estimates some
-correlated noise."""
+"""Relative tolerance of the uncertainties, because the fit estimates a small correlated part of the
+noise from 192 rows of white noise."""
 NEAR_ARCSEC = 0.5 * NOISE_ARCSEC * np.sqrt(2.0 / (FACES * CYCLES))
 """Tolerance of the values: half the standard uncertainty of an amplitude."""
 Array = np.ndarray[Any, Any]
@@ -83,8 +84,8 @@ def test_values_and_uncertainties_are_those_of_least_squares() -> None:
 
 
 def test_an_interval_in_white_noise_is_students() -> None:
-    """The profile likelihood of a linear parameter is a parabola; its limits are exactly those of
-    Student's t."""
+    """The limits of an interval are exactly those of Student's t, because the profile likelihood of
+    a linear parameter is a parabola."""
     amplitude = fitted().params["graduation_harmonics.order_1_amplitude"]
     freedom = data().reference.error_arcsec.size - 6  # type: ignore[union-attr]
     for level in (0.68, 0.95):
@@ -202,7 +203,7 @@ def test_fixed_names_keep_what_an_earlier_fit_found() -> None:
 
 
 def test_correlations_are_those_of_the_covariance() -> None:
-    """With readings at only half of the faces, orders 1 and 3 are correlated; scipy computes the
+    """Orders 1 and 3 are correlated with readings at only half of the faces; scipy computes the
     same correlation."""
     rows = np.deg2rad(columns()["target_deg"]) < np.pi
     half = {name: values[rows] for name, values in columns().items() if name != "direction"}
@@ -317,7 +318,8 @@ def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
 
 @pytest.mark.slow
 def test_an_explanation_names_the_cause_with_its_size() -> None:
-    """The simulated table has a reversal error of 0.5″, half of it in each direction."""
+    """The explanation names the reversal error of the simulated table with its size of 0.5″, half
+    of it in each direction."""
     table = at.simulate("hysteresis", sizes=[0.5], experiment="short", seed=3)
     found = at.explain(table)
     assert found.model.effects == ["graduation_harmonics", "hysteresis"]

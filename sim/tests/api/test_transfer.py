@@ -59,7 +59,8 @@ def test_an_exported_file_is_that_of_the_command(tmp_path: Path) -> None:
 
 
 def test_a_correction_that_makes_it_worse_is_refused(tmp_path: Path) -> None:
-    """The model is fitted to one table; the rows come from a table with the opposite error."""
+    """The export refuses a model that was fitted to one table if the rows come from a table with
+    the opposite error."""
     angle = np.tile(np.arange(24) * 15.0, 4)
     error = 3.0 * np.cos(np.deg2rad(angle)) + 0.1 * np.sin(np.arange(96.0) ** 2)
     keys = {"counts_per_rev": 1 << 20, "faces": 24}

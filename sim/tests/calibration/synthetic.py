@@ -1,4 +1,5 @@
-"""A table for the tests: it computes readings from θ, and θ from readings by iteration.
+"""Simulates a table for the tests: computes readings from the true angle θ directly, and θ from
+readings by iteration.
 
 The module shares no code with arctrue.calibration or arctrue.table.
 """

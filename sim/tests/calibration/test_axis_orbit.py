@@ -56,16 +56,17 @@ def test_the_orbit_is_the_motion_of_the_axis() -> None:
 
 
 def test_figures_of_a_known_motion() -> None:
-    """The motion of amplitude 1 repeats in each turn, that of amplitude 0.3 does not. The
-    eccentricity of 5 does not count as error motion."""
+    """The error motion contains the motion of amplitude 1, which repeats in each turn, and the
+    motion of amplitude 0.3, which does not. The eccentricity of 5 does not count as error
+    motion."""
     angle = np.linspace(0.0, 20.0 * np.pi, 120_000, endpoint=False)
     motion = 5.0 * np.cos(angle + 0.4) + np.cos(3.0 * angle) + 0.3 * np.cos(4.37 * angle)
     found = error_motion(angle, motion)
     # Averaging over bins of two degrees reduces the repeating motion by 1 - cos(3 * 1°); the mean
-    # of ten turns contains 0.3/10 of the other motion.
+    # of ten turns contains 0.3/10 of the motion that does not repeat.
     assert found.synchronous == pytest.approx(2.0, abs=0.09)
-    # In ten turns, ten phases of the other motion fall on the same angle. Within a bin the
-    # repeating motion changes by 3 * 2° of its phase.
+    # In ten turns, ten phases of the motion of amplitude 0.3 fall on the same angle. Within a bin
+    # the phase of the repeating motion changes by 3 * 2°.
     assert found.asynchronous == pytest.approx(0.6, abs=0.11)
     assert found.total == pytest.approx(2.6, abs=0.05)
 
@@ -77,7 +78,8 @@ def test_two_heads_have_no_orbit() -> None:
 
 
 def test_compare_draws_the_orbit(tmp_path: Path) -> None:
-    """For a set of four heads the command prints figures of both directions and draws a picture."""
+    """``arctrue compare`` prints the orbit's figures of ISO 230-7 for x and for y, and draws the
+    orbit, for a set of four heads."""
     captured = replace(Bench(), axis=AXIS).captured(turns=TURNS)
     heads = dict(zip(("head3_counts", "head4_counts"), captured.further_counts, strict=True))
     seconds = np.arange(captured.samples) * (12.0 / 12_000)

@@ -105,7 +105,7 @@ def test_heads_that_count_against_each_other() -> None:
 def test_runs_at_the_lowest_speed_are_chosen() -> None:
     slow = Disc().heads(turn_angles(3_000))
     back = Disc().heads(turn_angles(3_000, direction=-1))
-    # The same steps in a third of the time have three times the speed.
+    # A run with the same steps in a third of the time has three times the speed.
     capture = capture_of([slow, slow, back], [1e-3, 1e-3 / 3, 1e-3])
     assert [turn.run for turn in whole_turns(capture, COUNTS)] == [0, 2]
     assert [turn.run for turn in whole_turns(capture, COUNTS, [1])] == [1]

@@ -1,5 +1,5 @@
-"""Tests that commissioning finds from the readings how the heads are connected: sense, places,
-cables."""
+"""Tests that commissioning computes from the readings which cable belongs to which head, and each
+head's sense and place."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def judged(
     nominal = theta[:, None] + np.array(places) / 360.0
     nominal = nominal + 150.0 / 1_296_000.0 * np.cos(2.0 * np.pi * nominal + 1.0)
     counted = np.rint(nominal * np.array(sense) * np.array(moving) * TURN).astype(np.int64)
-    # The positions have started at any value, and they wrap at 32 bits.
+    # Each position starts at an arbitrary value and wraps at 32 bits.
     positions = (counted + 2**31 - 5000 + 2**31) % 2**32 - 2**31
     return judge_connection(positions, counted % TURN, np.array(indexed), TURN, plan)
 
 
 def test_heads_as_planned() -> None:
-    """The places are found within 0.001° from 40 readings with counts of 1.2″; the eccentricity
-    does not affect them."""
+    """Commissioning finds the places within 0.001° from 40 readings with counts of 1.2″; the
+    eccentricity does not affect the places."""
     found = judged()
     assert found.faults == ()
     assert found.at_head == (1, 2, 3, 4)
@@ -62,8 +62,8 @@ def test_a_reversed_head_is_named_and_its_place_found(reversed_head: int) -> Non
     ],
 )
 def test_exchanged_cables_are_named(cables: tuple[int, ...], said: str) -> None:
-    """If a cable is connected to another head, its reading shows the place of that head, measured
-    from the head of cable 1."""
+    """If a cable is connected to another head, the cable's reading shows the place of this head,
+    measured from the head of cable 1."""
     found = judged(tuple(PLACES[head] for head in cables))
     (fault,) = found.faults
     assert said in fault
@@ -90,8 +90,8 @@ def test_places_that_no_cable_explains_are_told() -> None:
 
 
 def test_evenly_spaced_heads_are_taken_as_they_are() -> None:
-    """Three heads at 120° give the same readings after a rotation of the cables, so that the result
-    names no exchange."""
+    """The result must name no exchange, because three heads at 120° give the same readings after a
+    rotation of the cables."""
     plan = (0.0, 120.0, 240.0)
     readings = np.add.outer(np.linspace(0.0, 1.1, 40), np.array(plan) / 360.0) * TURN
     counted = np.rint(readings).astype(np.int64)

@@ -1,4 +1,5 @@
-"""Tests of the error before and after the correction by the bit-true model of the gateware."""
+"""Tests that compare the error before and after a correction; the bit-true model of the gateware
+computes the correction."""
 
 from __future__ import annotations
 
@@ -28,8 +29,8 @@ def calibrated(noise: float, reference_noise: float):
 
 
 def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
-    """The requirement limits the ratio of peak-to-peak values to 1.2; the simulated noise is that
-    of a good table."""
+    """The corrected error stays below 1.2 times the peak-to-peak noise of the reference, the limit
+    of the requirement; the simulated noise has the size of a good table's noise."""
     found, reference = calibrated(0.1, 0.15)
     comparison = found.comparison
     assert comparison is not None
@@ -37,7 +38,7 @@ def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
     assert extent(comparison.before_arcsec).peak_to_peak > 180.0
     after = extent(comparison.after_arcsec)
     assert after.peak_to_peak <= 1.2 * comparison.noise.peak_to_peak
-    # numpy subtracts the mean of ten rows at each of the 24 faces; what is left is the noise.
+    # numpy subtracts the mean of ten rows at each of the 24 faces; the residual is the noise.
     faces = reference.error_arcsec.reshape(5, 2, 24)
     faces[:, 1] = faces[:, 1, ::-1]
     scatter = faces - faces.mean(axis=(0, 1))
@@ -48,7 +49,7 @@ def test_without_noise_what_is_left_is_rounding() -> None:
     comparison = calibrated(0.0, 0.0)[0].comparison
     assert comparison is not None
     # The bound is half a count for the final rounding, and 0.01″ for the rounding of the readings
-    # in the calibration, taken twice.
+    # in the calibration, which enters twice.
     assert np.abs(comparison.after_arcsec).max() < 0.5 * 1_296_000 / COUNTS + 0.02
 
 
@@ -74,7 +75,8 @@ def test_reading_without_recorded_counts() -> None:
 
 
 def test_readings_at_the_turn() -> None:
-    """A correction across angle zero is a small angle; it must not become nearly a turn."""
+    """A correction across angle zero is a small angle; the comparison must not report it as nearly
+    a turn."""
     coefficients = Coefficients.from_harmonics([1], [1000.0], [0.0], COUNTS)
     reference = Reference(
         np.zeros(3),

@@ -1,4 +1,5 @@
-"""Tests that predicted uncertainties equal the scatter of many simulated captures."""
+"""Tests that the predicted uncertainties equal the standard deviations over many simulated
+captures."""
 
 from __future__ import annotations
 
@@ -41,8 +42,8 @@ def white(random, shape):
 
 @pytest.mark.parametrize("method", [fourier, least_squares])
 def test_white_noise_within_ten_percent(method) -> None:
-    """500 captures determine the standard deviation of two components to 2.2 %; the bound of 10 %
-    is 4.5 times as large."""
+    """The predicted uncertainties are right to 10 %: 500 captures determine the standard deviation
+    of two components to 2.2 %, and 10 % is 4.5 times as large."""
     thetas = [turn_angles(600, 2), turn_angles(500, 1, direction=-1)]
     observed, predicted = scatter(method, white, thetas)
     assert predicted / observed == pytest.approx(1.0, abs=0.10)
@@ -54,7 +55,8 @@ def test_white_noise_of_one_turn_within_ten_percent() -> None:
 
 
 def test_noise_that_is_not_white() -> None:
-    """The power of the noise falls towards high orders: neighbouring samples are correlated."""
+    """The prediction is right for noise whose power falls towards high orders, so that neighbouring
+    samples are correlated."""
 
     def red(random, shape):
         noise = random.normal(0.0, 0.15, shape)
@@ -64,8 +66,7 @@ def test_noise_that_is_not_white() -> None:
 
     thetas = [turn_angles(600, 6)]
     observed, predicted = scatter(least_squares, red, thetas, 150)
-    # The prediction averages the spectrum over 19 orders, and the power falls to a fifth within
-    # them.
+    # The prediction averages the spectrum over 19 orders, over which the power falls to a fifth.
     assert predicted / observed == pytest.approx(1.0, abs=0.25)
     # White noise of the same variance, 0.15²/(1 − 0.9²) per head, would give a much smaller
     # uncertainty at order 1.

@@ -1,4 +1,5 @@
-"""Tests of both methods against exactly known errors."""
+"""Tests of the two estimators, least squares and Fourier transform, against exactly known
+errors."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ DISC = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0), 8: (0.3, 1.1), 11: 
 
 
 def left_over(disc: Disc, found: Estimate, values=None) -> np.ndarray:
-    """Return the error in ″ that remains after the correction at each reading, without its mean."""
+    """Return the error in ″ that the correction leaves at each reading, minus the mean of this
+    error."""
     reading = np.arange(4096) * (2.0 * np.pi / 4096)
     true_error = (reading - disc.true_angle(reading)) / ARCSEC
     values = found.values if values is None else values
@@ -64,7 +66,8 @@ def test_any_number_of_samples_turns_and_uneven_steps(samples: int) -> None:
 
 
 def test_fourier_equals_the_formula_of_the_paper() -> None:
-    """Equations (4)–(7) are evaluated as a plain sum over the samples, for one turn from θ = 0."""
+    """The estimator equals equations (4)–(7), which the test evaluates as a plain sum over the
+    samples, for one turn from θ = 0."""
     turns = turns_of(DISC, turn_angles(start=0.0))
     found, _ = fourier(turns, COUNTS, ALPHA, ORDERS, "nominal")
     delta = (turns[0].head2_counts - turns[0].head1_counts) * (1_296_000 / COUNTS) - 33 * 3600.0
@@ -86,8 +89,9 @@ def test_fourier_takes_both_directions_and_many_turns() -> None:
 
 
 def test_error_taken_at_the_reading_leaves_second_order() -> None:
-    """See docs/errata.md, "(8)": an error taken as a function of θ leaves (150″)²/2 = 0.0545″ of
-    order 2 for an eccentricity of 150″; an error taken as g(R) leaves none."""
+    """See docs/errata.md, "(8)": an error estimated as a function of the true angle θ leaves
+    (150″)²/2 = 0.0545″ of order 2 for an eccentricity of 150″; an error estimated as a function of
+    the reading R leaves none."""
     disc = Disc()
     found, _ = fourier(turns_of(disc, turn_angles()), COUNTS, ALPHA, ORDERS)
     plain = left_over(disc, found)
@@ -99,10 +103,11 @@ def test_error_taken_at_the_reading_leaves_second_order() -> None:
 
 
 def test_speed_ripple_spoils_the_transform_and_not_the_fit() -> None:
-    """See docs/errata.md, "a DFT needs equal steps of angle". The speed has a ripple of 0.002 rad
-    at order 7, and the readings have 0.1″ of noise. To first order the ripple moves half of ρ·D₁
-    into orders 6 and 8 of δ₂₁, that is 0.043″ and 0.057″ of ε. A start angle from a single sample,
-    which is not used here, would add 0.1″."""
+    """The speed ripple spoils the Fourier transform and not the fit; see docs/errata.md, "a DFT
+    needs equal steps of angle". The speed has a ripple ρ = 0.002 rad at order 7, and the readings
+    have 0.1″ of noise. To first order the ripple moves half of ρ·D₁, with the amplitude D₁ of order
+    1, into orders 6 and 8 of δ₂₁, that is 0.043″ and 0.057″ of ε. A start angle from a single
+    sample, which is not used here, would add 0.1″."""
     disc = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0)})
     orders = np.arange(1, 9)
     turns = turns_of(disc, turn_angles(ripple_rad=0.002), noise=0.1, seed=3)
@@ -132,8 +137,8 @@ def test_head_separation_is_measured(method) -> None:
 
 
 def test_nominal_separation_leaves_what_theory_says() -> None:
-    """An α that is wrong by Δ leaves the share |n·Δ/2·(cot(nα/2) + j)| of order n: 1.76 Δ at n =
-    1."""
+    """If α is wrong by Δ, the correction leaves |n·Δ/2·(cot(nα/2) + j)| times the amplitude of
+    order n: 1.76 Δ at n = 1."""
     disc = Disc({1: (150.0, 0.4)}, alpha_deg=33.0 + 50.0 / 3600.0)
     turns = turns_of(disc, turn_angles())
     wrong, _ = least_squares(turns, COUNTS, ALPHA, np.arange(1, 6), "nominal")
@@ -143,8 +148,8 @@ def test_nominal_separation_leaves_what_theory_says() -> None:
     )
     assert first == pytest.approx(1.76 * 50.0 * ARCSEC * 150.0, rel=0.03)
     assert np.abs(left_over(disc, right)).max() < 0.005
-    # The stated uncertainty covers this error: u(α) = 50″/√3 contributes 0.5·cot(α/2) = 1.69 times
-    # its size along the amplitude.
+    # The stated uncertainty covers this error: with u(α) = 50″/√3, order 1 of 150″ gets the
+    # uncertainty 0.5·cot(α/2)·u(α)·150″ = 1.69·u(α)·150″ along its amplitude.
     expected = 0.5 / np.tan(ALPHA / 2.0) * 50.0 / np.sqrt(3.0) * ARCSEC * 150.0
     assert wrong.u_amplitude_arcsec[0] == pytest.approx(expected, rel=0.03)
     assert right.u_amplitude_arcsec[0] < 0.01
@@ -167,7 +172,8 @@ def test_index_that_cannot_be_believed_falls_back_to_nominal(method) -> None:
 
 
 def test_orders_that_cannot_be_seen() -> None:
-    """Both heads read order 120 alike at 33°, and orders 11 and 109 have 19 times the noise."""
+    """The estimator marks order 120, which both heads read alike at 33°, and magnifies the noise 19
+    times at orders 11 and 109."""
     orders = np.arange(1, 125)
     for method in (fourier, least_squares):
         found, _ = method(turns_of(DISC, turn_angles(4000)), COUNTS, ALPHA, orders)
@@ -187,7 +193,7 @@ def test_runs_that_disagree_have_the_uncertainty_of_that() -> None:
     assert found.disagreement[0] > 100.0
     assert (found.disagreement[1:] == 1.0).all()
     # One of the four values differs by 1″, so that their mean has u = 0.25″ along the amplitude. χ²
-    # has 6 degrees of freedom. Three of them belong to the phases, which do not scatter; hence the
+    # has 6 degrees of freedom. Three of these belong to the phases, which do not scatter; hence the
     # estimated u is 0.25″/√2.
     assert found.u_amplitude_arcsec[0] == pytest.approx(0.25 / np.sqrt(2.0), rel=0.1)
 

@@ -1,4 +1,5 @@
-"""Tests which source determines α, how uncertain α is, and how this affects every order."""
+"""Tests which source determines the head separation α, how uncertain α is, and how this uncertainty
+affects every order."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ MOVED_COUNTS = 492
 """Shift of the index by 10 µm at a radius of 53.975 mm, in counts: 38.2″ at 2²⁴ counts per turn."""
 DISC = Disc({1: (95.0, -1.9), 2: (0.8, 2.0), 8: (0.3, 1.0), 11: (0.6, 0.7)})
 STRONG = Disc({1: (95.0, -1.9), 11: (12.0, 0.7)})
-"""A disc with 12″ of order 11, at which the harmonics determine α best."""
+"""A disc with 12″ of order 11, large enough for the harmonics to determine α."""
 
 
 def measured(disc: Disc, *, stated_arcsec: float | None = None, moved: int = 0) -> MeasurementSet:
@@ -40,8 +41,8 @@ def complex_orders(values: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("method", ["least_squares", "fourier"])
 @pytest.mark.parametrize("stated_arcsec", [None, 19.0])
 def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> None:
-    """An index that is detected 38″ away changes every order by |E_n(α + 38″) − E_n(α)|; the
-    uncertainty of the order covers the change.
+    """The uncertainty of an order covers the change |E_n(α + 38″) − E_n(α)| that an index causes if
+    it is detected 38″ away.
 
     The expected change is computed independently, from E_n = D_n/(e^{jnα} − 1) at both α.
     """
@@ -60,7 +61,8 @@ def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> Non
     strong = np.array([0, 1, 7])
     assert apart[strong] == pytest.approx(expected[strong], rel=0.05)
     assert apart[0] > 0.02
-    # The standard uncertainty of a component is 1/√2 of that of its order.
+    # The standard uncertainty of a component is the standard uncertainty of its order divided by
+    # √2.
     u_alpha = stated_arcsec or 50.0 / np.sqrt(3.0)
     assert plain.u_head_separation_rad / ARCSEC == pytest.approx(u_alpha, rel=1e-4)
     by_alpha = expected * u_alpha / (off / ARCSEC) / np.sqrt(2.0)
@@ -69,8 +71,8 @@ def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> Non
 
 
 def test_two_heads_repeat_as_two_rectangles() -> None:
-    """If both heads detect the index at the same place, an uncertainty of ± 1 count per head
-    remains: √2/√3 counts."""
+    """If both heads detect the index at the same place, α has the remaining uncertainty of ± 1
+    count per head: √2/√3 counts."""
     estimate = calibrate(measured(DISC, stated_arcsec=0.0)).estimate
     two = np.sqrt(2.0 / 3.0) * 2.0 * np.pi / COUNTS
     assert estimate.u_head_separation_rad == pytest.approx(two, rel=1e-9)
@@ -78,7 +80,8 @@ def test_two_heads_repeat_as_two_rectangles() -> None:
 
 
 def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
-    """12″ of order 11 give u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″; the index gives 29″."""
+    """The harmonics determine α with u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″, from 12″ of order
+    11; the index determines α with 29″."""
     shifted = measured(STRONG, moved=MOVED_COUNTS)
     found = calibrate(shifted)
     assert found.estimate.separation_choice == "harmonics"
@@ -86,7 +89,7 @@ def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
     of_order_11 = 0.15 * abs(np.exp(11j * np.radians(33.0)) - 1.0) / (11 * 12.0) / ARCSEC
     assert 0.9 * of_order_11 < source.u_rad / ARCSEC < 1.05 * of_order_11
     assert found.estimate.head_separation_rad == source.value_rad
-    # The reference has noise of 0.05″ in 240 rows, which adds only a tenth of this u.
+    # The reference has noise of 0.05″ in 240 rows, which adds only a tenth of this uncertainty.
     assert abs(source.value_rad - np.radians(33.0)) < 0.3 * source.u_rad
     assert found.comparison is not None
     by_index = calibrate(shifted, CalibrationSettings(separation="measured"))
@@ -107,8 +110,8 @@ def test_the_index_is_used_where_the_harmonics_tell_less() -> None:
 
 
 def test_a_first_order_of_the_reference_alone_does_not_pass_for_alpha() -> None:
-    """The reference alone has a further 0.3″ of order 1, which would shift α by 370″; the
-    uncertainty of α covers this shift."""
+    """The uncertainty of α covers an error of 0.3″ of order 1 that only the reference has, and that
+    would shift α by 370″."""
     made = measured(DISC)
     assert made.reference is not None
     only = 0.3 * np.cos(np.radians(made.reference.target_deg) + 1.0)
@@ -166,7 +169,8 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
 
 
 def test_the_gate_is_that_of_the_firmware() -> None:
-    """Coefficients with the wrong sign leave 4 A² instead of A²."""
+    """The gate refuses coefficients with the wrong sign, which double the error: the mean square is
+    4 A² instead of A²."""
     found = calibrate(measured(DISC))
     held = found.coefficients
     wrong = replace(held, amplitudes=-held.amplitudes)

@@ -31,7 +31,7 @@ PULL = 5.0
 """Largest accepted deviation in standard uncertainties. A test compares about 40 values; one of
 them exceeds the limit by chance with a probability of 2e-5."""
 Motion = Mapping[tuple[int, int], complex]
-"""Circles of the axis in arcseconds, each by its order and sense."""
+"""Circular motions of the axis in arcseconds, keyed by order and sense of rotation."""
 
 
 def readings(
@@ -44,8 +44,8 @@ def readings(
     moved_arcsec: Float | complex = 0.0,
     disc: Mapping[int, tuple[float, float]] = DISC,
 ) -> Float:
-    """Return θ + p + ε(θ + p) + Im(c·e^{jp}) of each head, reduced by its late index; rad, shape
-    (heads, n)."""
+    """Return the reading θ + p + ε(θ + p) + Im(c·e^{jp}) of each head, minus the lateness of its
+    index; rad, shape (heads, n)."""
     c = np.zeros(angle.size, dtype=complex) + moved_arcsec
     for (order, sense), value in (motion or {}).items():
         c += value * np.exp(1j * sense * order * angle)
@@ -116,8 +116,8 @@ def test_two_heads_find_what_the_calibration_of_two_heads_finds() -> None:
     found = fit(part, 2, u_place_arcsec=0.0)
     same = 1e-3 * two.u_component_arcsec.min()
     np.testing.assert_allclose(found.values, two.values, atol=same)
-    # One method assumes that α is known, the other has ± 29″. The test compares the orders at which
-    # α adds little uncertainty.
+    # One method assumes that α is known; the other estimates α with ± 29″. The test compares the
+    # orders at which α adds little uncertainty.
     quiet = np.flatnonzero(ORDERS > 3)
     u = np.sqrt(np.diag(found.disc_covariance)[quiet])
     np.testing.assert_allclose(u, two.u_component_arcsec[quiet], rtol=0.25)
@@ -148,8 +148,8 @@ def test_a_forward_circle_of_order_1_is_an_eccentric_disc_and_a_backward_one_is_
         left = [float(np.linalg.norm(disc_pulls(one)[1:8])) for one in (plain, allowed)]
         wrong = np.hypot(*np.split(plain.values - true_reading_values(), 2))[0]
         if reported:
-            # The fit without the axis' circle takes a part of the circle as an error of the disc;
-            # the fit with the circle does not.
+            # The fit without the axis' circle attributes a part of the circle to the disc; the fit
+            # with the circle does not.
             assert 0.1 * size < wrong < size
             assert np.hypot(*np.split(allowed.values - true_reading_values(), 2))[0] < 0.01 * size
         else:
@@ -169,7 +169,7 @@ def test_motion_at_every_order_and_balls_leave_the_parity_alone() -> None:
     found = fit(part, 4, "every")
     pulls = np.abs(disc_pulls(found)).reshape(2, -1)
     assert np.max(pulls[:, 1:]) < PULL  # order 1 contains the forward circle
-    # 0.1″ of noise, and counts of 0.077″
+    # Noise of 0.1″ and the rounding to counts of 0.077″ give √(0.1² + 0.077²/12)″.
     assert found.noise_arcsec == pytest.approx(0.1025, rel=0.05)
     wrong = [
         np.max(np.abs(one.values - true_reading_values()).reshape(2, -1)[:, 1:])
@@ -194,7 +194,7 @@ def test_places_are_found_where_the_axis_is_at_rest() -> None:
     found = fit(part, 4, u_place_arcsec=np.inf)
     apart = (found.places_rad - np.radians(PLACES_DEG)) / ARCSEC - off
     assert np.max(np.abs(apart[1:] / found.u_places_arcsec[1:])) < PULL
-    # 3 to 4″ for 12,000 samples are 4 to 6″ for 6,000.
+    # The uncertainty of 3 to 4″ with 12,000 samples becomes 4 to 6″ with 6,000 samples.
     assert np.all((found.u_places_arcsec[1:] > 3.0) & (found.u_places_arcsec[1:] < 8.0))
 
 
@@ -237,7 +237,8 @@ def test_gains_of_four_heads_with_motion_unknown_at_every_order() -> None:
     spare = order_gain(np.radians([0.0, 64.3, 177.0, 257.9]), orders, "every")
     assert round(spare[:63].max(), 1) == 2.7
     assert orders[spare.argmax()] == 67
-    # At order 1 only the backward circle differs from the disc; the forward circle equals the disc.
+    # At order 1 the readings distinguish only the backward circle from the disc; the forward circle
+    # has the same readings as the disc.
     assert order_gain(np.radians(PLACES_DEG), [1], "every")[0] < 1.0
     assert np.isinf(order_gain(np.radians(PLACES_DEG[:3]), [2], (2,))[0])
 
@@ -281,7 +282,8 @@ def test_a_search_in_a_part_of_the_samples_changes_nothing(
     monkeypatch.setattr(module, "SEARCH_SAMPLES", 1500)
     searched = fit(part, 4, motion)
     u = np.sqrt(np.diag(whole.disc_covariance))
-    # A quarter of the samples determines the weights and order 1, which are therefore not compared.
+    # The quarter of the samples determines the weights and order 1, so that the test does not
+    # compare these.
     away = np.abs(searched.values - whole.values) / u
     assert np.max(np.delete(away, [0, ORDERS.size])) < 0.5
     assert np.max(np.abs(disc_pulls(searched)).reshape(2, -1)[:, 1:]) < PULL

@@ -1,4 +1,4 @@
-"""Tests that the heads' readings show the phase of a line over many turns, although the line's
+"""Tests that the heads' readings determine the phase of a line over many turns, although the line's
 order is not an integer and changes at random."""
 
 from __future__ import annotations

@@ -63,8 +63,8 @@ def test_a_jump_beside_a_masked_row_is_still_seen() -> None:
 
 
 def test_a_stated_repeatability_of_the_index_counts() -> None:
-    """A standard deviation of 3 counts for one head gives 3·√2 counts for two heads that detect the
-    index at the same place."""
+    """A standard deviation of 3 counts for one head gives 3·√2 counts for the difference of two
+    heads that detect the index at the same place."""
     made = spoiled(masked=True)
     table = replace(made.table, index_detection_arcsec=0.0, index_repeatability_counts=3.0)
     estimate = calibrate(replace(made, table=table)).estimate

@@ -1,5 +1,5 @@
-"""Tests of weights, parity and banks of the weighted mean of heads, against geometry and closed
-forms."""
+"""Tests of the weighted mean of heads: geometry and closed forms give the expected weights, parity
+and banks."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from arctrue.table.causes.radial_motion import RadialMotion
 
 STATED_PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 SPARE_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads, of which any single one may fail."""
+"""Places of four heads; the mean of the other three exists if any single head fails."""
 COUNTS = 1 << 24
 QUANTISED_ARCSEC = 0.005
 """Largest error of quantised banks in arcseconds.
@@ -116,7 +116,8 @@ def test_words_have_the_sum_one_and_let_little_through(places_deg: tuple[float, 
     words = weight_words(weights, places)
     assert words.sum() == 1 << 16
     assert np.max(np.abs(words / 65536 - weights)) < 2.5 / 65536
-    # The rounded weights let a part of the axis' motion through, which is 2 µm or 7.6″ here.
+    # The rounded weights let through a part of the axis' motion, which is 2 µm or 7.6″ in this
+    # test.
     leak = abs(np.sum(words / 65536 * np.exp(1j * places)))
     assert leak * 7.64 < 2e-4
 
@@ -202,7 +203,8 @@ def test_every_bank_gives_the_true_angle_wherever_the_axis_is(
     exact = [table.reading_rad(head, state) / table.count_rad for head in range(len(places_deg))]
     counts = np.rint(exact).astype(np.int64)
     for bank in banks:
-        # The rounding of the readings to counts is subtracted, because the bank does not cause it.
+        # The test subtracts the rounding of the readings to counts, because the bank does not cause
+        # this rounding.
         rounded = counts - exact
         own = weights_of(bank) @ rounded
         shown = mean_angle_counts(bank, counts) - own
@@ -238,7 +240,8 @@ def test_the_sets_come_back_from_a_coefficient_file(tmp_path: Path) -> None:
     "shift", [RadialMotion(0, 2e-6 + 0j), DiscEccentricity(2e-6, 0.0)], ids=["axis", "disc"]
 )
 def test_a_moved_carrier_shows_only_through_the_slope_of_the_lanes(shift: Cause) -> None:
-    # Goal of docs/heads.md: the centre moves by 2 µm, nothing is calibrated again, 0.002″.
+    # Goal of docs/heads.md: if the centre moves by 2 µm and nothing is calibrated again, the angle
+    # changes by at most 0.002″ RMS.
     disc = _known_disc(STATED_PLACES_DEG, EQUAL)
     bank = mean_bank(disc, COUNTS, lanes=12)
     angle = np.linspace(0.0, 6.28, 600)
@@ -250,8 +253,8 @@ def test_a_moved_carrier_shows_only_through_the_slope_of_the_lanes(shift: Cause)
         counts = np.rint(exact).astype(np.int64)
         shown.append(mean_angle_counts(bank, counts) - weights_of(bank) @ (counts - exact))
     change = moved(shown[1] - shown[0]) * 0.0772
-    # The bound is e_moved·Σ n·E_n, that is 7.6″ = 3.7e-5 rad times the lanes of the mean (15″). The
-    # second-order effect of the changed eccentricity adds 150″·7.6″.
+    # The bound is the motion, 7.6″ = 3.7e-5 rad, times Σ n·E_n over the lanes of the mean (15″).
+    # The second-order effect of the changed eccentricity adds 150″·7.6″.
     slope = 3.7e-5 * sum(
         n * a * 0.0772 for n, a in zip(bank.orders, bank.amplitudes_counts, strict=True)
     )

@@ -28,7 +28,7 @@ FOUR = np.radians(PLACES[4])
 
 
 def lines(places_rad: NDArray[np.float64], order: int) -> Complex:
-    """Return the columns of θ, g, x and y; each head has one row."""
+    """Return the matrix with the columns of θ, g, x and y, in which each head has one row."""
     return np.stack(
         (
             np.ones(places_rad.size, dtype=np.complex128),
@@ -42,8 +42,8 @@ def lines(places_rad: NDArray[np.float64], order: int) -> Complex:
 
 @pytest.mark.parametrize("order", [1, 2, 3, 5, 12, 40, 64, 128])
 def test_three_heads_see_no_order_of_the_disc_where_the_axis_moves(order: int) -> None:
-    """At any order, the motions of table and axis can together produce the same readings of three
-    heads as the disc."""
+    """Three heads cannot show an order of the disc, because the motions of table and axis can
+    together produce the readings that the disc produces."""
     columns = lines(THREE, order)
     others = columns[:, [0, 2, 3]]
     assert np.linalg.matrix_rank(columns) == 3
@@ -53,14 +53,15 @@ def test_three_heads_see_no_order_of_the_disc_where_the_axis_moves(order: int) -
 
 @pytest.mark.parametrize("order", [2, 3, 5, 12, 40, 64])
 def test_four_heads_see_every_order_but_the_first(order: int) -> None:
-    """The parity is the part of the disc's column that is orthogonal to all other columns."""
+    """Four heads show an order of the disc by the parity, which is the part of the disc's column
+    that is orthogonal to all other columns."""
     assert np.linalg.matrix_rank(lines(FOUR, order), tol=1e-3) == 4
     assert np.linalg.matrix_rank(lines(FOUR, 1), tol=1e-9) == 3
 
 
 def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
-    """A disc of order 5 with an axis at rest is compared with a perfect disc whose axis and drive
-    move.
+    """The test compares a disc of order 5 with an axis at rest and a perfect disc whose axis and
+    drive move.
 
     All differences between three heads are equal within 1e-12″ at every sample; a fourth head
     separates the two cases by 0.4″.
@@ -86,11 +87,11 @@ def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
 
 @pytest.mark.parametrize(("order", "share"), [(2, 0.02), (3, 10.4), (5, 0.05), (6, 5.2)])
 def test_what_three_heads_take_for_the_disc_stays_in_their_mean(order: int, share: float) -> None:
-    """An axis that moves by 0.2″ along x looks like an error of the disc, and the lanes put it into
-    the mean.
+    """An axis that moves by 0.2″ along x looks like an error of the disc, so that the lanes add a
+    share of the motion to the mean.
 
     The share follows from the two contrasts and the weights of the mean alone; the device's
-    calibration in numpy makes the same error. Heads about 120° apart hardly observe the orders 3,
+    calibration in numpy makes this error too. Heads about 120° apart hardly observe the orders 3,
     6, …, which the mean contains in full.
     """
     places = np.radians(PLACES[3])

@@ -1,4 +1,5 @@
-"""Tests which orders are applied, and what the table says about the others."""
+"""Tests which orders the calibration applies, and which verdict the table prints for each other
+order."""
 
 from __future__ import annotations
 
@@ -35,8 +36,8 @@ def test_noise_alone_applies_nothing() -> None:
         for seed in range(40)
         for v in select_orders(estimate_of(Disc({}), 32, seed=seed, samples=1000), 32)
     )
-    # A set contains a false order with a probability of 5 %. In 40 sets 2 are expected; more than 6
-    # occur in one of 200 such tests.
+    # A set contains a false order with a probability of 5 %. In 40 sets 2 false orders are
+    # expected; more than 6 occur in one of 200 such tests.
     assert applied <= 6
 
 
@@ -71,12 +72,13 @@ def test_coefficients_hold_the_applied_orders() -> None:
 
 
 def test_significance_factor_by_simulation() -> None:
-    """Noise amplitudes are divided by their uncertainty, which comes from 96 exponentially
-    distributed spectral lines."""
+    """The factor is the quantile of noise amplitudes divided by their estimated uncertainty, which
+    comes from 96 exponentially distributed spectral lines."""
     random = np.random.default_rng(3)
     amplitude = np.hypot(*random.normal(size=(2, 400_000)))
     u = np.sqrt(random.gamma(96, 1.0 / 96, 400_000))
-    # A total of 5 % over 5 orders is 1 % for each order; the draws determine it to 0.016 %.
+    # A false-alarm probability of 5 % over 5 orders is 1 % for each order; 400,000 draws determine
+    # it with a standard deviation of 0.016 %.
     share = np.mean(amplitude > significance_factor(5) * u)
     assert share == pytest.approx(0.01, abs=0.0006)
 

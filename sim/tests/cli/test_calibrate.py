@@ -1,4 +1,4 @@
-"""Tests of ``arctrue calibrate`` as a user sees it: figures, files and exit codes."""
+"""Tests of ``arctrue calibrate`` from the command line: printed figures, files and exit codes."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
     assert data["before_arcsec"]["max"] == pytest.approx(95.0, abs=2.0)
     assert data["after_arcsec"]["rms"] == pytest.approx(0.15, abs=0.03)
     assert data["head_separation_deg"] == pytest.approx(33.0, abs=1e-5)
-    # The places at which the heads detect the mark are known only as well as the mounting, to ±50″.
+    # The places at which the heads detect the mark have the uncertainty of the mounting, ±50″.
     assert data["u_head_separation_arcsec"] == pytest.approx(50.0 / 3**0.5, rel=1e-3)
     alpha = data["alpha"]
     assert (alpha["from"], alpha["u_arcsec"]) == (
@@ -156,8 +156,8 @@ def test_refused_capture(folder: Path, tmp_path: Path, change, words: str) -> No
 
 
 def test_coefficients_that_would_double_the_error(folder: Path, tmp_path: Path) -> None:
-    """The header exchanges the columns of the heads: the correction would raise the error from 67″
-    to 130″ RMS."""
+    """The command refuses coefficients that would raise the error from 67″ to 130″ RMS, because the
+    header exchanges the columns of the heads."""
     out, figures = tmp_path / "out", tmp_path / "figures.json"
     assert run(folder, "--out", out).exit_code == 0
     before = (out / "coefficients.toml").read_bytes()
@@ -203,8 +203,8 @@ def test_bad_usage(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
-    """The set has no second head. Only orders of the disc that 24 faces can separate get an
-    amplitude."""
+    """The command calibrates a set without a second head from the reference run alone. Only orders
+    of the disc that 24 faces can separate get an amplitude."""
     whole = read_measurement_set(folder)
     alone = tmp_path / "alone"
     write_measurement_set(alone, replace(whole, capture=None))

@@ -52,8 +52,8 @@ def test_the_words_that_are_written_give_the_true_angle(tmp_path: Path, made: Si
     weights = np.array(found["weights"])
     shown = mean_angle_counts(coefficients, counts) - weights @ (counts - exact)
     left = (shown - angle / table.count_rad + (1 << 23)) % (1 << 24) * 0.07724762
-    # 11 orders have u ≤ 0.0023″, and the radii are found to 4e-5 of the 100″ at order 1; two heads
-    # would keep 0.7″.
+    # 11 orders have u ≤ 0.0023″, and the radii are found to 4e-5 of the 100″ at order 1; with two
+    # heads an error of 0.7″ would remain.
     assert np.std(left) < 0.04
     alone = (exact[0] - angle / table.count_rad) * 0.07724762
     assert np.std(alone) > 10.0

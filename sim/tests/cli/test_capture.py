@@ -1,4 +1,5 @@
-"""Test that a capture writes exactly the captured values, although the line changes characters."""
+"""Test that ``arctrue capture`` writes exactly the captured values, although the serial line
+changes characters."""
 
 from __future__ import annotations
 
@@ -20,8 +21,8 @@ from arctrue.measurement import read_measurement_set
 
 
 class NoisyLine(Device):
-    """A line that changes a digit of row 17 of every dump once, and loses row 300 and the two rows
-    after it once."""
+    """A serial line that changes a digit of row 17 of every dump once, and loses row 300 and the
+    two rows after it once."""
 
     head_spoiled = False
 

@@ -1,5 +1,5 @@
-"""Tests of commission against the firmware's console; the four heads are connected in any order and
-sense."""
+"""Tests of ``arctrue commission`` against the firmware's console, with exchanged and reversed
+heads."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ RATIOS = (1.0, 1.001, 0.999, 1.0005)
 
 @dataclass(frozen=True)
 class TurningWorld(World):
-    """A table that turns forward or backward; its heads are late by SKEW_NS."""
+    """A table that turns forward or backward; the reading of each head is late by its value of
+    SKEW_NS."""
 
     direction: int = 1
 
@@ -53,7 +54,8 @@ WORLD = TurningWorld(
 
 
 class TableDevice(Device):
-    """A device on a table that turns between any two answers, and backward after the first dump."""
+    """A device whose table moves by 13° after each answer that contains "indexed"; turns captured
+    after the first dump run backward."""
 
     cables = (0, 1, 2, 3)
     sense = (1, 1, 1, 1)
@@ -84,7 +86,7 @@ class TableDevice(Device):
             self.tell(said + made.step())
 
     def move(self) -> None:
-        """Turn the table by 13° and let all heads of the core read it."""
+        """Turn the table by 13°, and set the reading of every head in the core."""
         self.angle_turns += 13.0 / 360.0
         for cable, (head, sense) in enumerate(zip(self.cables, self.sense, strict=True), start=1):
             nominal = self.angle_turns + PLACES[4][head] / 360.0
@@ -119,7 +121,7 @@ def commission(device: TableDevice, *options: str) -> Any:
 
 
 def test_exchanged_and_reversed_heads_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cables 3 and 4 are exchanged, and cable 2 has A and B exchanged."""
+    """The command names the exchanged cables 3 and 4, and head 2, whose A and B are exchanged."""
     with connected(monkeypatch, cables=(0, 1, 3, 2), sense=(1, -1, 1, 1)) as device:
         done = commission(device)
     assert done.exit_code == 1, done.output
@@ -139,8 +141,8 @@ def test_heads_as_planned_and_a_missing_index(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_places_radii_and_skew_are_measured_and_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    """After two turns in opposite directions, each result lies within 4 of its own standard
-    uncertainties.
+    """The table makes two turns in opposite directions; each result lies within 4 of its own
+    standard uncertainties.
 
     The skews of 150 and 400 ns are 0.05″ and 0.13″ at 90°/s. The delays, in clocks of 10 ns, align
     all heads with the latest head.

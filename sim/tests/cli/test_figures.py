@@ -1,4 +1,5 @@
-"""Tests how figures are printed: digits by the standard uncertainty, and probabilities."""
+"""Tests that figures are printed with as many digits as their standard uncertainty justifies, and
+how probabilities are printed."""
 
 from math import inf, nan
 

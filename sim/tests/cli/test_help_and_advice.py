@@ -30,7 +30,7 @@ def arctrue_(*words: str | Path) -> Result:
 def every_command(
     command: click.Command = main, words: tuple[str, ...] = ()
 ) -> dict[tuple[str, ...], click.Command]:
-    """Return each command and group by the words that call it."""
+    """Return each command and group, keyed by the words that call it."""
     found = {words: command}
     if isinstance(command, click.Group):
         context = click.Context(command)
@@ -80,8 +80,8 @@ def test_help_is_there_in_short_and_fits_80_columns(words: tuple[str, ...]) -> N
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_every_option_says_what_it_is(words: tuple[str, ...]) -> None:
-    """The help of an option must be clear alone: ``Of the draws.`` leaves open what the option
-    sets."""
+    """The help of each option must be clear alone: ``Of the draws.``, for example, does not say
+    what the option sets."""
     for option in COMMANDS[words].params:
         if isinstance(option, click.Option):
             said = option.help or ""
@@ -136,7 +136,7 @@ def test_a_name_with_one_letter_wrong_is_meant(name: str, place: int, letter: st
 
 
 def test_errors_are_told_through_one_function() -> None:
-    """No command writes to stderr directly or with a prefix of its own."""
+    """No command writes to stderr directly or with a prefix of its own; all use one function."""
     for path in sorted(FOLDER.glob("*.py")):
         if path.name == "_terminal.py":
             continue

@@ -1,4 +1,5 @@
-"""Tests of load against the firmware's own console at the other end of a pseudo-terminal."""
+"""Tests of ``arctrue load`` against the firmware's own console at the other end of a
+pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ COUNTS_PER_REV = 1 << 24
 
 
 class SpoilingDevice(Device):
-    """A device on whose line the first frame of a lane loses a digit."""
+    """A device whose serial line once loses a digit of the first frame of a lane."""
 
     spoiled = False
 
@@ -59,7 +60,7 @@ def run(device: Device, path: Path) -> Result:
 
 
 def test_a_file_is_loaded(device: Device, tmp_path: Path) -> None:
-    """The loaded file has orders 1 and 2 of the simulated table."""
+    """The command loads a file with orders 1 and 2 of the simulated table."""
     done = run(device, file_of(tmp_path, {1: (150.0, 0.4), 2: (6.0, 4.2)}))
     assert done.exit_code == 0, done.output
     assert "2 orders are loaded and active" in done.output
@@ -98,7 +99,8 @@ class OtherEnd(Device):
 def test_what_is_not_active_in_the_end_is_no_success(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, lines: tuple[str, ...], said: str
 ) -> None:
-    """During the load another program, the command forget, or a re-arm changed the state."""
+    """The command reports a failure if another program, the command forget, or a re-arm changed the
+    state during the load."""
     monkeypatch.setattr(OtherEnd, "lines", lines)
     made = OtherEnd()
     with made.running(monkeypatch):
@@ -109,8 +111,8 @@ def test_what_is_not_active_in_the_end_is_no_success(
 
 
 class TakesAll:
-    """A console that accepts every frame; the emulator's core would refuse some, because it has no
-    MODULATORS."""
+    """A console that accepts every frame. The emulator's core would refuse some frames, because it
+    has no MODULATORS."""
 
     port = "a port"
 
@@ -127,7 +129,8 @@ class TakesAll:
 def test_lanes_that_no_turn_shows_are_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Both heads read order 0 × direction alike; they read order 1 × direction differently."""
+    """The command names the lane of order 0 × direction, which adds the same to both heads, so that
+    no turn shows it; the lane of order 1 × direction adds different values to the heads."""
     plain = Coefficients.from_harmonics([1, 0, 1], [9.0, 5.0, 3.0], [0.0] * 3, COUNTS_PER_REV, 32)
     extension = Extension(
         conditions=Conditions(1600, 4, 45.0), modulators=((1, "direction"), (2, "direction"))
@@ -145,8 +148,8 @@ def test_lanes_that_no_turn_shows_are_named(
 
 
 class TakesSets(TakesAll):
-    """A console that refuses the first frame of a set, sent before ``load begin``, and gives a
-    reason."""
+    """A console that refuses the first frame of a prepared set, which is sent before ``load
+    begin``, and gives a reason."""
 
     reason = ""
 
@@ -167,8 +170,8 @@ class TakesSets(TakesAll):
 def test_sets_for_a_missing_head_go_to_a_gateware_that_takes_them(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, reason: str, are_sent: bool
 ) -> None:
-    """A core without FAILOVER, or an earlier firmware, receives all other parts; the operator gets
-    a warning about the missing ones."""
+    """A core without FAILOVER, or an earlier firmware, receives all other parts of the file; the
+    command warns the operator about the parts that were not loaded."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)
@@ -242,8 +245,9 @@ def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:
 def test_sets_for_a_missing_head_are_named_as_not_loaded(
     tmp_path: Path,
 ) -> None:
-    """A lane of this file follows a condition. The warning comes before the port is opened, so that
-    no device has to answer."""
+    """The command names the sets for a missing head that it does not load, because a lane of the
+    file follows a condition. The command prints the warning before it opens the port, so that no
+    device has to answer."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)

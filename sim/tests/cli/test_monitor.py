@@ -1,4 +1,5 @@
-"""Tests of monitor and capture against the firmware's console at a pseudo-terminal."""
+"""Tests of ``arctrue monitor`` and ``arctrue capture`` against the firmware's console at a
+pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -35,12 +36,12 @@ ANGLES = COUNTS * (2 * np.pi / (1 << 24))
 
 
 class Device(threading.Thread):
-    """The firmware on a model of the core; the model delivers a turn as soon as the firmware allows
-    it."""
+    """The firmware on a model of the core; the model delivers a turn as soon as the firmware starts
+    a capture."""
 
     @contextmanager
     def running(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-        """Let the device answer until the block ends."""
+        """Run the device's thread until the block ends."""
         # The firmware is compiled here, if needed, before any test waits for an answer.
         firmware()
         monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
@@ -87,7 +88,7 @@ class Device(threading.Thread):
         """Attach further parts of the board before the start."""
 
     def received(self, data: bytes) -> bytes:
-        """Return the part of ``data`` that the line delivers."""
+        """Return the part of ``data`` that the serial line delivers."""
         return data
 
     def tell(self, said: str) -> None:
@@ -164,7 +165,8 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
 
 
 def test_an_order_that_grows_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Order 3 grows by 1″ in every turn; blocks of a single turn keep the test short."""
+    """The monitor reports an order that grows: order 3 grows by 1″ in every turn. Blocks of a
+    single turn keep the test short."""
     device.growing_counts = 1.0 / 0.0772
     quick = functools.partial(trend.TrendWatch, block_turns=1)
     monkeypatch.setattr(trend, "TrendWatch", quick)
@@ -177,7 +179,7 @@ def test_an_order_that_grows_is_told(device: Device, monkeypatch: pytest.MonkeyP
 
 def test_captures_are_added_to_a_set(device: Device, tmp_path: Path) -> None:
     words = [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S), "--append"]
-    device.moved_counts = 5  # no two turns are the same
+    device.moved_counts = 5  # the table has moved between two turns
     assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
     done = CliRunner().invoke(main, ["capture", *words])
     assert done.exit_code == 0, done.output
@@ -198,8 +200,8 @@ def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_
     assert early.exit_code == 2
     assert "holds no set yet" in early.stderr
     assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
-    device.moved_counts = 5  # no two turns are the same
-    # The table still turns in the same way.
+    device.moved_counts = 5  # the table has moved between two turns
+    # The table turns in the same way as in the first capture.
     same = CliRunner().invoke(main, ["capture", *words, "--next", "speed"])
     assert same.exit_code == 1
     assert "1. turn the table up at" in same.stderr
@@ -248,7 +250,8 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_a_spoiled_line_is_one_turn_less(spoiled: bytes) -> None:
-    """A character changed on the way may leave a line that is valid JSON but no telemetry."""
+    """The monitor skips a line in which a character was changed; such a line may be valid JSON but
+    no telemetry."""
     near, far = pty.openpty()
     tty.setraw(far)
     device = console.Console(os.ttyname(far), timeout_s=0.2)

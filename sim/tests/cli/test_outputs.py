@@ -1,5 +1,5 @@
-"""Tests that no file is lost: a command checks the place of its output first, and does not
-overwrite recorded sets."""
+"""Tests that no command destroys a file: each command checks the place of its output before it
+works, and does not overwrite recorded sets."""
 
 from __future__ import annotations
 
@@ -66,7 +66,8 @@ def test_a_recorded_set_is_not_simulated_over(tmp_path: Path) -> None:
     out = tmp_path / "monday"
     simulate = ("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "lean")
     assert arctrue(*simulate).exit_code == 0
-    # A set whose truth file lies next to it comes from simulate, which may overwrite the set.
+    # A set with a truth file next to it comes from ``arctrue simulate``, which may overwrite the
+    # set.
     assert arctrue(*simulate).exit_code == 0
     (tmp_path / "monday.truth.json").unlink()
     before = (out / "capture.csv").read_bytes()

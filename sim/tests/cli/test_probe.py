@@ -1,4 +1,5 @@
-"""Tests of probe against the firmware's console; the registers change like those of the core."""
+"""Tests of ``arctrue probe`` against the firmware's console; the test changes the probe's registers
+as the core does."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from arctrue.device import console, probe
 TURN = 1 << 24
 CLOCK_HZ = 100_000_000
 FIRST_EDGE = (1 << 16) - 2
-"""Count of the first edge; the count wraps during the test."""
+"""Count of the probe's first edge; the 16-bit count wraps during the test."""
 
 
 def position_of(edge: int) -> int:
@@ -27,7 +28,8 @@ def position_of(edge: int) -> int:
 
 
 class ProbedDevice(Device):
-    """A device that has a new edge after each printed latch, and twice three edges at once."""
+    """A device whose probe has one new edge after each printed latch; twice it has three new edges
+    at once."""
 
     def attach(self, made: Firmware) -> None:
         self.core = made.core
@@ -125,11 +127,11 @@ def test_every_event_of_a_burst_is_written(monkeypatch: pytest.MonkeyPatch, tmp_
 
 
 class StillDevice(Device):
-    """A device whose probe touches nothing."""
+    """A device whose probe touches nothing, so that it has no edge."""
 
 
 class DyingDevice(ProbedDevice):
-    """A device that stops answering from its third latch on."""
+    """A device that stops answering after its third latch."""
 
     def tell(self, said: str) -> None:
         super().tell(said)

@@ -1,4 +1,4 @@
-"""Tests that a long command reports its progress and the remaining time."""
+"""Tests that a long command reports its progress and the time left."""
 
 from __future__ import annotations
 

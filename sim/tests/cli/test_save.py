@@ -1,4 +1,5 @@
-"""Tests of save against the firmware's own console at the other end of a pseudo-terminal."""
+"""Tests of ``arctrue save`` against the firmware's own console at the other end of a
+pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -21,8 +22,8 @@ SECTORS = 4
 
 
 class DeviceWithFlash(Device):
-    """A device with a flash; every reading of its clock adds a millisecond, so that an erase ends
-    soon."""
+    """A device with a flash; each time the firmware reads the clock, the clock advances by a
+    millisecond, so that an erase ends soon."""
 
     chip: Chip
 

@@ -25,8 +25,8 @@ PATIENCE_S = 20.0
 
 
 class Device(threading.Thread):
-    """A device that answers each line with ``answer``, which gives the seconds to wait and the
-    output after them."""
+    """A device that answers each line as ``answer`` determines: ``answer`` returns the seconds to
+    wait and the output after them."""
 
     def __init__(self, answer: Callable[[str], tuple[float, str]]) -> None:
         super().__init__(daemon=True)
@@ -67,8 +67,8 @@ def device() -> Iterator[Device]:
     made = Device(firmware_like)
     yield made
     os.close(made.far)
-    # A thread that still reads would receive lines of the next test, because the next port gets the
-    # same file descriptor.
+    # A thread that still reads the port would receive lines of the next test, because the next port
+    # gets the same file descriptor.
     made.join(PATIENCE_S)
     os.close(made.near)
 
@@ -93,8 +93,8 @@ time.sleep(60)
 def test_a_port_that_another_program_has_is_refused_with_its_name(
     program: str, tmp_path: Path
 ) -> None:
-    """Two programs that read the same port each get a part of every line: a load failed after 16 s
-    while a monitor was running."""
+    """The command refuses a port that another program reads, because each of the two programs would
+    receive a part of every line: a load failed after 16 s while a monitor was running."""
     near, far = pty.openpty()
     port = os.ttyname(far)
     os.close(far)
@@ -157,8 +157,8 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next_ones(
 
 
 def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
-    """Another program ended in the middle of a line, and the device is still sending the answer to
-    that program."""
+    """The command ignores the device's answer to another program, which ended in the middle of a
+    line."""
     os.write(device.far, b"load status\rload la")
     time.sleep(0.1)
     console = Console(device.port, timeout_s=0.1)
@@ -168,7 +168,8 @@ def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
 
 
 def test_a_line_that_comes_in_two_parts_is_one_line(device: Device) -> None:
-    """The device pauses in the middle of a line for longer than a single read of the port waits."""
+    """The console joins the two parts of a line if the device pauses between them for longer than a
+    single read of the port waits."""
     console = Console(device.port, timeout_s=0.05)
     device.answer = lambda line: (0.0, "load act") if line == "load" else firmware_like(line)
     rest = threading.Timer(0.5, os.write, (device.near, b"ive\r\nok\r\n"))
@@ -181,8 +182,8 @@ def test_a_line_that_comes_in_two_parts_is_one_line(device: Device) -> None:
 def test_a_load_whose_first_answer_is_late_ends_well(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An earlier version ended with `not enough values to unpack`, because it took the late ok for
-    the state of the load."""
+    """An earlier version ended with `not enough values to unpack`, because it interpreted the late
+    ok as the state of the load."""
     answers = iter([1.5])
 
     def late_once(line: str) -> tuple[float, str]:

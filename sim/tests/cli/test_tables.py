@@ -1,4 +1,5 @@
-"""Tests that every command's tables fit into 80 columns: no cell is cut, no number is broken."""
+"""Tests that the tables of every command fit into 80 columns, without a cut cell or a broken
+number."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ def assert_whole(text: str) -> None:
     assert max(map(cell_len, lines)) <= WIDTH, max(lines, key=cell_len)
     for line in lines:
         assert "…" not in line, line
-        # A hyphen here stands for a minus sign; in a date or a range a digit precedes the hyphen.
+        # A hyphen at the beginning of a number stands for a minus sign; in a date or a range a
+        # digit precedes the hyphen.
         assert not re.search(r"(?<![\w.])-\d", line), line
 
 
@@ -99,7 +101,8 @@ WORDS = {
         *("--sign", "reading-true"),
     ],
 }
-"""Commands that draw tables, in an order in which each finds its inputs."""
+"""Commands that draw tables, in an order in which earlier commands write the inputs of later ones.
+"""
 
 
 def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,7 +117,7 @@ def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def printed(monkeypatch: pytest.MonkeyPatch, what: Any, *arguments: Any) -> str:
-    """Return the text that a command prints for a result."""
+    """Return the text that a command prints for the given result."""
     monkeypatch.setattr(_loaded_set.console, "width", WIDTH)
     with _loaded_set.console.capture() as got:
         what(*arguments)
@@ -135,8 +138,8 @@ def curve() -> SimpleNamespace:
 
 
 def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Real results need the compiled gateware; the figures of this test are larger than any result
-    so far."""
+    """The tables fit with figures that are larger than any result so far; real results would need
+    the compiled gateware."""
     from arctrue.cli import demo, hidden, paper, revolution, run
 
     scale = SimpleNamespace(

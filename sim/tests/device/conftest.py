@@ -1,4 +1,4 @@
-"""Fixture that gives the daemons a folder of their own for their announcements."""
+"""Fixture that gives the daemons of the tests a separate folder for their announcements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run ``arctrue device run`` as a separate process, and a device that replays telemetry."""
+"""Runs ``arctrue device run`` as a separate process, with a device that replays telemetry."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ it."""
 
 
 class Replay:
-    """The device at its end of a pseudo-terminal; the test writes what the device sends."""
+    """The device at its end of a pseudo-terminal; the test writes the device's output."""
 
     def __init__(self) -> None:
         self.end, far = pty.openpty()
@@ -58,7 +58,7 @@ class Replay:
         self.send(line_of(number, **fields))
 
     def pull(self) -> None:
-        """Remove the port: its reader gets an error."""
+        """Remove the port, so that its reader gets an error."""
         self._pulled = True
         self._reader.join()
         os.close(self.end)
@@ -71,7 +71,7 @@ def line_of(number: int, **fields: Any) -> bytes:
 
 
 class Running:
-    """A running daemon, whose messages are in ``said``."""
+    """A running daemon; ``said`` contains its messages."""
 
     def __init__(self, process: subprocess.Popen[str], store: Path) -> None:
         self.process, self.store = process, store
@@ -100,7 +100,7 @@ def until(is_true: Callable[[], object], message: Callable[[], str] = lambda: ""
 
 @contextmanager
 def daemon(port: str, store: Path, *options: str, before: str = "") -> Iterator[Running]:
-    """Run a daemon at a free port; its process first executes the program ``before``."""
+    """Run a daemon at a free port; the process first executes the program ``before``."""
     command = [sys.executable, "-c", before + PROGRAM, "device", "run", port]
     process = subprocess.Popen(
         [*command, "--store", str(store), "--tcp-port", "0", *options],

@@ -1,4 +1,4 @@
-"""Run ``arctrue device epics`` as a separate process, at ports that nothing else uses."""
+"""Runs ``arctrue device epics`` as a separate process, at ports that no other program uses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of the ophyd-async device and its plan, over PVAccess, the daemon and the firmware's
+"""Tests of the ophyd-async device and its plan with PVAccess, the daemon and the firmware's
 console."""
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def table_of(port: str) -> CorrectedTable:
 def test_a_plan_calibrates_loads_and_verifies(
     ports: None, engine: RunEngine, device: Device, tmp_path: Path
 ) -> None:
-    """The written file is compared with the disc's equation, within 0.1″; noise and quantisation of
+    """The plan writes a file that equals the disc's equation within 0.1″; noise and quantisation of
     the file are smaller."""
     documents: list[tuple[str, dict[str, Any]]] = []
     left: list[float] = []
@@ -87,8 +87,8 @@ def test_a_plan_calibrates_loads_and_verifies(
     ):
         table = table_of(device.port)
         engine(plan(), lambda name, document: documents.append((name, document)))
-        # The second trigger must start a capture, although the PV still has the value of the first
-        # trigger.
+        # The second trigger must start a capture, although the PV already has the value that the
+        # first trigger wrote.
         engine(bps.trigger(table, wait=True))
     assert 0.0 <= left[0] <= 0.1
     events = [document["data"] for name, document in documents if name == "event"]
@@ -100,8 +100,8 @@ def test_a_plan_calibrates_loads_and_verifies(
     assert len(list((tmp_path / "store" / "captures").iterdir())) == 3
     assert documents[-1][1]["exit_status"] == "success"
 
-    # Decode the words of the file by their format, and compare them with the disc's equation at the
-    # true angles.
+    # The test decodes the words of the file by their format, and compares them with the disc's
+    # equation at the true angles.
     found = read_coefficient_file(file)
     reading = np.linspace(0.0, 2.0 * np.pi, 3600, endpoint=False)
     phase = reading[:, None] * found.orders + 2.0 * np.pi * found.phase_offsets / 2**24
@@ -117,15 +117,16 @@ def test_a_plan_calibrates_loads_and_verifies(
 def test_the_plan_runs_on_the_compiled_instrument(
     ports: None, engine: RunEngine, tmp_path: Path
 ) -> None:
-    """The plan runs on gateware, firmware and geometry. A count is 79″, so that its rounding is 23″
-    RMS."""
+    """The plan also runs on the compiled gateware and firmware, with the simulated geometry of a
+    table. A count is 79″, so that its rounding is 23″ RMS."""
     scene = Scene(steady(300.0))
     turning = Turning(scene.instrument, POLL_CLOCKS)
     turning.last = 250
     file, left = tmp_path / "coefficients.toml", list[float]()
 
     def plan() -> Any:
-        # The rounding of both heads together is 33″ RMS; the fit removes almost none of it.
+        # The rounding of both heads together is 33″ RMS; the fit removes almost nothing of this
+        # rounding.
         settings = CalibrationSettings(most_order=8, lanes=LANES)
         left.append((yield from calibrate_load_verify(table, file, 1.3 * 33.0, settings)))
 

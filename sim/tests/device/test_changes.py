@@ -1,4 +1,5 @@
-"""Tests of the change since the calibration, against complex numbers of NumPy and drawn noise."""
+"""Tests that changes since the calibration are detected; NumPy's complex numbers and simulated
+noise give the expected values."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ def turn_of(
 
 
 def noisy(rng: np.random.Generator, vectors: np.ndarray) -> np.ndarray:
-    """Return the vectors with noise of the standard deviation U in cosine and sine."""
+    """Return the vectors with added noise, whose standard deviation is U in cosine and sine."""
     shape = vectors.shape
     return np.asarray(vectors + rng.normal(0.0, U, shape) + 1j * rng.normal(0.0, U, shape))
 
@@ -41,8 +42,8 @@ def test_a_change_of_phase_alone_is_a_change() -> None:
 
 
 def test_an_unchanged_table_rarely_shows_a_change() -> None:
-    """False changes have the rate FALSE_CHANGES_A_TURN: 4 are expected in 4,000 turns. The test
-    accepts up to 11, the 99.9 % point of Poisson(4)."""
+    """The detector reports false changes at the rate FALSE_CHANGES_A_TURN: 4 are expected in 4,000
+    turns. The test accepts up to 11, the 99.9 % point of Poisson(4)."""
     rng = np.random.default_rng(1)
     true = rng.normal(0.0, 20.0, ORDERS) + 1j * rng.normal(0.0, 20.0, ORDERS)
     turns, found = 4_000, 0

@@ -1,4 +1,4 @@
-"""Tests of the commands for a device through its daemon; the firmware answers at a
+"""Tests that ``arctrue`` commands reach a device through its daemon; the firmware answers at a
 pseudo-terminal."""
 
 from __future__ import annotations
@@ -141,8 +141,8 @@ def test_one_operator_at_a_time_and_a_token(
 
 
 def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
-    """The operator's console gets the refusal between two lines of the device, although the refusal
-    was due in the middle of a line."""
+    """The operator's console gets the daemon's refusal between two lines of the device, although
+    the refusal was ready in the middle of a line."""
     half = line_of(2)
     with daemon(replay.port, tmp_path):
         found = announcement(replay.port)
@@ -154,7 +154,7 @@ def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path
             replay.send(half[:20])
             assert lines.read(20) == half[:20]
             operator.sendall(b"save\r")
-            # If this line reaches the device, the daemon has already refused the one before it.
+            # If this line reaches the device, the daemon has already refused the preceding line.
             operator.sendall(b"status\r")
             asked = b""
             while b"status\r" not in asked:
@@ -178,8 +178,8 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
 
 
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A new edge comes after each reading of the latch; twice, three edges come at the same
-    time."""
+    """The daemon records each edge of the probe; a new edge comes after each reading of the latch,
+    and twice three edges come at the same time."""
     device = ProbedDevice()
     os.close(device.far)
     with (
@@ -196,7 +196,7 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
                 found.extend([event] if event["event"] == "probe" else [])
 
         more(6)
-        # An operator uses the console here; the daemon still counts the edges of that time.
+        # An operator captures a set here; meanwhile the daemon still counts the edges.
         assert arctrue("capture", device.port, tmp_path / "set").exit_code == 0
         more(12)
         state = ask(announcement(device.port), "status")
@@ -222,8 +222,8 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
 def test_every_event_of_the_queue_is_recorded(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Two hundred events come in bursts. The gateware lost four of them, and the event numbers show
-    the loss."""
+    """The daemon records two hundred events of the queue, which come in bursts. The gateware lost
+    four of these events, and the event numbers show the loss."""
     device = QueueDevice()
     os.close(device.far)
     with (
@@ -234,7 +234,8 @@ def test_every_event_of_the_queue_is_recorded(
         until(lambda: device.bursts == 4 and not device.core.events)
         until(lambda: ask(found, "status")["probe_edges"] == 200 - len(LOST))
         assert ask(found, "status")["probe_missed"] == len(LOST)
-        # Even a console that may only read can take events; the daemon records those events too.
+        # A console that may only read can also take events from the queue; the daemon records those
+        # events too.
         console = console_through(found)
         assert console.command("probe events") == []
         console.close()

@@ -60,8 +60,8 @@ def test_half_lines_and_garbage_cost_their_own_turn_alone(replay: Replay, tmp_pa
 
 
 def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
-    """The name of the port is a link, as udev makes it; after the fault it leads to another
-    device."""
+    """The daemon opens the port again: its name is a link, as udev makes it, which leads to another
+    device after the fault."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running:
@@ -73,7 +73,7 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
         running.heard("lost: ")
         second = Replay()
         link.symlink_to(second.port)
-        # The board was switched off, so that its telemetry is off again.
+        # The board was switched off, so that it no longer sends telemetry.
         asked = b""
         while b"telemetry on\r" not in asked:
             asked += second.received.get(timeout=PATIENCE_S)
@@ -90,7 +90,8 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
 
 
 def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path) -> None:
-    """For six seconds at the highest rate every line is recorded and reaches a watcher."""
+    """The daemon records every line at the highest rate for six seconds, and sends every line to a
+    watcher."""
     count, rate = 1000, 10_000 / 60.0
     padded = [line_of(number, pad="") for number in range(count)]
     lines = [line_of(n, pad="x" * (600 - len(line))) for n, line in enumerate(padded)]
@@ -130,7 +131,8 @@ daemon.RETRY_RECORD_S = 0.2
 
 
 def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path: Path) -> None:
-    """At first no file of the daemon can grow beyond 300 kB; then the test removes this limit."""
+    """The daemon reports a full disc and continues: at first none of its files can grow beyond 300
+    kB; then the test removes this limit."""
     import resource
 
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]
@@ -199,7 +201,7 @@ def test_a_client_that_never_reads_is_dropped(replay: Replay, tmp_path: Path) ->
                 assert turn is not None
                 seen.append(turn.fields["turn"])
             assert number < 2000
-        # The other client received every turn in the meantime.
+        # Meanwhile the other client received every turn.
         assert seen == list(range(number))
         deaf.close()
 

@@ -35,8 +35,7 @@ import caproto  # noqa: E402
 
 @pytest.fixture
 def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Set EPICS ports that nothing else on this machine uses; the client gets sockets of its
-    own."""
+    """Set EPICS ports that nothing else on this machine uses; give the client separate sockets."""
     found = free_ports()
     for name, value in found.items():
         monkeypatch.setenv(name, value)
@@ -45,10 +44,11 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
 
 
 def udp_socket() -> socket.socket:
-    """Return a UDP socket at a port of its own.
+    """Return a UDP socket at a port that no other socket uses. caproto's own socket allows reuse
+    (SO_REUSEADDR).
 
-    caproto's own socket allows reuse (SO_REUSEADDR). Linux may then choose a port that another such
-    socket uses, for example the server's; the answer would go to that socket.
+    Linux may then choose a port that another such socket uses, for example the server's; the answer
+    would go to that socket.
     """
     return socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
@@ -119,8 +119,8 @@ def test_nobody_writes_unless_it_is_allowed(
 class ProbedReplay(Replay):
     """A device that answers requests for its latch; the test sets the latched values.
 
-    With ``has_queue`` it has a queue, into which the test puts number, kind, time, position and
-    angle of events.
+    With ``has_queue`` the device has a queue, into which the test puts number, kind, time, position
+    and angle of events.
     """
 
     def __init__(self, *, has_queue: bool = False) -> None:
@@ -157,7 +157,8 @@ class ProbedReplay(Replay):
 def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """A motor record that was homed at the index writes its angle there into the PV Zero."""
+    """The position of an edge counts from the zero of a motor record, which was homed at the index
+    and wrote the index's angle into the PV Zero."""
     device = ProbedReplay()
     with (
         daemon(device.port, tmp_path, "--probe-every", "0.01"),
@@ -183,7 +184,7 @@ def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
 
 
 def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) -> None:
-    """Of 70 events in two bursts the PV shows the last 64, and the record has all."""
+    """The PV shows the last 64 of 70 events in two bursts, and the record contains all 70."""
     device = ProbedReplay(has_queue=True)
     assert device.events is not None
     with daemon(device.port, tmp_path, "--probe-every", "0.01"), pvs(device.port):
@@ -209,8 +210,8 @@ def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) 
 
 
 def asks_for_a_capture(replay: Replay) -> None:
-    """Wait until the daemon's console asks for the answer that synchronises it. This device never
-    answers."""
+    """Wait until the daemon's console sends its marker, a command whose answer synchronises the
+    console with the device. This device never answers."""
     asked = b""
     while b"marker" not in asked:
         asked += replay.received.get(timeout=PATIENCE_S)
@@ -219,7 +220,7 @@ def asks_for_a_capture(replay: Replay) -> None:
 def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """The PVAccess client p4p reads every PV and may write only Capture."""
+    """The client p4p, over PVAccess, reads every PV and may write only the PV Capture."""
     p4p = pytest.importorskip("p4p.client.thread")
 
     def refused(client: Any, name: str, value: float) -> None:
@@ -240,7 +241,8 @@ def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
 def test_after_a_reconnection_values_are_valid_before_connected(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """A table at rest sends no turn: the latest turn becomes valid again, with its own time."""
+    """The PVs become valid again after a reconnection, although a table at rest sends no turn; the
+    latest turn keeps its own time."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running, pvs(str(link)):
@@ -265,8 +267,9 @@ def test_after_a_reconnection_values_are_valid_before_connected(
 def test_alarms_of_the_machine_s_history_are_in_the_pv(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """``life`` sends its alarms. The PV lists them after the device's own alarms, also from a new
-    daemon."""
+    """The PV Alarms contains the alarms that the analysis of the machine's history (``life``) sends
+    to the daemon. The PV lists them after the device's own alarms; a restarted daemon still lists
+    them."""
 
     def text_of(found: Any) -> bytes:
         return bytes(found.data).rstrip(b"\0")
@@ -303,7 +306,8 @@ def socket_of(process: int, number: int) -> socket.socket:
 def test_every_socket_is_of_this_machine_alone(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """Each listening TCP socket and each UDP socket has the loopback address or device."""
+    """Each listening TCP socket and each UDP socket is bound to the loopback address or the
+    loopback interface."""
     with daemon(replay.port, tmp_path), pvs(replay.port) as running:
         served = []
         for link in Path(f"/proc/{running.process.pid}/fd").iterdir():

@@ -1,4 +1,4 @@
-"""Tests that Prometheus' own parser reads the metrics."""
+"""Tests that Prometheus' own parser reads the metrics of the daemon."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def fetched(found: Announcement, token: str, path: str = "/metrics") -> str:
 
 
 def samples(text: str) -> dict[tuple[str, str], float]:
-    """Return each value by its name and its label ``order`` or ``alarm``."""
+    """Return the values of the metrics, keyed by name and by the label ``order`` or ``alarm``."""
     return {
         (s.name, s.labels.get("order", s.labels.get("alarm", ""))): s.value
         for family in text_string_to_metric_families(text)

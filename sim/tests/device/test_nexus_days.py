@@ -1,4 +1,5 @@
-"""Tests that the files of a day contain the record, read with h5py and plain SQL."""
+"""Tests that the NeXus files of the days contain the record; the tests read the files with h5py and
+the record with plain SQL."""
 
 from __future__ import annotations
 
@@ -84,7 +85,8 @@ def test_a_day_holds_what_the_record_has(tmp_path: Path) -> None:
 
 
 def test_a_reader_of_nexus_finds_the_default_plot(tmp_path: Path) -> None:
-    """NXdata requires that the attributes default, signal and axes name fields of equal lengths."""
+    """A NeXus reader finds the default plot, because the attributes default, signal and axes of
+    NXdata name fields of equal lengths."""
     record = tmp_path / "telemetry.sqlite"
     record_of(record)
     write_missing_days(record, tmp_path)
@@ -111,7 +113,7 @@ def test_a_damaged_file_is_made_anew_and_a_fuller_one_stays(tmp_path: Path) -> N
     assert write_missing_days(record, tmp_path) == []
     first = day_file(tmp_path, DAYS[0])
     whole = turns_of_file(first)
-    first.write_bytes(first.read_bytes()[:2000])  # a writer that was killed leaves such a file
+    first.write_bytes(first.read_bytes()[:2000])  # a writer that was killed leaves a damaged file
     assert write_missing_days(record, tmp_path) == [first]
     assert turns_of_file(first) == whole
     with sqlite3.connect(record) as database:
@@ -180,7 +182,7 @@ def test_a_day_that_retention_thins_out_keeps_its_turns_and_gets_new_ones(tmp_pa
 
 
 def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
-    """The ids of the second record begin with 1 again."""
+    """The day file gets the turns of another record of this day, whose ids begin with 1 again."""
     for name in ("first", "second"):
         record_of(tmp_path / f"{name}.sqlite", turns=10)
         with sqlite3.connect(tmp_path / f"{name}.sqlite") as database:
@@ -199,8 +201,8 @@ def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
 
 
 def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Path) -> None:
-    """A record limited to 1 MB can hold only a part of these turns; files and record together hold
-    all."""
+    """A record limited to 1 MB cannot hold all of these turns; the day files and the record
+    together hold all."""
     store, files, count = tmp_path / "store", tmp_path / "files", 600
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]
     options = ("--files", str(files), "--files-every", "0.01", "--keep-megabytes", "1")

@@ -1,4 +1,5 @@
-"""A calibrated instrument, and the comparison of its output with the uncorrected reading."""
+"""Defines a scene: a calibrated instrument, whose output is compared with the uncorrected
+reading."""
 
 from __future__ import annotations
 
@@ -43,8 +44,8 @@ from arctrue.table import Motion
 
 BINS = 256
 MEAN_ERROR = float(np.mean(true_error_counts(np.linspace(0.0, TURN_RAD, 4096, endpoint=False))))
-"""Mean error of the geometry in counts. No correction removes it; the comparison removes it by
-subtracting the zeros."""
+"""Mean error of the geometry in counts. The correction does not remove the mean error; the
+comparison removes it by subtracting the zeros."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +63,14 @@ class Comparison:
     uncorrected: NDArray[np.float64]
     """Largest |error − slip| of head 1's uncorrected edges in each bin."""
     slip: NDArray[np.float64]
-    """Slip of head 1 at each of its edges, from the harness's own decoder."""
+    """Slip of head 1 at each edge of head 1, from the harness's own decoder."""
     illegal: int
     """Number of clocks in which A and B of the output changed together."""
     edges: int
 
     @property
     def worse(self) -> float:
-        """Return |corrected| − |uncorrected| in the worst bin."""
+        """Return the difference |corrected| − |uncorrected| of the errors in the worst bin."""
         return float(np.nanmax(self.corrected - self.uncorrected))
 
     @property
@@ -84,7 +85,7 @@ class Comparison:
 
     @property
     def last_slip(self) -> int:
-        """Return the slip at the last edge."""
+        """Return the slip at the last edge of the recording."""
         return round(float(np.mean(self.slip[-20:])))
 
 
@@ -126,7 +127,8 @@ class Scene:
         return self.instrument.firmware
 
     def calibrate(self, flag_reason: str | None = None) -> None:
-        """Capture and apply the first turn; the second turn gives the zeros of both tracks.
+        """Capture and apply the first turn; record the second turn to find the zeros of both
+        tracks.
 
         With ``flag_reason`` a flag of a head is set, so that the first turn is refused for this
         reason. The next turn is refused too, if it began before the firmware cleared the flag.
@@ -155,12 +157,12 @@ class Scene:
         )
 
     def to_part(self, part: float) -> None:
-        """Turn until the true angle is at this part of a turn."""
+        """Turn the table until the true angle is at this fraction of a turn."""
         turns = self.instrument.true_angle_rad / TURN_RAD
         self.turn((part - turns) % 1.0)
 
     def next_turn(self) -> dict[str, Any]:
-        """Run until the firmware has reported one more turn and finished its work on it."""
+        """Run until the firmware has reported one more turn and processed it completely."""
         replies = len(self.firmware.telemetry)
         self.firmware.run(
             until=lambda f: len(f.telemetry) > replies and f.phase != "swap",
@@ -240,7 +242,7 @@ class Scene:
         return [reply["reason"] for reply in self.firmware.telemetry[first:]]
 
     def faults(self) -> set[str]:
-        """Return the flags that are set. They light the fault LED."""
+        """Return the names of the set flags. These flags light the fault LED."""
         found = {
             f"{head}.{name}"
             for head in ("head1", "head2")
@@ -304,7 +306,7 @@ class Scene:
 
     @property
     def largest_correction(self) -> float:
-        """Return Σ A_n."""
+        """Return the sum of all applied amplitudes, Σ A_n."""
         return float(np.sum(np.abs(self.coefficients.amplitudes)) / 2.0**11)
 
     @property
@@ -319,18 +321,18 @@ class Scene:
         return min(max(0.0, self.slope - rate) * counts, self.largest_correction)
 
     def wrong_place(self, slip_counts: float) -> float:
-        """Return the largest error of the correction when head 1's angle is wrong by a slip."""
+        """Return the largest error of the correction that results from a slip of head 1's angle."""
         return min(self.slope * abs(slip_counts), 2 * self.largest_correction)
 
 
 def errors(track: EdgeTrack) -> NDArray[np.float64]:
-    """Return position − true angle of every edge."""
+    """Return the error, position − true angle, of every edge."""
     error: NDArray[np.float64] = track.position - track.true_angle_rad * (COUNTS / TURN_RAD)
     return error
 
 
 def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.float64]) -> Any:
-    """For each edge of the output, return head 1's slip at the edge that caused it."""
+    """Return, for each edge of the output, head 1's slip at the edge that caused it."""
     came = recording.output.clock - round(instrument.latency_clocks)
     place = np.searchsorted(recording.head1.clock, came, side="right") - 1
     return slip[np.clip(place, 0, slip.size - 1)]

@@ -1,5 +1,5 @@
-"""Settings of one small instrument for all faults. Its table has the paper's kind of error, ten
-times as large."""
+"""Defines one small instrument for all fault tests. Its table has errors of the same kind as the
+paper's table, ten times as large."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from arctrue.table import (
 COUNTS = 1 << 14
 ARCSEC_A_COUNT = 1_296_000 / COUNTS
 CLOCKS_A_COUNT = 6
-"""Clocks per count at the speed of the table: enough for every fault. The paper's table has
-71.5."""
+"""Clocks per count at the speed of the table, enough for the test of every fault. The paper's table
+has 71.5."""
 PERIOD_COUNTS = 4
-"""Counts in a period of A and B: the loss of a whole period leaves no trace."""
+"""Counts in a period of A and B; no flag shows the loss of a whole period."""
 TURN_RAD = 2 * np.pi
 TURN_CLOCKS = COUNTS * CLOCKS_A_COUNT
 SPEED_RAD_S = float(np.deg2rad(30.0))
 TURN_S = TURN_RAD / SPEED_RAD_S
 START_RAD = -float(np.deg2rad(35.0))
-"""Angle at the start, before head 2 reaches its index at −33°."""
+"""Table angle at the start, before head 2 reaches its index at −33°."""
 RUN_UP_S = 0.1
 
 SAMPLES = 600
 OUTPUT_SPACING_CLOCKS = 2
 MINIMUM_EDGE_SPACING_CLOCKS = 3
 RAMP_RATE = 80_000_000
-"""Rate of a ramp, 0.0023 count per clock: the largest correction decays in 30°, as with the paper's
-preset."""
+"""Rate of a ramp, 0.0023 count per clock: the largest correction decays within 30° of rotation, as
+with the paper's preset."""
 FOLLOWING_LIMIT_COUNTS = 6
 POLL_CLOCKS = 500
 PARAMETERS: dict[str, float] = {

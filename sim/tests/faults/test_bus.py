@@ -1,4 +1,4 @@
-"""Tests of AXI stalls: every channel of the bus has random delays."""
+"""Tests that stalls on AXI change no result; every channel of the bus has random delays."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ def test_stalls_delay_and_change_nothing(make_scene: MakeScene) -> None:
 
 
 def test_bus_slower_than_the_table(scene: Scene) -> None:
-    """Turns are dropped and counted; each captured turn is complete."""
+    """The gateware drops and counts turns if the bus is slower than the table; each captured turn
+    is complete."""
     turns = len(scene.firmware.telemetry)
     scene.instrument.stall_bus(120)
     scene.turn(4.0)

@@ -1,4 +1,5 @@
-"""Test of the position compare, through console and gateware: the table passes a single place."""
+"""Test of the position compare, through console and gateware; the table passes a single compare
+place."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ from sim.tests.faults.scene import Scene
 from sim.tests.faults.setting import CLOCKS_A_COUNT, COUNTS
 
 LOOK_CLOCKS = 20 * CLOCKS_A_COUNT
-"""Clocks between two checks of the core."""
+"""Clocks between two reads of the compare's status."""
 
 
 def corrected_angle(scene: Scene) -> int:
@@ -15,8 +16,8 @@ def corrected_angle(scene: Scene) -> int:
 
 
 def test_the_compare_is_done_where_the_console_said() -> None:
-    """When the core reports that the compare is done, the corrected angle is at most two checks
-    beyond the place."""
+    """The corrected angle is at most two reads of the status beyond the compare place when the core
+    reports that the compare is done."""
     scene = Scene()
     scene.calibrate()
     place = (corrected_angle(scene) + COUNTS // 4) % COUNTS

@@ -18,7 +18,7 @@ HEAD2 = HEAD2_A | HEAD2_B | HEAD2_Z
 
 @pytest.mark.parametrize("level", ["low", "high"])
 def test_head_2_dead(scene: Scene, level: str) -> None:
-    """The correction continues with the coefficients that it has."""
+    """While head 2 is dead, the correction continues with the active coefficients."""
     before, turns = scene.bank(), len(scene.firmware.telemetry)
     scene.disturb(3.2, **{level: HEAD2})
     scene.turn(3.0)
@@ -51,7 +51,7 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     scene.turn(DEAD_TURNS - 0.5)
     dead = scene.instrument.recording()
     assert dead.head1.edges == dead.illegal == 0
-    # At a high level the decoder takes Z for an index, and the ramp lowers the correction to 0;
+    # While Z is held high, the decoder detects an index, and the ramp lowers the correction to 0;
     # nothing else moves the output.
     assert dead.output.edges <= (scene.largest_correction if level == "high" else 0)
     assert scene.last_reply["result"] == "refused"
@@ -77,8 +77,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
 @pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
-    """Without an index there is no correction: the output repeats head 1, wherever head 1 stands
-    when it returns."""
+    """The output repeats head 1, wherever head 1 stands when it returns: without an index there is
+    no correction."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()
     scene.turn(2.0)

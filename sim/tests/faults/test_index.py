@@ -1,4 +1,4 @@
-"""Tests of a lost index, and of a false one."""
+"""Tests that a lost index and a false index leave the correction right."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ Z_OF = {"head1": HEAD1_Z, "head2": HEAD2_Z}
 
 @pytest.mark.parametrize("head", Z_OF)
 def test_lost_index(scene: Scene, head: str) -> None:
-    """A missed index is detected at the next index, two turns after the previous one; no count was
-    lost."""
+    """The gateware detects a missed index at the next index, two turns after the previous one; the
+    head has lost no count."""
     scene.to_part(0.7)
     first = scene.instrument.read(f"{head}.index.position")
     scene.disturb(0.5, low=Z_OF[head])
@@ -35,7 +35,7 @@ def test_lost_index(scene: Scene, head: str) -> None:
 
 @pytest.mark.parametrize("head", Z_OF)
 def test_false_index(scene: Scene, head: str) -> None:
-    """A pulse of two counts on Z comes in the middle of a turn: the angle stays where it was."""
+    """A pulse of two counts on Z, in the middle of a turn, must not change the angle."""
     before = scene.bank()
     scene.disturb(2 / 16384, high=Z_OF[head])
     scene.turn(0.1)
@@ -43,8 +43,8 @@ def test_false_index(scene: Scene, head: str) -> None:
     assert scene.instrument.read("status.compensating") == 1
     assert scene.next_turn()["reason"] == "index_error"
     assert scene.bank() == before
-    # The true index came after the false pulse and showed that the zero was right, so that the core
-    # kept it.
+    # The true index came after the false pulse and confirmed the zero, so that the core kept the
+    # zero.
     assert scene.instrument.read("zero.moves") == 0
     assert "zero_lost" not in scene.last_reply["alarms"]
     scene.is_clean()

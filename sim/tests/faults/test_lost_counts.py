@@ -14,7 +14,8 @@ SEPARATION_RAD = float(np.deg2rad(33.0))
     ("counts", "heal"), [(PERIOD_COUNTS, 0), (10 * PERIOD_COUNTS, 0), (10 * PERIOD_COUNTS, 1)]
 )
 def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
-    """Head 2 proves the loss at the next index; the correction is never switched off."""
+    """Head 2 proves the loss of head 1's counts at the next index; the correction is never switched
+    off."""
     scene = make_scene(None, {"heal": heal})
     scene.calibrate()
     scene.to_part(0.3)
@@ -59,11 +60,11 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
 
 
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
-    """The slip comes after the index of its turn and is too small to be detected as a step between
-    two samples, so that the firmware uses the turn.
+    """The firmware uses a turn with a slip after the index that is too small to show as a step
+    between two samples.
 
     A step s of head 1 within the turn adds s/(π·n) to order n of the differences, and 1/|1 −
-    e^{jnα}| times as much to the error (equation 6). The bound follows from this.
+    e^{jnα}| times as much to the error (equation 6). The bound follows from this error.
     """
     scene = make_scene(None, {"sample_period": TURN_CLOCKS // 300})
     scene.calibrate()
@@ -81,7 +82,7 @@ def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
     used = scene.compare()
     assert used.last_slip == -PERIOD_COUNTS
     assert used.worse < scene.clean_bound + PERIOD_COUNTS * gain + scene.wrong_place(PERIOD_COUNTS)
-    # The next index shows the slip, and the following turns correct it.
+    # The next index shows the slip, and the firmware corrects it in the following turns.
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     for _ in range(6):
         scene.next_turn()

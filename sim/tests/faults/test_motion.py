@@ -22,7 +22,7 @@ from sim.tests.faults.setting import (
 from arctrue.table import Motion
 
 HYSTERESIS_COUNTS = 1
-"""Counts of movement that the output holds back at a reversal."""
+"""Number of counts that the output does not follow at a reversal."""
 
 
 def test_reversal(make_scene: MakeScene) -> None:
@@ -40,7 +40,7 @@ def test_reversal(make_scene: MakeScene) -> None:
     during = scene.compare()
     assert during.illegal == 0
     assert during.most < scene.clean_bound + HYSTERESIS_COUNTS
-    # A turn in the other direction is equally good.
+    # The firmware can also use a turn in the other direction.
     assert scene.next_turn()["result"] != "refused"
     scene.settle()
     scene.record()
@@ -50,7 +50,8 @@ def test_reversal(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
-    """Edges come closer than allowed, too fast for the output, or more than once per clock.
+    """The core reports edges of head 1 that come closer than allowed, too fast for the output, or
+    more than once per clock.
 
     Only the fault of the output releases the line drivers.
     """
@@ -65,14 +66,15 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     clocks_a_count = CLOCKS_A_COUNT / speed
     assert clocks_a_count < MINIMUM_EDGE_SPACING_CLOCKS
     flags = scene.faults()
-    # The decoder takes two counts in one clock for an illegal transition.
+    # The decoder interprets two counts in one clock as an illegal transition.
     assert ("head1.illegal" in flags) == (clocks_a_count < 1)
     assert "head1.overspeed" in flags
     assert ("cannot_keep_up" in flags) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)
     during = scene.compare()
     assert during.illegal == 0
     output_fault = clocks_a_count < OUTPUT_SPACING_CLOCKS
-    # Beyond the following limit the output stops and makes no edge for all later edges of the head.
+    # Beyond the following limit the output stops: it makes no further edges, although the head
+    # moves on.
     limit = FOLLOWING_LIMIT_COUNTS if output_fault else 0
     late = (OUTPUT_SPACING_CLOCKS + 1) / clocks_a_count
     wrong = scene.wrong_place(during.most_slip)
@@ -99,8 +101,8 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
 
 
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:
-    """A speed ripple of ±15 %, five times per turn, is refused with samples at equal times and used
-    with samples at equal angles.
+    """The firmware refuses samples at equal times at a speed ripple of ±15 %, five times per turn,
+    and uses samples at equal angles.
 
     The bound is that of a table with constant speed.
     """

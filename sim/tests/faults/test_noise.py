@@ -1,4 +1,4 @@
-"""Tests of noise bursts on A and B."""
+"""Tests that bursts of noise on A and B of either head do not spoil the output."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ def test_burst_on_head_1(scene: Scene) -> None:
     assert scene.instrument.read("interrupt_status.head1_fault") == 1
     burst = scene.compare()
     assert burst.illegal == 0
-    # Spikes come closer than the edges of the output may follow each other. The output lags, but
-    # stays within the limit at which its flag is set.
+    # Spikes come at shorter intervals than the output's edges may have. The output lags, but stays
+    # within the limit at which its flag is set.
     assert "cannot_keep_up" not in scene.faults()
     wrong = scene.wrong_place(burst.most_slip)
     assert burst.worse < scene.clean_bound + FOLLOWING_LIMIT_COUNTS + wrong
     assert burst.last_slip != 0
 
     scene.record()
-    # The index proves the slip, and samples from before it are discarded.
+    # The index proves the slip, and the firmware discards the samples from before the index.
     assert "zero_lost" in scene.next_turn()["alarms"]
     assert scene.bank() == before
     assert scene.instrument.read("status.compensating") == 1
@@ -41,7 +41,7 @@ def test_burst_on_head_1(scene: Scene) -> None:
 
 
 def test_burst_on_head_2(scene: Scene) -> None:
-    """The output does not depend on head 2."""
+    """The output does not depend on head 2, so that a burst on head 2 does not change it."""
     before = scene.bank()
     scene.disturb(BURST_TURNS, invert=HEAD2_A | HEAD2_B, probability=INVERTED)
     scene.turn(0.2)

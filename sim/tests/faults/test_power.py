@@ -1,4 +1,4 @@
-"""Tests that the board corrects again after power off and on, without any typed command."""
+"""Tests that the board corrects again after power off and on, although no command is typed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from arctrue.instrument import InstrumentError
 def test_what_is_saved_corrects_again_within_a_captured_turn(
     scene: Scene, make_scene: MakeScene
 ) -> None:
-    """Another instrument receives only the flash: its banks and registers are empty."""
+    """The saved coefficients correct again within a captured turn, in another instrument that
+    receives only the flash: its banks and registers are empty."""
     before = scene.bank()
     assert scene.firmware.send("save") == ""
     while not (answer := scene.firmware.step()):
@@ -30,7 +31,8 @@ def test_what_is_saved_corrects_again_within_a_captured_turn(
 
 
 def test_an_empty_flash_leaves_the_presets(make_scene: MakeScene, scene: Scene) -> None:
-    """The presets assume another number of counts; a flash of another size is refused."""
+    """The firmware starts with the presets, which assume another number of counts, if the flash is
+    empty; the instrument refuses a flash of another size."""
     empty = b"\xff" * len(scene.firmware.flash)
     assert scene.firmware.flash == empty
     bare = make_scene(flash=empty)

@@ -1,4 +1,5 @@
-"""Tests of a processor that hangs, is slow, restarts, or waits for a capture that never comes."""
+"""Tests that the output stays right while the processor hangs, is slow, restarts, or waits for a
+capture that never comes."""
 
 from __future__ import annotations
 
@@ -7,7 +8,8 @@ from sim.tests.faults.setting import POLL_CLOCKS, TURN_CLOCKS
 
 
 def test_hung_for_three_turns(scene: Scene) -> None:
-    """The fabric continues with the coefficients that it has, and drops turns."""
+    """While the processor hangs, the fabric continues with the active coefficients and drops
+    turns."""
     before = scene.bank()
     scene.instrument.run(3 * TURN_CLOCKS)
     assert scene.instrument.read("status.capture_ready") == 1
@@ -20,7 +22,8 @@ def test_hung_for_three_turns(scene: Scene) -> None:
 
 
 def test_calculation_longer_than_a_turn(scene: Scene) -> None:
-    """The sampler does not write into the bank that the calculation reads."""
+    """During a long calculation the sampler does not write into the bank that the firmware
+    reads."""
     scene.firmware.calculation_clocks = round(2.5 * TURN_CLOCKS)
     begin = scene.instrument.clock
     scene.next_turn()
@@ -33,7 +36,7 @@ def test_calculation_longer_than_a_turn(scene: Scene) -> None:
 
 
 def test_begins_anew_after_a_fault(scene: Scene) -> None:
-    """After a fault, a hang or a restart by the watchdog the core continues with the last
+    """After a fault, a hang or a restart by the watchdog the core continues with its active
     coefficients."""
     clean = scene.clean_bound
     position = scene.instrument.read("head1.index.position")
@@ -78,8 +81,8 @@ def test_begins_anew(scene: Scene) -> None:
 
 
 def test_capture_that_is_stuck(scene: Scene) -> None:
-    """The capture was switched off: after four turns without a bank the firmware starts it
-    again."""
+    """The capture was switched off; the firmware starts it again after four turns without a
+    bank."""
     lag = scene.ramp_lag
     scene.instrument.update("control", capture_enable=0)
     scene.next_turn()

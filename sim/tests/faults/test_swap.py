@@ -1,5 +1,5 @@
-"""Tests of a swap at the worst moment: at the largest step, at the index, during the previous
-ramp."""
+"""Tests of a swap of banks at the worst moment: at the largest step, at the index, during the
+previous ramp."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.correction_ramp import ramp_arcsec_s
 
 PIPELINE_CLOCKS = 40
-"""Clocks from the swap to the start of its ramp."""
+"""Clocks from a swap of the banks to the start of the ramp."""
 _ANGLE = np.linspace(0.0, TURN_RAD, 4096, endpoint=False)
 _ERROR = true_error_counts(_ANGLE) - MEAN_ERROR
 PLACES = {
@@ -36,7 +36,7 @@ def nothing(active: Coefficients) -> Coefficients:
 
 
 def swap(scene: Scene, bank: Coefficients) -> None:
-    """Swap by hand, without the firmware's knowledge."""
+    """Swap the banks by a command to the gateware, without the firmware's knowledge."""
     scene.instrument.write_coefficients(bank)
     scene.instrument.command("swap")
 
@@ -44,7 +44,8 @@ def swap(scene: Scene, bank: Coefficients) -> None:
 @pytest.mark.parametrize("slower", [1, 6])
 @pytest.mark.parametrize("place", PLACES)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
-    """One ramp changes faster than the table's error, the other one changes more slowly."""
+    """The test swaps to a bank without lanes and back. One ramp is faster than the change of the
+    table's error, the other one is slower."""
     scene = make_scene(None, {"ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE / slower, COUNTS)})
     scene.calibrate()
     assert (scene.ramp_lag > 0) == (slower > 1)
@@ -69,7 +70,8 @@ def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) 
 
 
 def test_swaps_in_the_ramp(scene: Scene) -> None:
-    """150 swaps alternate between all lanes and no lane; no ramp reaches its end."""
+    """The correction stays right if 150 swaps alternate between all lanes and no lane; no ramp
+    reaches its end."""
     good = scene.coefficients
     instrument = scene.instrument
     for number in range(150):
@@ -87,7 +89,8 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
 
 
 def test_half_a_bank_does_nothing(scene: Scene) -> None:
-    """The processor hangs while it writes. Without the swap no written word takes effect."""
+    """A bank that is written in part takes no effect: the processor hangs while it writes the bank.
+    The written words take no effect without the swap."""
     good = scene.coefficients
     wrong = replace(good, amplitudes=-good.amplitudes)
     half = wrong.amplitudes.size // 2
@@ -100,8 +103,7 @@ def test_half_a_bank_does_nothing(scene: Scene) -> None:
 
 
 def test_a_wrong_bank_is_seen(scene: Scene) -> None:
-    """This test shows that the comparison works: a correction with the opposite sign doubles the
-    error."""
+    """The comparison of errors works: a correction with the opposite sign doubles the error."""
     good = scene.coefficients
     swap(scene, replace(good, amplitudes=-good.amplitudes))
     scene.instrument.run(TURN_CLOCKS)

@@ -1,5 +1,5 @@
-"""Tests how the firmware computes a lost zero: in either direction, at any turn, with words that
-wrap."""
+"""Tests that the firmware computes a lost zero correctly: in either direction, at any turn, with
+words that wrap."""
 
 from __future__ import annotations
 

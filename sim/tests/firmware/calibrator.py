@@ -1,4 +1,5 @@
-"""Call the calibration library from Python: pass captures in, and get estimates back."""
+"""Calls the calibration library from Python: passes captures to the C code and returns its
+estimates."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ def header_flag(name: str) -> int:
 
 @dataclass
 class CaptureInC:
-    """A capture in C and the arrays that hold its memory."""
+    """A capture in the form of the C code, with the arrays that hold its memory."""
 
     capture: Any
     words: NDArray[np.int32]
@@ -40,7 +41,7 @@ def words_of_bank(counts: NDArray[np.integer]) -> NDArray[np.int32]:
 
 
 def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
-    """Return a capture with ``counts`` (heads, n), as the capture memory would contain them."""
+    """Return a capture in the form of the capture memory, from ``counts`` (heads, n)."""
     ffi, _ = firmware()
     # Counts are modulo 2^32, as in the position registers.
     words = words_of_bank(counts[:2])
@@ -62,7 +63,7 @@ def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
 
 
 def verify(capture: CaptureInC, most_order: int = 32) -> tuple[str, Any, Any]:
-    """Verify a capture and return (reason, turn, fault)."""
+    """Verify a capture and return (reason, turn, fault) of the C code."""
     ffi, library = firmware()
     turn, fault = ffi.new("struct turn *"), ffi.new("struct capture_fault *")
     reason = library.capture_verify(capture.capture, most_order, turn, fault)
@@ -99,5 +100,5 @@ def values_of(made: Any) -> Float:
 
 
 def per_order(made: Any, name: str) -> Float:
-    """Return this field of every order."""
+    """Return one field of every order's result, named ``name``."""
     return np.array([getattr(made.harmonic[place], name) for place in range(made.orders)])

@@ -1,4 +1,4 @@
-"""Share a running firmware and a mark among the tests of this folder. The firmware's C code calls
+"""Shares a running firmware and a mark among the tests of this folder. The firmware's C code calls
 Python models; an assertion that fails in a model must fail the test. cffi cannot raise an exception
 through C: it reports the exception and returns 0. Without the mark, such an assertion would have no
 effect."""
@@ -23,7 +23,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def running() -> Firmware:
-    """Return the firmware after its start; the index of head 1 has been seen."""
+    """Return the started firmware, which has seen the index of head 1."""
     made = Firmware(ModelCore())
     made.library.application_start(made.application)
     made.core.see_index()

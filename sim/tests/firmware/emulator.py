@@ -1,4 +1,4 @@
-"""Run the ARM image and its console in QEMU; plain memory stands for the core's register window."""
+"""Runs the ARM image and its console in QEMU; plain memory replaces the core's register window."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ PATIENCE_S = 60.0
 
 
 def build(board: str = BOARD) -> Path:
-    """Make the image; raise AssertionError with the output of the compiler or the size table."""
+    """Build the image; raise AssertionError with the output of the compiler or the size table."""
     folder = ROOT / "build" / "firmware"
     folder.mkdir(parents=True, exist_ok=True)
-    # Two workers of pytest must not make the same image at the same time.
+    # Two workers of pytest must not build the same image at the same time.
     with (folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         command = ["make", "-C", str(FIRMWARE), f"BOARD={board}"]
@@ -128,7 +128,7 @@ class Emulator:
         self.said = ""
 
     def wait_for(self, text: str, seconds: float = PATIENCE_S, start: int = 0) -> str:
-        """Return the output from ``start`` on, once it contains ``text``."""
+        """Return the output from the position ``start`` on, once this output contains ``text``."""
         end = time.monotonic() + seconds
         while text not in self.said[start:]:
             self._hear_more(end, text, start)
@@ -147,8 +147,8 @@ class Emulator:
         self.said += data.decode("ascii")
 
     def next_line(self, beginning: str, seconds: float = PATIENCE_S) -> str:
-        """Return the first complete line that begins like this, among the lines that begin after
-        this call."""
+        """Return the first complete line that begins with ``beginning``, among the lines that begin
+        after this call."""
         end = time.monotonic() + seconds
         start = self.said.rfind("\n") + 1
         skipped = 1 if start < len(self.said) else 0
@@ -175,8 +175,8 @@ class Emulator:
             self._hear_more(end, f"the answer to {line}", start)
 
     def ask(self, line: str, expected: str, seconds: float = PATIENCE_S) -> str:
-        """Repeat the command until its answer contains ``expected``: while the firmware restarts,
-        characters are lost."""
+        """Repeat the command until the answer contains ``expected``, because characters are lost
+        while the firmware restarts."""
         end = time.monotonic() + seconds
         late = False
         while time.monotonic() < end:
@@ -238,8 +238,8 @@ class Emulator:
             order(f"M{seen_at(address):x},{len(data):x}:{data.hex()}", b"$OK#")
 
     def read_own_register(self, address: int) -> int:
-        """Return a register as the processor reads it in its secure state; a bus access is not
-        secure."""
+        """Return a register as the processor reads it in the processor's secure state; a bus access
+        is not secure."""
         with self.debugging() as order:
             answer = b""
             while (found := re.search(rb"\$([0-9a-f]{8})#..", answer)) is None:
@@ -247,15 +247,15 @@ class Emulator:
         return int.from_bytes(bytes.fromhex(found[1].decode()), "little")
 
     def write_own_register(self, address: int, value: int) -> None:
-        """Write a register as the processor itself writes it."""
+        """Write a register through the processor, and not by a bus access."""
         self.write_memory(address, word(value))
 
     @contextmanager
     def stopped_at(self, address: int) -> Iterator[Callable[[int, int], None]]:
-        """Stop the processor when it next reaches this Thumb instruction; let it continue when the
-        block ends.
+        """Stop the processor when it next reaches this Thumb instruction; let the processor
+        continue when the block ends.
 
-        Within the block the yielded function writes words as the processor itself would write them.
+        Within the block the yielded function writes words through the processor.
         """
         breakpoint_there = f"0,{address:x},2"
         with self.debugging() as order:
@@ -269,8 +269,8 @@ class Emulator:
             order(f"z{breakpoint_there}", b"$OK#")
 
     def fault_once(self, place: int, bad: bytes, handler: int) -> None:
-        """Write bad code to ``place``, wait until its fault reaches ``handler``, and restore the
-        code."""
+        """Write bad code to ``place``, wait until the fault of this code reaches ``handler``, and
+        restore the code."""
         good = machine_code(place, len(bad))
         with self.debugging() as order:
             order(f"Z0,{handler:x},2", b"$OK#")
@@ -305,7 +305,7 @@ class Emulator:
         self.on_the_bus(f"writel {address:#x} {value:#x}")
 
     def machine_command(self, name: str, **arguments: Any) -> Any:
-        """Send one command of QEMU's machine protocol and return its result."""
+        """Send one command of QEMU's machine protocol and return the result of the command."""
         with socket.socket(socket.AF_UNIX) as port:
             port.connect(str(self.control))
             port.settimeout(PATIENCE_S)
@@ -330,9 +330,9 @@ def running(
 ) -> Iterator[Emulator]:
     """Start the image, and stop it when the block ends.
 
-    Time follows the instructions, unless ``real_time`` or ``-icount`` among the options changes
-    this. In real time a busy machine could calibrate so slowly that the firmware would report a
-    hang.
+    Time advances with the executed instructions, unless ``real_time`` or ``-icount`` among the
+    options changes this. In real time a busy machine could calibrate so slowly that the firmware
+    would report a hang.
     """
     (folder / "core.bin").write_bytes(window)
     console, debugger = folder / "console", folder / "debugger"
@@ -369,7 +369,7 @@ def _connect(port: socket.socket, path: Path, process: Any, log: Path) -> None:
 
 
 def seen_at(address: int) -> int:
-    """Return the address at which the firmware, and with it a debugger, reaches a device.
+    """Return the address at which the firmware, and therefore a debugger, reaches a device.
 
     The MMU of the firmware maps the devices into the first 256 MB (memory_mapped.h).
     """

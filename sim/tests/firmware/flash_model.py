@@ -1,7 +1,7 @@
-"""Models of a serial flash and of the controller of the Zynq that reaches it.
+"""Models a serial flash and the controller of the Zynq that reaches the flash.
 
-They are written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S and
-N25Q128, not from the C code: only the names of the addresses are read from its header.
+The models are written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S
+and N25Q128, not from the C code: only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ CHIPS = {
     "n25q128": (bytes.fromhex("20ba18100000"), 64 << 10),
     "w25q128": (bytes.fromhex("ef4018ef4018"), 64 << 10),
 }
-"""JEDEC ID and number of bytes that D8h erases: S25FL128S by its table "device ID"; N25Q128 and
-W25Q128 by "RDID"."""
+"""JEDEC ID and number of bytes that the command D8h erases: for S25FL128S from its table "device
+ID"; for N25Q128 and W25Q128 from "RDID"."""
 FLASH_BYTES = 16 << 20
 PAGE_BYTES = 256
 WORKS, ENABLED, ERASE_FAILED, PROGRAM_FAILED = 1, 2, 1 << 5, 1 << 6
-"""Status bits. After one of the two failures a Spansion flash stays busy until 30h clears the
-bit."""
+"""Status bits. After ERASE_FAILED or PROGRAM_FAILED a Spansion flash stays busy until the command
+30h clears the bit."""
 NOT_SELECTED, MANUAL_SELECT, MANUAL_START, START = 1 << 10, 1 << 14, 1 << 15, 1 << 16
 RECEIVED = 1 << 4
 READ_US = 1
@@ -96,7 +96,7 @@ class Chip:
         self.received.clear()
 
     def exchange(self, byte: int, now_us: int) -> int:
-        """Take one byte and return the byte that the chip sends in the same clocks."""
+        """Take one byte and return the byte that the chip sends in the clocks of this byte."""
         place = len(self.received)
         self.received.append(byte)
         command = self.received[0]
@@ -166,8 +166,8 @@ class Chip:
         self.finish(now_us + PROGRAM_US)
 
     def fail(self, bit: int) -> None:
-        """Set a failure bit, in status register 1 of S25FL128S; other flashes use another
-        register."""
+        """Set a failure bit, which S25FL128S has in status register 1 and other flashes have in
+        another register."""
         self.failed = bit if self.id[0] == 0x01 else 0
 
     def finish(self, until_us: int) -> None:
@@ -176,7 +176,8 @@ class Chip:
 
 
 class Controller:
-    """The registers of the controller and its chip; the C code uses them through ``access``."""
+    """The registers of the controller and its flash chip; the C code uses these registers through
+    ``access``."""
 
     def __init__(self, chip: Chip, fault: str = "") -> None:
         self.chip = chip

@@ -1,7 +1,7 @@
-"""Models of the Zynq's I2C controller and of two thermometers on its bus.
+"""Models the Zynq's I2C controller and two thermometers on its bus.
 
-They are written from UG585 (chapter 20 and its register tables) and the data sheets of ADT7420 and
-TMP117, not from the C code: only the names of the addresses are read from its header.
+The models are written from UG585 (chapter 20 and its register tables) and the data sheets of
+ADT7420 and TMP117, not from the C code: only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ QUEUE = 16
 
 
 class Device(Protocol):
-    """A device on the bus; a write contains a register pointer and the data for that register."""
+    """A device on the I2C bus; a write contains a register pointer and the data for that
+    register."""
 
     def write(self, data: bytes) -> bool:
-        """Write data; return False if the device does not acknowledge."""
+        """Take written data; return False if the device does not acknowledge."""
 
     def read(self, number: int) -> bytes: ...
 
@@ -78,14 +79,14 @@ class Tmp117:
 
 
 class I2cModel:
-    """The controller; with ``stuck`` a transfer never ends.
+    """The I2C controller; with ``stuck`` a transfer never ends.
 
     A device that was cut off within a byte holds SDA low for ``hold_sda`` further clocks and then
     until the STOP. A transfer that begins meanwhile hangs the controller until its reset.
     """
 
     def __init__(self, **devices: Device) -> None:
-        """Connect devices, each by its address: ``at_48=...``."""
+        """Connect devices, each with the address in its keyword: ``at_48=...``."""
         self.devices = {int(name.removeprefix("at_"), 16): item for name, item in devices.items()}
         self.stuck = False
         self.now_us = 0

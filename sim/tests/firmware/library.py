@@ -1,8 +1,9 @@
-"""Build the firmware's C sources as a shared library for this machine, and call it through cffi.
+"""Builds the firmware's C sources as a shared library for this machine, and calls it through cffi.
 
 ``ARCTRUE_SANITIZE=address`` adds AddressSanitizer, which the process must preload, see
 test_sanitizers.py. UBSan is always included and ends the process at an error.
-``ARCTRUE_COVERAGE=FOLDER`` counts the executed lines there, see scripts/firmware_coverage.py.
+``ARCTRUE_COVERAGE=FOLDER`` counts the executed lines in this folder, see
+scripts/firmware_coverage.py.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ def flags() -> list[str]:
 
 @functools.cache
 def shared_library() -> Path:
-    """Return the library; compile it again if a source, a header or a flag has changed."""
+    """Return the path of the library; compile it again if a source, a header or a flag has
+    changed."""
     digest = hashlib.sha256(" ".join(flags()).encode())
     headers = [path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")]
     for path in sorted([*sources(), *headers, *GENERATED.glob("*.h")]):
@@ -64,7 +66,7 @@ def shared_library() -> Path:
 
 
 def _headers_in_order() -> list[Path]:
-    """Return the headers so that each one follows those that it includes."""
+    """Return the headers in an order in which each header follows the headers that it includes."""
     by_name = {path.name: path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")}
     order: list[Path] = []
 

@@ -1,5 +1,4 @@
-"""A Python model of the core's registers as the firmware reads them, and the firmware that uses
-it."""
+"""Models the core's registers as the firmware reads them, and runs the firmware on this model."""
 
 from __future__ import annotations
 
@@ -129,8 +128,8 @@ class ModelCore:
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
 
     def releasing_faults(self) -> int:
-        """Return the bits of present faults that release the drivers' enable, and latch them as
-        causes."""
+        """Return the bits of the present faults that disable the line drivers, and latch these bits
+        as causes."""
         present = {name for name in ("head1", "head2") if self.get(f"{name}.flags") & 0b1110}
         if self.get("head1.flags") & bit("head1.flags", "swallowed"):
             present.add("swallowed")
@@ -169,7 +168,8 @@ class ModelCore:
             self.set(f"{head}.flags", bit(f"{head}.flags", "index_seen"))
 
     def head1_slips(self, slip: int, travel: int = 1000) -> None:
-        """Set the registers so that head 1's angle was ``slip`` at its last index."""
+        """Set the registers so that the angle of head 1 was ``slip`` at the last index of head
+        1."""
         position = self.get("snapshot.head1_position")
         self.set("head1.index", position - travel)
         self.set("snapshot.head1_angle", (slip + travel) % self.get("counts_per_rev_active"))
@@ -182,7 +182,8 @@ class ModelCore:
         self.head1_slips(0)
 
     def head2_slips(self, slip: int, travel: int = 1000) -> None:
-        """Set the registers so that head 2's angle was ``slip`` at its last index."""
+        """Set the registers so that the angle of head 2 was ``slip`` at the last index of head
+        2."""
         index = 123_456_789
         self.set("head2.index", index)
         self.set("snapshot.head2_position", index + travel)
@@ -190,7 +191,7 @@ class ModelCore:
         self.set("snapshot.head2_angle", angle)
 
     def stand_at(self, position: int, angle: int) -> None:
-        """Set the corrected position and angle, and the same position for head 1."""
+        """Set the corrected position and angle; set head 1 to the same position and angle."""
         for head in ("head1", "corrected"):
             self.set(f"snapshot.{head}_position", position)
         self.set("snapshot.corrected_angle", angle)
@@ -198,8 +199,8 @@ class ModelCore:
     def hand_over(
         self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN, travel: int = 0
     ) -> None:
-        """Hand over a bank with counts (2, n); head 1 has moved on by ``travel`` counts when the
-        firmware reads it."""
+        """Hand over a bank with counts (2, n). Head 1 has moved on by ``travel`` counts since the
+        last sample when the firmware reads the registers."""
         words = counts.T.astype(np.int64).astype(np.uint32).view(np.int32)
         self.bank = np.ascontiguousarray(words)
         self.set("capture_header.sample_count", counts.shape[1])
@@ -252,7 +253,7 @@ class Firmware:
         return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
 
     def step(self, times: int = 1) -> str:
-        """Run the main loop this number of times and return its output."""
+        """Run the main loop this number of times and return the output of the firmware."""
         self.said.clear()
         for _ in range(times):
             self.library.application_step(self.application)

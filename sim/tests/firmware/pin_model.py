@@ -1,7 +1,7 @@
-"""A model of the multiplexed pins (MIO) to which the quad-SPI flash is wired.
+"""Models the multiplexed pins (MIO) to which the quad-SPI flash is wired.
 
-It is written from UG585 (chapter 2.5, and slcr.MIO_PIN in its register tables), not from the C
-code.
+The model is written from UG585 (chapter 2.5, and slcr.MIO_PIN in its register tables), not from the
+C code.
 """
 
 from __future__ import annotations
@@ -23,14 +23,15 @@ def pin_address(pin: int) -> int:
 
 
 class Pins:
-    """MIO 1 to 6 after a reset of the system: inputs without a function."""
+    """The pins MIO 1 to 6; after a reset of the system they are inputs without a function."""
 
     def __init__(self) -> None:
         self.locked = True
         self.words = {pin: 0x1601 if pin == 1 else 0x0601 for pin in QSPI_PINS}
 
     def write(self, address: int, word: int) -> None:
-        """Handle a write to a system-level control register, which need not be a pin's register."""
+        """Handle a write to a system-level control register: the unlock key, or the register of one
+        of these pins."""
         if address == AT["SLCR_UNLOCK"]:
             self.locked = word != UNLOCK_KEYS["SLCR_UNLOCK"]
         pin = (address - FIRST_PIN) // 4
@@ -38,7 +39,8 @@ class Pins:
             self.words[pin] = word
 
     def reach_the_flash(self) -> bool:
-        """Tell whether all six pins carry the controller's signals at the voltage of their bank."""
+        """Tell whether all six pins carry the controller's signals at the voltage of the pins'
+        bank."""
         return all(
             word & (LEVEL_0 | LEVELS_1_TO_3 | TRISTATE) == LEVEL_0 and word & VOLTAGE == LVCMOS33
             for word in self.words.values()

@@ -1,4 +1,5 @@
-"""Tests of the application with a model of the core, from the index to swapped coefficients."""
+"""Tests of the firmware's application on a model of the core, from the first index to swapped
+coefficients."""
 
 from __future__ import annotations
 
@@ -165,8 +166,8 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
 
 
 def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> None:
-    """A servo that follows the output would move the table if the output returned without the
-    operator; the output has also lost counts."""
+    """Only the operator ends the fault of the output: a servo that follows the output would move
+    the table if the output returned by itself, and the output has also lost counts."""
     assert running.turn(turn())["output_fault"] == "none"
     assert "output_fault none\r\n" in running.send("status")
     running.core.set("status", bit("status", "cannot_keep_up"))
@@ -190,7 +191,8 @@ def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> No
 
 
 def test_a_fault_of_the_output_that_is_still_there_is_told(running: Firmware) -> None:
-    """While the output still lags too far, the core sets the fault again at once."""
+    """The firmware reports a fault of the output that is still present: the core sets the fault
+    again at once while the output lags too far."""
     running.core.set("status", bit("status", "cannot_keep_up"))
     running.core.command = lambda word: None  # type: ignore[method-assign]
     answer = running.send("clear_output")
@@ -214,8 +216,8 @@ def slipped(counts: Any, slip: int) -> Any:
 @pytest.mark.parametrize("method", [0, 1])
 @pytest.mark.parametrize("slip", [-4, 40, -11_651, 1 << 20, (1 << 23) - 1])
 def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> None:
-    """Head 2 loses between 4 counts and half a turn; an undetected loss would shift the
-    separation."""
+    """The firmware follows the zero of head 2, which has lost between 4 counts and half a turn; an
+    undetected loss would shift the separation."""
     running.send(f"set method {method}")
     running.turn(turn())
     clean = running.turn(turn(seed=2))
@@ -237,8 +239,9 @@ def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> N
 
 
 def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
-    """A slip within index_tolerance raises no alarm. A larger slip raises one, and so does the
-    return to zero."""
+    """The firmware follows the zero of head 2, which has moved by a slip. The firmware raises no
+    alarm for a slip within index_tolerance; it raises one for a larger slip and for the return to
+    zero."""
     for slip, zero, alarms in (
         (1, 0, []),
         (-40, -40, ["zero_lost"]),
@@ -252,7 +255,8 @@ def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
 
 
 def test_an_index_error_of_head_2_that_would_be_cleared_unseen(running: Firmware) -> None:
-    """The index error comes with a turn that is refused for another reason."""
+    """Head 2 reports its index error with a turn that is refused for another reason; the firmware
+    must still process the index error."""
     running.core.set("head2.flags", 0b11)
     running.core.head2_slips(40)
     telemetry = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
@@ -269,8 +273,8 @@ def is_rearmed(core: ModelCore) -> bool:
 
 
 def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
-    """The core reports the loss at the index, minutes before it hands over a bank; the correction
-    stays on."""
+    """The core reports the loss at the index, minutes before the core hands over a bank; the
+    correction stays on."""
     assert running.core.get("lost_counts") == bit("lost_counts", "zero_again")
     running.turn(turn())
     running.core.writes.clear()
@@ -309,8 +313,8 @@ def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) 
     """Head 1 loses counts in every turn: after four turns the firmware switches the correction off
     and seeks the zero again.
 
-    It does not do so for a slip within the repeatability of the index, nor for a large one, which
-    is a false pulse.
+    The firmware keeps the correction on for a slip within the repeatability of the index, and for a
+    large slip, which comes from a false pulse.
     """
     running.turn(turn())
     begin = running.core.get("snapshot.head1_position")
@@ -333,7 +337,8 @@ def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) 
 
 
 def test_a_doubt_that_ends(running: Firmware) -> None:
-    """A false mark comes near the index; the next mark is at the right place and ends the doubt."""
+    """The firmware ends its doubt about the zero, which a false mark near the index caused, when
+    the next mark is at the right place."""
     running.turn(turn())
     running.core.writes.clear()
     running.core.head1_slips(-8)
@@ -377,7 +382,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     (line,) = [text for text in status.splitlines() if text.startswith("separation_deg")]
     assert float(line.split()[1]) == pytest.approx(-33.0, abs=0.01)
     assert running.turn(turn(seed=2))["result"] == "applied"
-    # Another cause of the same sign is a wrong stated separation of the heads.
+    # A wrong stated separation of the heads can change the sign of the separation, too.
     assert running.send("set separation_deg 327") == "ok\r\n"
     assert running.turn(turn(seed=3))["reason"] == "heads_exchanged"
     assert running.turn(turn(seed=4)[::-1])["reason"] in ("none", "not_better")
@@ -392,7 +397,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
         (33.0, -33.3, False),
         (33.0, 33.2, False),
         (33.0, 90.0, False),
-        # Both assignments of the heads fit equally well.
+        # The heads fit equally well if they are exchanged.
         (180.0, 180.0, False),
         (180.0, -180.0, False),
         (0.1, -0.1, False),
@@ -450,8 +455,8 @@ def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> No
 
 
 def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
-    """The disc is the same, so that a turn gives no improvement and the acceptance gate keeps
-    unchanged the orders that are still judged."""
+    """The firmware removes an order that is no longer judged. The disc has not changed, so that a
+    turn gives no improvement and the acceptance gate keeps the orders that are still judged."""
     for seed in range(1, 6):
         running.turn(turn(seed=seed))
     reading = np.arange(0, COUNTS, COUNTS // 1024)
@@ -475,16 +480,16 @@ def capture_mode(core: ModelCore) -> int:
 
 
 def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
-    """The speed varies by ±19 % once per turn. The firmware refuses samples at equal times and uses
-    samples at equal angles."""
+    """The firmware samples at equal angles if the speed varies, here by ±19 % once per turn. The
+    firmware refuses samples at equal times and uses samples at equal angles."""
     random = np.random.default_rng(5)
     part = np.linspace(0.0, 1.01, SAMPLES)
     theta = 2.0 * np.pi * (part + 0.03 * np.sin(2.0 * np.pi * part))
     running.core.writes.clear()
     telemetry = running.turn(DISC.heads(theta, 0.1, random))
     assert (telemetry["result"], telemetry["reason"]) == ("refused", "wrong_step")
-    # The capture restarts, which discards the samples of the next turn: they were taken at equal
-    # times.
+    # The capture restarts, which discards the samples of the next turn, because they were taken at
+    # equal times.
     orders = [word for offset, word in running.core.writes if offset == address("control")]
     assert [bool(word & bit("control", "capture_enable")) for word in orders[-2:]] == [False, True]
     assert capture_mode(running.core) == 1
@@ -506,7 +511,8 @@ def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
 
 @pytest.mark.parametrize("order", ["dump", "rearm"])
 def test_equal_times_come_back(running: Firmware, order: str) -> None:
-    """The rows of a dump need times, and after a new start the speed is unknown."""
+    """A dump and a re-arm return to samples at equal times: the rows of a dump need times, and
+    after a re-arm the speed is unknown."""
     running.application.by_angle = True
     running.send(order)
     assert capture_mode(running.core) == 0
@@ -595,13 +601,13 @@ def test_it_does_not_sleep_while_there_is_more_to_do(running: Firmware) -> None:
 
 
 class Sensor:
-    """A thermometer that may fail to give a temperature."""
+    """A thermometer that does not always give a temperature."""
 
     def __init__(self, firmware: Firmware) -> None:
         ffi, library = c_library()
         self.celsius: float | None = 40.0
         self.call = ffi.callback("temperature_read", self.read)
-        # The firmware holds a pointer to the callback.
+        # The C code holds a pointer to the callback, so that Python must keep the callback.
         firmware.sensor = self
         library.application_use_temperature(firmware.application, self.call, ffi.NULL)
 
@@ -649,8 +655,8 @@ def test_a_dump_tells_the_temperature(running: Firmware) -> None:
 
 @pytest.mark.parametrize("phase", ["wait_for_index", "capture"])
 def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase: str) -> None:
-    """The core's registers have their reset values; the firmware must read them regularly to detect
-    the reset."""
+    """The firmware detects a core that was reset, and sets it up again; for this it must read the
+    core's registers regularly."""
     running.turn(turn())
     setup = {name: running.core.get(name) for name in ("ramp_rate", "output_spacing", "alarm")}
     if phase == "wait_for_index":
@@ -690,8 +696,8 @@ def four_heads() -> Firmware:
 
 
 def test_it_waits_for_the_index_of_further_heads() -> None:
-    """Without the zero of head 4 no mean can be judged. The firmware does not wait for a head that
-    is left out."""
+    """The firmware waits for head 4, because without the zero of head 4 it cannot judge a mean. It
+    does not wait for a head that is left out."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0111 << 8)
     firmware.step(3)
@@ -707,8 +713,8 @@ def test_it_waits_for_the_index_of_further_heads() -> None:
 
 
 def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
-    """Head 4 shows no index. After a whole turn of head 1 the firmware corrects head 1 alone, as
-    with two heads."""
+    """The firmware does not wait long for head 4, which shows no index. After a whole turn of head
+    1 the firmware corrects head 1 alone, as with two heads."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0011 << 8)
     firmware.step(3)
@@ -719,8 +725,8 @@ def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
 
 
 def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
-    """Telemetry omits ``active_arcsec``, because 0 would look like a perfect mean; it names a head
-    that the gateware left out."""
+    """Telemetry of a mean omits ``active_arcsec``, because 0 would look like a perfect mean; it
+    names a head that the gateware left out."""
     assert running.turn(counts_of(DISC))["active_arcsec"] > 100
     running.turn(counts_of(DISC))
     running.core.set("version", 0x000800)
@@ -737,7 +743,8 @@ def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
 
 
 def test_coefficients_of_its_own_switch_the_failover_off(running: Firmware) -> None:
-    """Prepared sets belong to earlier coefficients; the gateware must not swap them in any more."""
+    """The firmware switches the failover off when it writes coefficients of its own, because
+    prepared sets belong to earlier coefficients."""
     running.core.set("version", 0x000800)
     running.core.set("capability", 2 | bit("capability", "failover"))
     running.core.set("failover", bit("failover", "enable") | bit("failover", "illegal"))
@@ -759,7 +766,8 @@ def test_forgetting_switches_the_failover_off(running: Firmware) -> None:
 
 
 def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None:
-    """The core would answer the write with a bus fault."""
+    """A write to the failover register would end with a bus fault, so that the firmware must not
+    write it."""
     running.core.set("version", 0x000800)
     running.core.set("capability", 2)
     running.core.writes.clear()
@@ -769,7 +777,8 @@ def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None
 
 
 def test_a_set_that_is_being_loaded_is_awaited(running: Firmware) -> None:
-    """The gateware is loading a set into the bank that the firmware is about to write."""
+    """The firmware waits while the gateware loads a set into the bank that the firmware is about to
+    write."""
     core = running.core
     core.set("version", 0x000800)
     core.set("capability", 2 | bit("capability", "failover"))

@@ -1,4 +1,4 @@
-"""Tests that an impossible state ends the process on this machine; on the chip it raises a fault,
+"""Tests that a failed assertion ends the process on this machine; on the chip it raises a fault,
 see test_qemu.py."""
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ library.application_step(application)
     ],
 )
 def test_a_state_that_must_never_be_ends_the_step(change: str, condition: str) -> None:
-    """The limits are 64 lanes (limits.h) and the last members of the enumerations."""
+    """A step with an impossible state ends the process. The limits are 64 lanes (limits.h) and the
+    last members of the enumerations."""
     ended = subprocess.run(
         [sys.executable, "-c", PREPARE.format(change=change)],
         cwd=ROOT,
@@ -90,8 +91,8 @@ print("prepared", flush=True)
     ],
 )
 def test_a_call_that_must_never_be_ends_the_process(call: str, condition: str) -> None:
-    """The limits of calibration and console are 40 orders, 64 lanes, 80 characters per line and 9
-    decimals."""
+    """A call with impossible arguments ends the process. The limits of calibration and console are
+    40 orders, 64 lanes, 80 characters per line and 9 decimals."""
     ended = subprocess.run(
         [sys.executable, "-c", CALL.format(call=call)],
         cwd=ROOT,

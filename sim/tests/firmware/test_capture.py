@@ -1,5 +1,5 @@
-"""Tests of every reason to refuse a capture, each with an example, against the reference in
-Python."""
+"""Tests every reason for which the firmware refuses a capture, each with an example, against the
+reference in Python."""
 
 from __future__ import annotations
 
@@ -124,8 +124,8 @@ def test_an_empty_bank() -> None:
 
 
 def test_more_than_a_turn() -> None:
-    """The sampler closes a bank after a turn. More counts mean that the core has another number of
-    counts per turn."""
+    """The firmware refuses a bank with more than a turn, because the sampler closes a bank after a
+    turn. A bank with more counts shows that the core has another number of counts per turn."""
     counts = good()
     assert verify(capture_in_c(counts, counts_per_rev=COUNTS // 2))[0] == "more_than_a_turn"
 
@@ -164,7 +164,7 @@ def test_every_reason_has_a_name() -> None:
 )
 @settings(max_examples=200, deadline=None)
 def test_any_steps_get_the_reference_verdict(steps: list[int], offset: int) -> None:
-    """For random walks, the bisection in C finds the same medians as sorting in Python."""
+    """The bisection in C finds the medians that sorting in Python finds, for random walks."""
     head = np.concatenate(([0], np.cumsum(steps))).astype(np.int64)
     counts = np.stack((head, head + 33))
     expected, sample = "none", None

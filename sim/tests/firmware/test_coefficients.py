@@ -1,4 +1,5 @@
-"""Tests of the choice of orders, quantisation, running average and acceptance gate in C."""
+"""Tests of the C code that chooses orders, quantises them, averages turns and applies the
+acceptance gate."""
 
 from __future__ import annotations
 
@@ -101,8 +102,8 @@ def test_an_amplitude_that_the_gateware_does_not_hold(fitted: Any) -> None:
 
 
 def test_a_fit_that_is_not_finite_is_refused() -> None:
-    """The console cannot send a separation that is not a number (NaN); the fit must refuse NaN
-    too."""
+    """The fit refuses a separation that is not a number (NaN), although the console cannot send
+    one."""
     ffi, library = firmware()
     held = capture_in_c(counts_of(samples=600))
     asked = ffi.new("struct calibration_settings *")
@@ -117,7 +118,7 @@ def test_a_fit_that_is_not_finite_is_refused() -> None:
 
 
 def test_orders_that_cannot_be_told_apart() -> None:
-    """With 24 samples per turn, 24 orders cannot be determined: the matrix is singular."""
+    """The fit refuses 24 orders with 24 samples per turn, because the matrix is singular."""
     ffi, library = firmware()
     held = capture_in_c(counts_of(samples=24, noise=0.0), period_clocks=0)
     turn, fault = ffi.new("struct turn *"), ffi.new("struct capture_fault *")
@@ -137,7 +138,8 @@ def test_orders_that_cannot_be_told_apart() -> None:
     [(3000.0, "none"), (10_000.0, "not_converged"), (15_000.0, "singular")],
 )
 def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, reason: str) -> None:
-    """A disc 2.8° off centre moves the heads' difference by 1.6°, which is 38° at order 24.
+    """The fit refuses a disc 2.8° off centre, which moves the heads' difference by 1.6°, or 38° at
+    order 24.
 
     The second-order approximation of the matrix has the error (2Nδ)³/6 = 0.4, while its columns
     |e^{jnα} − 1| can be as small as 0.05: the refinement diverges. With 0.3 of this eccentricity it
@@ -157,7 +159,7 @@ def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, rea
 
 
 def test_a_fit_takes_no_longer_than_the_watchdog_waits() -> None:
-    """A fit may make about 36 passes over the turn; the limit is lower for a long capture."""
+    """A fit makes at most about 36 passes over the turn; for a long capture the limit is lower."""
     disc = Disc({1: (7700.0, 0.4)})
     for samples, expected in ((400, "none"), (12_000, "not_converged")):
         held = capture_in_c(counts_of(disc, noise=0.0, samples=samples), period_clocks=0)
@@ -235,7 +237,8 @@ def test_the_gate_lets_the_first_calibration_pass(fitted: Any) -> None:
 
 
 def test_the_gate_keeps_the_last_good_where_a_new_turn_is_no_better(fitted: Any) -> None:
-    """The new turn measures the same disc with fifteen times the noise."""
+    """The gate keeps the active coefficients if the new turn measures the unchanged disc with
+    fifteen times the noise."""
     _, active = quantised(fitted, verdicts_of(fitted, 32)[0], 32)
     worse = estimate("least_squares", capture_in_c(counts_of(noise=1.5, seed=5)))[1]
     _, candidate = quantised(worse, verdicts_of(worse, 32)[0], 32)
@@ -253,9 +256,9 @@ def test_the_gate_lets_a_real_change_pass(fitted: Any) -> None:
 
 
 def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> None:
-    """The change of 0.03″ is less than 0.037″, the uncertainty that the separation causes in 150″
-    of order 1. The active coefficients have the same error of the separation, so that it cancels in
-    the comparison."""
+    """The gate accepts a change of 0.03″, which is less than 0.037″, the uncertainty of 150″ of
+    order 1 that comes from the separation. The error of the separation is the same in the active
+    coefficients, so that it cancels in the comparison."""
     asked = {"index_detection_arcsec": 50.0 / np.sqrt(3.0)}
     made = []
     for seed, amplitude in ((3, 150.0), (6, 150.03)):

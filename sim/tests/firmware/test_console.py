@@ -1,4 +1,4 @@
-"""Tests of the console: every command, and lines that are not commands."""
+"""Tests the console with every command, and with lines that are not commands."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
 
 
 def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
-    """The answer contains the words of the registers in the map, and no other words."""
+    """The answer to version contains the words of the version and capability registers, and no
+    other words."""
     core, (ffi, _) = running.core, firmware()
     core.set("version", 3 << 16 | 21 << 8 | 7)
     core.set("pipeline", 30 << 8 | 8)
@@ -199,7 +200,8 @@ def test_a_dump_is_the_capture(running: Firmware) -> None:
 
 
 def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
-    """The core gets the bank back at once; the console prints a copy, eight rows per step."""
+    """The firmware gives the bank back to the core at once; the console prints a copy, eight rows
+    per step."""
     running.send("dump")
     running.send("telemetry on")
     counts = turn()
@@ -224,8 +226,8 @@ def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
 @pytest.mark.parametrize("samples", [3, 3072, 3073, 6144, 6145, 12_287, 12_288])
 @pytest.mark.parametrize("sense", [1, -1])
 def test_a_copy_has_every_sample(samples: int, sense: int, heads: int) -> None:
-    """A few samples are copied in full and many as steps of 16 bits. The rows are read in any order
-    and across a wrap at 2³¹.
+    """The copy stores a few samples in full, and many samples as steps of 16 bits. The rows are
+    read in any order and across a wrap at 2³¹.
 
     With more than two heads and more than 6,144 samples, the copy contains every second sample.
     """
@@ -256,8 +258,8 @@ def test_a_copy_has_every_sample(samples: int, sense: int, heads: int) -> None:
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_places_of_heads_equal_numpy(heads: int) -> None:
-    """Compare the mean distance of each head from head 1 over a turn, to 1e-7 of 16 million
-    counts."""
+    """Compare the mean distance of each head from head 1 over a turn with numpy, to 1e-7 of 16
+    million counts."""
     ffi, library = firmware()
     turn = 1 << 24
     draw = np.random.default_rng(heads)
@@ -371,7 +373,8 @@ class Room:
 
 
 def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) -> None:
-    """No line waits and none is cut; the next line reports the alarms of an omitted one."""
+    """The console omits a whole line for which there is no room: no line waits and none is cut. The
+    next line reports the alarms of the omitted line."""
     running.send("telemetry on")
     running.send("set alarm_noise_arcsec 0.000001")
     running.core.hand_over(turn(seed=1))
@@ -392,8 +395,8 @@ def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) 
 
 
 def test_the_longest_line_of_telemetry_has_room_in_the_ring(running: Firmware) -> None:
-    """Every number has its greatest length and every alarm is on: the console can never send a
-    longer line."""
+    """The ring has room for a line in which every number has its greatest length and every alarm is
+    on; the console can never send a longer line."""
     ffi, library = firmware()
     running.core.hand_over(turn(seed=1))
     running.step(4)

@@ -73,10 +73,10 @@ def reference(
 
 
 def u_index_rad(counts_per_rev: int, detection_arcsec: float = 0.0) -> float:
-    """Return the standard uncertainty of R₂ − R₁ that the index causes.
+    """Return the standard uncertainty of R₂ − R₁ that the detection of the index causes.
 
-    It contains a rectangular distribution of ±1 count for each head, and the difference of the
-    places of detection.
+    The uncertainty contains a rectangular distribution of ±1 count for each head, and the
+    difference of the places at which the heads detect the mark.
     """
     head = 2.0 * np.pi / counts_per_rev / np.sqrt(3.0)
     return float(np.sqrt(2.0 * head**2 + (detection_arcsec * ARCSEC) ** 2))
@@ -144,7 +144,8 @@ def test_whole_turns_between_the_counters_mean_nothing(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_an_order_that_cannot_be_seen(method: str) -> None:
-    """At exactly 36° the heads cannot observe order 10, nor orders 20 and 30."""
+    """The fit marks order 10 as unseen, and orders 20 and 30, because heads at exactly 36° cannot
+    observe these orders."""
     disc = Disc({1: (20.0, 0.4), 7: (1.0, 1.0)}, alpha_deg=36.0)
     counts = counts_of(disc, start=0.0)
     alpha = float(np.radians(36.0))
@@ -158,8 +159,9 @@ def test_an_order_that_cannot_be_seen(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_heads_that_detect_the_mark_at_different_places(method: str) -> None:
-    """10 µm at the disc are 38″ or 492 counts of head 2. No data can distinguish this shift from a
-    change of the separation."""
+    """The uncertainty of the separation covers heads that detect the mark at places 10 µm apart,
+    which are 38″ or 492 counts of head 2. No data can distinguish this shift from a change of the
+    separation."""
     u_detection = 38.0
     counts = counts_of()
     moved = counts + np.array([[0], [492]])
@@ -184,7 +186,8 @@ def test_heads_that_detect_the_mark_at_different_places(method: str) -> None:
 
 
 def test_positions_that_wrap() -> None:
-    """The turn position register wraps modulo 2^32 after 128 turns."""
+    """The estimate is right although the turn position register wraps modulo 2^32 after 128
+    turns."""
     counts = counts_of()
     _, plain = estimate("least_squares", capture_in_c(counts))
     counts += 127 * COUNTS + COUNTS // 2 - counts[0, 0]
@@ -196,8 +199,8 @@ def test_positions_that_wrap() -> None:
 
 
 def test_a_turn_that_does_not_divide_the_register() -> None:
-    """With 360,000 counts per turn a wrapped position does not give the angle; the offset corrects
-    this."""
+    """The estimate is right with 360,000 counts per turn, with which a wrapped position does not
+    give the angle; the offset corrects the angle."""
     disc = Disc(DISC.orders, counts_per_rev=360_000)
     counts = counts_of(disc, noise=3.0, samples=3000) + 6000 * 360_000
     assert counts[0, 0] > 2**31
@@ -243,8 +246,8 @@ def test_any_disc(
 
 
 def test_forty_orders_of_an_enlarged_disc() -> None:
-    """With eight times the errors of the paper's disc the approximation of the normal matrix is
-    poor."""
+    """The C code equals the reference although, with eight times the errors of the paper's disc,
+    the approximation of the normal matrix is poor."""
     disc = Disc({1: (1200.0, 0.4), 2: (48.0, 4.2), 11: (3.0, 1.0)})
     counts = counts_of(disc, noise=3.0, samples=2000)
     reason, made = estimate("least_squares", capture_in_c(counts), orders=40)

@@ -1,5 +1,5 @@
-"""Tests of the serial flash, reached through the controller's registers, against the data
-sheets."""
+"""Tests the driver of the serial flash through the controller's registers; the models are written
+from the data sheets."""
 
 from __future__ import annotations
 
@@ -92,8 +92,8 @@ def test_what_does_not_end() -> None:
 
 
 def test_linear_reading_afterwards_finds_what_it_needs() -> None:
-    """fabric.c sets some bits of the controller's register and keeps the others as it finds
-    them."""
+    """Linear reading still works after a write: fabric.c sets some bits of the controller's
+    register and leaves all other bits unchanged."""
     controller = Controller(Chip())
     opened(controller)
     assert controller.words[AT["QSPI_LQSPI_CFG"]] >> 31 == 0
@@ -101,7 +101,8 @@ def test_linear_reading_afterwards_finds_what_it_needs() -> None:
 
 
 def test_the_flash_is_reached_without_the_boot_rom() -> None:
-    """After `make flash` over JTAG the boot ROM has not connected the controller to the pins."""
+    """The driver reaches the flash after `make flash` over JTAG, when the boot ROM has not
+    connected the controller to the pins."""
     controller = Controller(Chip())
     _, sector = opened(controller)
     assert sector == controller.chip.sector

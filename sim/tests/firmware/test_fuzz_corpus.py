@@ -1,4 +1,4 @@
-"""Run the inputs that fuzzing has kept once more, with gcc's sanitizers."""
+"""Runs once more all inputs that fuzzing has kept, with gcc's sanitizers."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class World:
-    """A table with heads that stand off their places, detect the mark late and differ in radius."""
+    """A table whose heads stand off their places, detect the mark late and have unequal radii."""
 
     heads: int = 4
     off_arcsec: tuple[float, ...] = (0.0, 50.0, -30.0, 40.0)
@@ -89,7 +89,8 @@ class World:
         return 0.3 + even + self.swing * np.sin(even)
 
     def counts(self) -> NDArray[np.int64]:
-        """Return the counts of every head at true angles of the table, shape (heads, samples)."""
+        """Return the counts of every head for these true angles of the table, shape (heads,
+        samples)."""
         random = np.random.default_rng(self.seed)
         theta = self.theta()
         rows = []
@@ -102,7 +103,7 @@ class World:
                 moved += ratio * (c * np.exp(1j * place)).imag
             reading = angle + self.error_rad(angle, ratio) + moved * ARCSEC
             reading += random.normal(0.0, self.noise_arcsec * ARCSEC, theta.size)
-            # The counter of a head starts where that head detects the mark.
+            # Each head's counter starts where the head detects the mark.
             reading -= self.late_arcsec[head] * ARCSEC
             rows.append(np.rint(reading * COUNTS / (2 * np.pi)))
         return np.array(rows).astype(np.int64)
@@ -141,7 +142,7 @@ def settings_in_c(world: World, orders: int) -> Any:
 
 @dataclass(frozen=True)
 class InC:
-    """The results that the firmware computes."""
+    """The results that the firmware computes from a capture."""
 
     reason: str
     estimate: Any
@@ -192,7 +193,8 @@ WORLDS = [
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_c_equals_numpy(world: World) -> None:
-    """Orders, places, radii and circles agree to 1e-9 of the largest value, covariances to 1e-2.
+    """The C code and numpy agree in orders, places, radii and circles to 1e-9 of the largest value,
+    and in covariances to 1e-2.
 
     The covariance comes from the normal matrix of every k-th sample, with 16 samples per order.
     """
@@ -212,8 +214,8 @@ def test_c_equals_numpy(world: World) -> None:
     assert residuals == pytest.approx(numpy.residuals_arcsec, abs=same)
     circles = np.array([[*c.found.forward_arcsec], [*c.found.backward_arcsec]]).T
     assert np.abs(circles - numpy.circles).max() < same
-    # C takes the noise from the last pass. The fit ends with a step d after this pass, which
-    # reduces the variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before
+    # The C code estimates the noise in the last pass. The fit ends with a step d after this pass,
+    # which reduces the variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before
     # (heads_fit.c), which is < 1″.
     last_step = 0.1 * 1e-11 * np.abs(numpy.disc).max()
     variance = numpy.noise_arcsec**2
@@ -252,8 +254,8 @@ def mean_in_c(world: World, c: InC, missing: int = 0) -> Any:
     ],
 )
 def test_mean_equals_numpy(world: World, missing: int) -> None:
-    """Weights agree to the last bit of their words, and the error of the mean to 1e-9 of the disc's
-    largest value."""
+    """The C code and numpy agree in the weights to the last bit of the words, and in the error of
+    the mean to 1e-9 of the disc's largest value."""
     c, numpy = in_c(world), in_numpy(world)
     mean = mean_in_c(world, c, missing)
     places = numpy.offsets_rad + numpy.late_rad
@@ -313,7 +315,7 @@ def test_mean_of_the_device_is_true(heads: int) -> None:
 
 
 def test_agrees_with_the_complete_least_squares() -> None:
-    """Compare with a least-squares fit of all unknowns together; the bound is 4 standard
+    """The C code agrees with a least-squares fit of all unknowns together; the bound is 4 standard
     uncertainties of the fit to the parity."""
     world = World(heads=4, noise_arcsec=0.2, samples=6000, seed=7)
     c = in_c(world, orders=24)
@@ -333,8 +335,8 @@ def test_agrees_with_the_complete_least_squares() -> None:
 
 
 def test_heads_that_have_no_mean_are_refused() -> None:
-    """Three heads stand within 40°; both C and numpy refuse them because their mean would have too
-    much noise."""
+    """Three heads stand within 40°; both C and numpy refuse these heads because the mean would have
+    too much noise."""
     ffi, library = firmware()
     geometry = ffi.new("struct heads_geometry *")
     geometry.heads = 3
@@ -360,8 +362,8 @@ def test_a_head_far_from_its_place_is_refused(change: dict[str, Any], reason: st
 
 
 def test_heads_3_and_4_are_verified() -> None:
-    """Each of these heads is refused: it has no index, stands still, jumps, or counts in the other
-    direction."""
+    """The firmware refuses each of these heads: it has no index, stands still, jumps, or counts in
+    the other direction."""
     ffi, library = firmware()
     world = World(heads=4)
 
@@ -387,7 +389,7 @@ def test_heads_3_and_4_are_verified() -> None:
 
 
 def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficients:
-    """Return the words that the firmware would write, with its choice of orders and its
+    """Return the words that the firmware would write, with the firmware's choice of orders and its
     quantisation."""
     ffi, library = firmware()
     verdicts = ffi.new("enum verdict[40]")
@@ -409,7 +411,8 @@ def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficie
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_goal_at_the_papers_conditions(seed: int) -> None:
-    """Calibrate on one turn of 12,000 samples with 0.2″, judge on another.
+    """The mean is within the goal on another turn after a calibration on one turn of 12,000 samples
+    with 0.2″.
 
     The means over half a degree must be within ± 0.07″ and 0.022″ RMS, with the words that the
     firmware would write and with the gateware's mean, bit for bit. A bin has 83 independent

@@ -1,4 +1,4 @@
-"""Test that the C files of a folder include each other in one direction only."""
+"""Test that no circle of includes exists among the C files of a folder."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def load(made: Firmware, frames: list[str]) -> None:
 
 
 def left_rms_arcsec(made: Firmware, of: Disc) -> float:
-    """Return the RMS error of the corrected reading, without its mean."""
+    """Return the RMS error of the corrected reading about its mean."""
     reading = np.arange(0, COUNTS, 251)
     angle = reading * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - of.true_angle(angle)) * 3600.0
@@ -97,8 +97,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
         {"o5": -10.0},
         {"o9": 20.0},
         {"o1": 200.0, "o2": 50.0, "o9": 1.0},
-        # Order 9 is smaller than half the noise of a reading, so that only the likelihood of this
-        # order alone shows the error.
+        # Order 9 is smaller than half the noise of a reading, so that the error shows only if the
+        # firmware judges this order alone.
         {"o9": 0.1},
         {"o300": 3.0},
     ],
@@ -106,8 +106,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
 )
 @pytest.mark.parametrize("turns_before", [0, 2])
 def test_a_file_with_one_wrong_order_is_refused(wrong: dict[str, float], turns_before: int) -> None:
-    """The file is also refused before any calibration, when order 1 is not yet corrected and twenty
-    times as large."""
+    """The firmware refuses a file with one wrong order. It does so also before any calibration,
+    when order 1 is not yet corrected and twenty times as large."""
     made = started()
     for seed in range(turns_before):
         made.turn(turn(100 + seed))
@@ -131,8 +131,8 @@ def test_a_true_file_is_active_with_the_first_turn(turns_before: int) -> None:
 
 
 def test_a_loaded_order_that_drifts_is_told() -> None:
-    """Order 5 drifts from 10 to 60 counts. An error of 43.7″ RMS remains, and the device reports
-    it."""
+    """The firmware reports that loaded order 5 drifts from 10 to 60 counts. An error of 43.7″ RMS
+    remains, and the device reports it."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     made.turn(turn(1))
@@ -151,8 +151,8 @@ def test_a_loaded_order_that_drifts_is_told() -> None:
 
 
 def test_a_small_drift_is_told_from_the_scatter_after_three_turns() -> None:
-    """A drift of 0.6 count is below ``alarm_error_arcsec``, but many times the scatter of the
-    order."""
+    """The firmware reports a drift of 0.6 count after three turns: it is below
+    ``alarm_error_arcsec``, but many times the scatter of the order."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     for seed in range(8):
@@ -181,14 +181,15 @@ def test_a_saved_set_whose_order_5_has_reversed_is_not_confirmed(loaded: bool) -
     assert board.status("saved") == ["not_confirmed"]
     assert telemetry["alarms"] == ["not_confirmed"]
     assert left_rms_arcsec(board.firmware, now) < QUIET_RMS_ARCSEC
-    # After a power cycle the first turn confirms the record, as before.
+    # After a power cycle the first turn confirms the record, as at the beginning of this test.
     board.power_on()
     assert board.firmware.turn(turn(10))["result"] == "applied"
     assert board.status("saved") == ["confirmed"]
 
 
 def test_an_order_that_a_turn_cannot_judge_waits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The noise of a turn hides 0.02 count of order 6; the file also has a good order 5."""
+    """A file waits if the noise of a turn hides one order, here 0.02 count of order 6; the file
+    also has a good order 5."""
     made = started()
     load(made, file_of(o5=10.0, o6=0.02))
     made.turn(turn(1))
@@ -199,7 +200,8 @@ def test_an_order_that_a_turn_cannot_judge_waits(monkeypatch: pytest.MonkeyPatch
 
 
 def test_evidence_of_turns_adds_up() -> None:
-    """An order of two standard uncertainties needs more than one turn; the test allows 24."""
+    """An order with an amplitude of two standard uncertainties needs more than one turn to be
+    confirmed; the test allows 24."""
     weak = 0.018
     made = started()
     load(made, file_of(o8=weak))
@@ -247,7 +249,7 @@ def test_a_forced_order_is_saved_and_comes_back() -> None:
 
 
 def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> NDArray[np.int64]:
-    """Return a turn in which each head has its own error Re(a e^{jmR}) of a high order, in
+    """Return a turn in which each head has a different error Re(a e^{jmR}) of a high order, in
     counts."""
     counts = turn(seed)
     for head, amplitude in enumerate(amplitudes):
@@ -259,8 +261,9 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 @pytest.mark.parametrize("head2", [0.0, 3.0, 3.0j, -2.0])
 @pytest.mark.parametrize("order", [4096, 3600])
 def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: int) -> None:
-    """Order 3,600 is a multiple of 120, which the heads read alike. The eccentricity changes their
-    distance, so that the order becomes visible."""
+    """The firmware judges each head's separate subdivision error of order 3,600, a multiple of 120,
+    which the heads read alike. The eccentricity changes their distance, so that the order becomes
+    visible."""
     made = started()
     made.send("set alarm_noise_arcsec 10")
     both = (4.0 + 0.0j, head2)
@@ -277,8 +280,8 @@ def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: 
 
 
 def test_samples_that_cannot_separate_an_order_decide_nothing() -> None:
-    """With 512 samples per turn, order 1,024 looks like a constant: no turn can decide about it,
-    however small the noise is."""
+    """No turn can decide about order 1,024 with 512 samples per turn, however small the noise is,
+    because the order looks like a constant."""
     made = started()
     counts = subdivided(1, (4.0 + 0j, 0j), 1024)
     theta = 0.3 + np.arange(513) * (2.0 * np.pi / 512)

@@ -25,7 +25,8 @@ FORGOTTEN_AFTER_TURNS = 20
 
 
 class Device:
-    """A core and the memory that survives a restart; ``firmware`` runs with both."""
+    """A core, and the memory that survives a restart; ``firmware`` is the firmware that was started
+    last on both."""
 
     def __init__(self) -> None:
         ffi, _ = firmware()
@@ -41,7 +42,7 @@ class Device:
         self.settled += 1
 
     def start(self, *, after_fault: bool) -> None:
-        """Start as main() does; after a fault the core has kept its state."""
+        """Start the firmware as main() does; after a fault the core has kept its state."""
         self.firmware = Firmware(self.core)
         library, application = self.firmware.library, self.firmware.application
         library.application_keep_settings(application, self.kept, self._settle)
@@ -96,7 +97,8 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
 
 
 def test_lost_settings_leave_the_output_uncorrected() -> None:
-    """If the correction is active it continues, and the firmware processes no turn."""
+    """If the settings are lost after a fault while the correction is active, the correction
+    continues and the firmware processes no turn."""
     device = Device()
     device.firmware.send("set separation_deg 47.5")
     ffi, _ = firmware()
@@ -134,8 +136,8 @@ def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
 
 
 def test_another_turn_than_that_of_the_core_re_arms() -> None:
-    """The core has another number of counts per turn, because the fabric was loaded again or the
-    fault interrupted a command."""
+    """The firmware re-arms the core if the core has another number of counts per turn, because the
+    fabric was loaded again or the fault interrupted a command."""
     device = Device()
     device.work(1)
     device.core.set("counts_per_rev_active", 1000)
@@ -208,7 +210,8 @@ def test_every_order_is_kept_before_it_is_confirmed() -> None:
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_a_write_that_a_fault_cuts_off_leaves_the_settings_before_or_after_it(data: Any) -> None:
-    """Only some of the memory's 32-byte lines are new, because the others were still in a cache."""
+    """The firmware reads either the old or the new settings if only some of the memory's 32-byte
+    lines are new, because the fault came while the other lines were still in a cache."""
     device = Device()
     ffi, library = firmware()
     size = ffi.sizeof(device.kept[0])
@@ -245,7 +248,8 @@ def test_no_changed_bit_is_taken_for_an_order(data: Any) -> None:
 
 
 def test_values_out_of_range_are_no_settings() -> None:
-    """The checksum is right: an older firmware with other ranges could have written such values."""
+    """The firmware refuses settings out of range, although their checksum is right: an older
+    firmware with other ranges could have written such values."""
     device = Device()
     ffi, library = firmware()
     made = ffi.new("struct settings *")

@@ -69,8 +69,8 @@ class Table:
 
 @pytest.mark.parametrize("order", [0.42, 0.5, 7.3, 71.4])
 def test_the_firmware_computes_what_the_reference_computes(order: float) -> None:
-    """The turns go in both directions, start at different places, and reach negative turn
-    numbers."""
+    """The C code computes the phases of the Python reference. The turns go in both directions,
+    start at different places, and reach negative turn numbers."""
     ffi, library = firmware()
     table = Table(order, 4.0, 12, 3)
     step = round((order % 1.0) * 2**48)
@@ -132,8 +132,8 @@ def capture(running: Firmware, counts: NDArray[np.int64]) -> None:
 
 
 def lane_arcsec(running: Firmware, order: float, place_turns: Float) -> Float:
-    """Return the correction of the active lane at these places, in arcseconds, computed from its
-    words."""
+    """Return the correction of the active lane at these places in arcseconds, computed from the
+    lane's words."""
     words = [running.core.active[COEFFICIENTS + 16 * (LANES - 1) + 4 * word] for word in range(4)]
     step = round((order % 1.0) * 2**48)
     offset = turn_offsets(int(place_turns[0] // 1.0), [step], [words[2]])[0]
@@ -176,8 +176,8 @@ def test_a_line_that_slips_is_found_and_followed(running: Firmware, order: float
 
 @pytest.mark.large
 def test_a_line_that_slips_is_followed_over_a_thousand_turns(running: Firmware) -> None:
-    """The order changes at random by 0.1 % in every turn; a constant phase would leave half of the
-    line."""
+    """The lane follows a line whose order changes at random by 0.1 % in every turn; a constant
+    phase would leave half of the line."""
     share, _ = followed(running, 7.3, 1_000)
     assert share <= 0.25
 
@@ -202,7 +202,8 @@ def probe_edge(running: Firmware, edges: int, edge_turns: float, now_turns: floa
 
 @pytest.mark.parametrize("side", [0, 1, -1])
 def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> None:
-    """At every edge the line has the probe's phase plus ``side`` times the angle of the table."""
+    """At every edge of the probe, the line has the stated phase plus ``side`` times the angle of
+    the table."""
     order, phase = 71.4 + side, 0.2
     built(running)
     probe_edge(running, 7, 0.3, 0.31)
@@ -215,13 +216,13 @@ def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> 
     assert "phase_unknown" in running.send("load status"), "nobody knows how old that edge is"
     probe_edge(running, 8, 1.36, 1.34)
     assert "phase_unknown" in running.send("load status"), "the table goes down"
-    # The edges are in positive and in negative turns; one of them came before the wrap.
+    # The edges are in positive and in negative turns; one edge came before the wrap.
     for number, (edge, now) in enumerate([(1.3, 1.32), (-2.7, -2.6), (4.99, 5.02)]):
         probe_edge(running, 9 + number, edge, now)
         assert f"real_order {order:.9f} phase_known" in running.send("load status")
         lane = lane_arcsec(running, order, np.array([edge]))[0]
         expected = 4.0 * np.cos(2.0 * np.pi * (phase + side * edge))
-        # The bound is two words of 2⁻²⁴ turn, plus 71.4 times half a count.
+        # The bound is two words of 2⁻²⁴ turn, plus the phase of half a count at order 71.4.
         assert lane == pytest.approx(expected, abs=4.0 * 2.0 * np.pi * 72.4 / COUNTS)
     words = dict(running.core.active)
     probe_edge(running, 20, 0.5 / 16_777_216, 5.0 + 8 / COUNTS)

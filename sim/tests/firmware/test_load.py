@@ -1,5 +1,5 @@
-"""Tests that a file of coefficients is loaded over the console completely or not at all, and that
-the calibration continues with it."""
+"""Tests that the firmware loads a file of coefficients from the console completely or not at all,
+and that the calibration continues with the loaded file."""
 
 from __future__ import annotations
 
@@ -25,16 +25,17 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients, phase_step
 
 HIGH = 4096
-"""Order higher than those of the calibration; one period has 4,096 counts."""
+"""Order that is higher than the orders of the calibration; one period of it has 4,096 counts."""
 DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 SUBDIVISION_ARCSEC, SUBDIVISION_RAD = 0.5, 1.3
 READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
 LEFT_ARCSEC = 0.05
-"""Largest error after the calibration, from noise of 0.1″ over 1,500 samples with gains below 2."""
+"""Largest error of the corrected reading after the calibration, from noise of 0.1″ over 1,500
+samples with gains below 2."""
 
 
 def turn(seed: int = 1, noise: float = 0.1, disc: Disc = DISC) -> Any:
-    """Return a turn in which head 1 also has a subdivision error, which is a function of its own
+    """Return a turn in which head 1 also has a subdivision error, which is a function of head 1's
     reading."""
     counts = counts_of(disc, noise, seed, samples=SAMPLES)
     phase = HIGH * counts[0] * (2.0 * np.pi / COUNTS) + SUBDIVISION_RAD
@@ -101,7 +102,7 @@ def test_what_is_loaded_is_active_beside_the_calibration(running: Firmware) -> N
     assert state(running) == "load active"
     assert f"loaded_order {HIGH}\r\n" in running.send("load status")
     assert left(running) < LEFT_ARCSEC
-    # The calibration of the other orders continues and leaves the loaded order unchanged.
+    # The calibration continues with the other orders and leaves the loaded order unchanged.
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     for seed in range(6, 30):
         running.turn(turn(seed, disc=moved))
@@ -109,7 +110,8 @@ def test_what_is_loaded_is_active_beside_the_calibration(running: Firmware) -> N
 
 
 def test_an_order_that_is_loaded_is_no_longer_the_calibrations(running: Firmware) -> None:
-    """The disc's order 2 changes, but the loaded value stays until another file is loaded."""
+    """The disc's order 2 changes, but the firmware keeps the loaded value until another file is
+    loaded."""
     load(running, file_of({2: (6.0, 4.2)}))
     running.turn(turn(seed=5))
     assert state(running) == "load active"
@@ -232,7 +234,8 @@ def frame(name: str, *values: int) -> str:
     ],
 )
 def test_what_no_lane_holds(running: Firmware, lane: tuple[int, ...], reason: str) -> None:
-    """The CRC is right: only the sending program could have made the error."""
+    """The firmware refuses words that no lane can hold, with a right CRC, so that only the sending
+    program can have made the error."""
     sent = [frame("begin", 2, COUNTS)]
     if reason == "order_twice":
         sent += [frame("lane", 0, 7, 0, 1)]
@@ -252,7 +255,7 @@ def test_a_set_that_is_not_whole(running: Firmware) -> None:
 @given(st.data())
 @settings(max_examples=150, deadline=None)
 def test_a_changed_character_is_noticed(data: Any) -> None:
-    """If any single character of a frame changes, another set is never accepted."""
+    """The firmware never accepts another set if any single character of a frame changes."""
     made = Firmware(ModelCore())
     made.library.application_start(made.application)
     frames = load_frames(file_of({1: (150.0, 0.4), HIGH: (0.5, 1.0)}))
@@ -307,8 +310,8 @@ def test_every_reason_is_explained(running: Firmware) -> None:
 @given(st.integers(1, 65_535), st.integers(4, 2**24))
 @settings(max_examples=200, deadline=None)
 def test_phase_steps(order: int, counts_per_rev: int) -> None:
-    """Compare with Python's integers, which have any size. Half a step may be rounded up or
-    down."""
+    """Compare the C code's phase step with the exact quotient in Python integers of any size. Half
+    a step may be rounded up or down."""
     step = c_library()[1].coefficients_phase_step(order, counts_per_rev)
     exact = order * 2**48
     apart = (step * counts_per_rev - exact) % (counts_per_rev * 2**48)

@@ -54,8 +54,8 @@ def last_lane(bank: dict[int, int]) -> list[int]:
 
 
 def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> None:
-    """The words of the lane and of the condition window are those of the file; the calibration
-    keeps them."""
+    """The words of the lane and of the condition window equal those of the file; the calibration
+    keeps these words."""
     modulators(running)
     wanted = with_direction(SUBDIVISION)
     assert set(send(running, load_frames(wanted, force=True))) == {"ok"}
@@ -69,11 +69,11 @@ def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> Non
     assert running.core.get("conditions.dead_zone") == 4
     nominal = running.core.get("conditions.nominal_speed") / 2**32
     assert nominal == pytest.approx(45.0 / 360.0 * COUNTS / 1e8, abs=2.0**-32)
-    # In its next turns the calibration keeps these words and all of its own orders.
+    # In the next turns the calibration keeps these words and all orders of its own.
     for seed in (6, 7):
         running.turn(turn(seed))
         assert last_lane(running.core.active) == expected
-    # A set without such lanes removes them from the core.
+    # A set without lanes that follow a condition removes these lanes from the core.
     assert set(send(running, load_frames(file_of(SUBDIVISION)))) == {"ok"}
     running.turn(turn(8))
     assert last_lane(running.core.active)[1] == 0
@@ -100,8 +100,8 @@ def test_alone_they_are_a_set_and_a_start_asks_again(running: Firmware) -> None:
 def test_what_cannot_be_is_refused(
     running: Firmware, conditions: Conditions, force: bool, built: bool, reason: str
 ) -> None:
-    """Loading is refused without the generic, without force, and if the correction changes by 26
-    counts within 50 counts."""
+    """The firmware refuses a file in three cases: the core lacks the generic, the frames lack
+    force, or the correction changes by 26 counts within 50 counts of travel."""
     if built:
         modulators(running)
     frames = load_frames(with_direction(SUBDIVISION, conditions), force=force)
@@ -123,8 +123,8 @@ def test_a_spoiled_frame_and_a_wrong_modulator_are_refused(running: Firmware) ->
 
 
 LOOSE = {1: (20.0, 1.1)}
-"""Amplitude and phase of order 1 × direction, which is added to the disc's own order 1 with the
-sign of the direction."""
+"""Amplitude and phase of the disc's order 1 that changes sign with the direction, in addition to
+the disc's own order 1."""
 
 
 def loose_turn(seed: int, direction: int) -> Any:
@@ -139,8 +139,8 @@ def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
     """Return a file with the disc's own order 1 in a plain lane, and order 1 × direction in the
     last lane.
 
-    The file takes the orders as functions of the reading. This is right to 0.1″, because 150″ turn
-    the phase of order 1 by 0.04°.
+    The file states the orders as functions of the reading instead of the angle. This is right to
+    0.1″, because 150″ turn the phase of order 1 by 0.04°.
     """
     bank = file_of({1: DISC.orders[1]})
     size, phase = loose
@@ -154,8 +154,8 @@ def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
 
 
 def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Firmware) -> None:
-    """Without force a forward turn confirms nothing. After a backward turn the set is active and
-    stays right."""
+    """A set with order 1 × direction waits for a backward turn: without force a forward turn
+    confirms nothing. After a backward turn the set is active and stays right."""
     modulators(running)
     assert set(send(running, load_frames(loose_file(), force=False))) == {"ok"}
     for seed in (5, 6):
@@ -172,8 +172,8 @@ def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Fi
 
 
 def test_a_wave_of_another_size_is_refused_by_the_turn_down(running: Firmware) -> None:
-    """In a forward turn the sum with the disc's own order is right; in a backward turn it is
-    wrong."""
+    """The backward turn refuses a wrong amplitude of order 1 × direction. In a forward turn the sum
+    of this lane and the disc's own order is right; in a backward turn the sum is wrong."""
     modulators(running)
     own = cmath.rect(*DISC.orders[1])
     loose = cmath.rect(*LOOSE[1])
@@ -242,13 +242,14 @@ def test_an_unknown_scope_is_refused(running: Firmware) -> None:
 
 
 def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> None:
-    """The disc has 20″ of order 1 × direction. Either direction measures this, whatever the file
+    """Telemetry reports the amplitude of order 1 × direction that a turn of either direction
+    measures. Telemetry must report 20″ in a turn of either direction, whatever amplitude the file
     states.
 
     The bound has two parts: order 1 of the reading and of the angle differ by 0.1″, and the noise
     adds 4 · 0.02″. Before the set is active, order 1 changes by 2·20″ from turn to turn, and the
-    calibration takes this for a change within the turn. Its u is then 40″/4π, divided by √2 for a
-    component.
+    calibration takes this for a change within the turn. The standard uncertainty is then 40″/4π,
+    divided by √2 for a component.
     """
     by_change = 2.0 * LOOSE[1][0] / (4.0 * np.pi) / np.sqrt(2.0)
     modulators(running)
@@ -261,7 +262,7 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
         assert loaded == pytest.approx(size, abs=0.01)
         assert 0.0 < u < by_change + 0.2
         assert abs(measured - LOOSE[1][0]) < 0.2, (measured, u)
-    # The same holds for the active set in every further turn.
+    # In every further turn telemetry reports the amplitude of the active set in this way.
     assert set(send(running, load_frames(loose_file()))) == {"ok"}
     for seed, direction in ((7, 1), (8, -1)):
         running.turn(loose_turn(seed, direction))
@@ -274,8 +275,8 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
 
 
 def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmware) -> None:
-    """The disc has order 3 only with the direction. The file sets its plain lane to 0, and the
-    calibration must keep this 0."""
+    """The calibration keeps a plain lane with amplitude 0, because the disc has order 3 only with
+    the direction. The file sets its plain lane to 0, and the calibration must keep this 0."""
     modulators(running)
     bank = file_of({3: (0.0, 0.0)})
     last = Coefficients.from_harmonics([3], [20.0 * COUNTS / 1_296_000], [0.7], COUNTS, 1)
@@ -299,7 +300,7 @@ def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmwar
 
 @pytest.mark.parametrize(("word", "value"), [("a", 1.0), ("a", -0.3), ("b", -1.0), ("b", 0.0)])
 def test_a_word_goes_to_its_register(running: Firmware, word: str, value: float) -> None:
-    """The word has the format s1.16 and is rounded to the nearest value."""
+    """The console writes the word in the format s1.16, rounded to the nearest value."""
     modulators(running)
     assert running.send(f"word {word} {value}").strip() == "ok"
     assert running.core.get(f"conditions.word_{word}") == round(value * 65536) % 2**32

@@ -88,13 +88,14 @@ def test_they_are_off_until_the_operator_gives_their_phase(running: Firmware) ->
         step = words[0] | words[1] << 32
         assert abs(step - phase_step(order, COUNTS)) <= 1
         assert words[3] == expected[4 * lane + 3]
-        # The command gives degrees with six decimals, and the offset is rounded twice: 2⁻²³ turn.
+        # The command gives degrees with six decimals, and the firmware rounds the offset twice:
+        # 2⁻²³ turn.
         assert abs(words[2] - expected[4 * lane + 2]) <= 2
         # In turn -3 of the core the phase equals that of the file.
         there = turn_offsets(-3, [turn_step(order)], [words[2]])
         assert abs(int(there[0]) - int(wanted.phase_offsets[lane])) <= 2
     assert status(running)[0] == "real_order 0.500000000 phase_known"
-    # The calibration continues with the lanes that it owns.
+    # The calibration continues with the other lanes.
     before = lane_words(running.core.active, LANES - 1)
     running.turn(turn(9))
     assert lane_words(running.core.active, LANES - 1) == before
@@ -125,8 +126,8 @@ def test_what_cannot_be_is_refused(
 
 
 def test_a_steep_line_is_refused(running: Firmware) -> None:
-    """The line has 5,000.5 periods a turn and is so large that the corrected angle would move
-    backwards."""
+    """The firmware refuses a line with 5,000.5 periods a turn that is so large that the corrected
+    angle would move backwards."""
     built(running)
     wanted = with_real_orders({})
     amplitudes = wanted.amplitudes.copy()
@@ -145,7 +146,8 @@ def test_a_phase_that_is_none_is_refused(running: Firmware, words: str) -> None:
 
 
 def test_in_every_turn_of_the_core_the_phase_is_the_equations(running: Firmware) -> None:
-    """The firmware computes modulo 2⁴⁸; compare it with the model, forwards and backwards."""
+    """The lane has the phase of the equation in every turn of the core: the test compares the
+    firmware, which computes modulo 2⁴⁸, with the model, for turns forwards and backwards."""
     from sim.tests.firmware.library import firmware
 
     ffi, library = firmware()

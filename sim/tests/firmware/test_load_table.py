@@ -1,5 +1,5 @@
-"""Tests that a local table is loaded over the console completely or not at all, and that turns
-judge it."""
+"""Tests that the firmware loads a local table from the console completely or not at all, and that
+captured turns confirm or refute the table."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
 
 
 def bump(theta: Float) -> Float:
-    """Return the height of the scratch in arcseconds."""
+    """Return the height of the scratch's error in arcseconds."""
     away = np.angle(np.exp(1j * (theta - PLACE_RAD)))
     return np.asarray(HEIGHT_ARCSEC * np.exp(-0.5 * (away / SIGMA_RAD) ** 2))
 
 
 @dataclass(frozen=True)
 class Scratched(Disc):
-    """A disc with a scratch, over which every head passes."""
+    """A disc with a scratch that passes every head in each turn."""
 
     def error_rad(self, theta: Float) -> Float:
         return Disc.error_rad(self, theta) + bump(theta) * ARCSEC
@@ -74,7 +74,7 @@ def built(running: Firmware) -> None:
 
 
 def loaded(running: Firmware, coefficients: Coefficients, turns: int = 3) -> str:
-    """Load the file, run turns of the scratched disc, and return the state."""
+    """Load the file, run turns of the scratched disc, and return the state of the load."""
     built(running)
     assert set(send(running, load_frames(coefficients))) == {"ok"}
     assert state(running) == "load waiting"
@@ -101,7 +101,7 @@ def test_a_scratch_is_taken_away(running: Firmware) -> None:
     wrong = np.rad2deg(angle - SCRATCHED.true_angle(angle)) * 3600.0
     lanes = active_coefficients(running.core).error_counts(READINGS) * ARCSEC_PER_COUNT
     corrected = lanes + local_table(READINGS, bank) * 2.0**-22 * ARCSEC_PER_COUNT
-    # The lanes do not correct the subdivision error of test_load, and they contain a part of the
+    # The lanes do not correct the subdivision error of test_load, and they fit a part of the
     # scratch.
     assert np.abs(wrong - corrected).max() < HEIGHT_ARCSEC / 10.0
     assert np.abs(wrong - lanes).max() > 0.9 * HEIGHT_ARCSEC
@@ -145,7 +145,8 @@ def test_a_set_without_a_table_switches_it_off(running: Firmware) -> None:
 
 
 def test_a_table_from_before_a_fault_of_the_firmware_is_switched_off(running: Firmware) -> None:
-    """The restarted firmware does not know the table, which the gateware still applies."""
+    """The restarted firmware does not know the table that the gateware still applies, and switches
+    this table off."""
     assert loaded(running, table_file()) == "load active"
     anew = Firmware(running.core)
     anew.library.application_start(anew.application)
@@ -191,8 +192,8 @@ def after_power_off(board: Board) -> Firmware:
 
 
 def test_a_saved_table_outlives_the_power() -> None:
-    """The first turn that shows the scratch confirms the table; its words are those that were
-    loaded."""
+    """The first turn that shows the scratch confirms the saved table; the words of the table equal
+    the loaded words."""
     board = saved_board()
     words = points_of(board.firmware)
     assert board.order("save").startswith("ok, record 1")
@@ -242,8 +243,8 @@ def test_a_table_that_cannot_be_restored_is_not_taken(damage: str) -> None:
 
 
 def test_no_points_arrive_while_a_record_is_written() -> None:
-    """While a record is written, its points are read from the idle bank; therefore no new points
-    are accepted."""
+    """While the firmware writes a record, it reads the points back from the idle bank; therefore
+    the firmware accepts no new points."""
     board = saved_board()
     board.firmware.send("save")
     frames = load_frames(table_file(0.5))
@@ -254,8 +255,9 @@ def test_no_points_arrive_while_a_record_is_written() -> None:
 
 @pytest.mark.parametrize("steps", [52, 70, 100])
 def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(steps: int) -> None:
-    """The erase takes 0.5 s, which is 50 steps. Then come 64 pages of points, and after these the
-    pages of the record."""
+    """The record before stays valid if power is lost while points are written: the erase takes 0.5
+    s, which is 50 steps. Then the firmware programs 64 pages of points, and after these the pages
+    of the record."""
     board = Board()
     board.firmware.send("set orders 8")
     board.work(range(1, 5), disc=SCRATCHED)
@@ -273,8 +275,8 @@ def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(st
 
 
 def test_the_table_of_a_mean_of_four_heads_is_loaded_with_it() -> None:
-    """Turns of two heads judge neither the table nor the lanes. The table has a window for each
-    head."""
+    """The firmware loads the local table of a mean of four heads with the mean, because turns of
+    two heads judge neither the table nor the lanes. The local table has a window for each head."""
     running = Firmware(prepared.FailoverCore())
     running.library.application_start(running.application)
     running.core.see_index()

@@ -1,5 +1,5 @@
-"""Tests that the device detects a head that moved along the scale, and keeps the zero of its
-mean."""
+"""Tests that the device detects a head that moved along the scale, and that the device keeps the
+zero of the mean."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ MOVED_ARCSEC = 100.0
 
 
 def found_in_c(change_arcsec: Any) -> tuple[int, float]:
-    """Return the moved head and its motion in arcseconds, for heads that detect the mark without
-    delay."""
+    """Return the number of the moved head and its motion in arcseconds, for heads that detect the
+    mark without delay."""
     ffi, library = firmware()
     geometry = ffi.new("struct heads_geometry *")
     before = np.radians(PLACES[HEADS])
@@ -40,7 +40,8 @@ def found_in_c(change_arcsec: Any) -> tuple[int, float]:
 
 @pytest.mark.parametrize("seed", range(40))
 def test_c_and_numpy_agree(seed: int) -> None:
-    """Some changes have one explanation, some have several, and some have none."""
+    """The C code and numpy find the same explanation of a change; some changes have one
+    explanation, some several, and some none."""
     random = np.random.default_rng(seed)
     axis = random.normal(0.0, 10.0) + 1j * random.normal(0.0, 10.0)
     change = random.normal(0.0, 100.0) + (axis * SIGHTS).imag
@@ -55,8 +56,8 @@ def test_c_and_numpy_agree(seed: int) -> None:
     head, moved = found_in_c(change)
     if len(explanations) == 1 and explanations[0].head:
         assert head == explanations[0].head
-        # The directions of view are computed in C from the offsets after the change, in numpy from
-        # those before it. The largest change, 3,000″, is 0.015 rad.
+        # C computes the directions of view from the offsets after the change, numpy from the
+        # offsets before it. The largest change, 3,000″, is 0.015 rad.
         assert moved == pytest.approx(explanations[0].moved_arcsec, rel=0.05, abs=0.05)
     elif abs(change).max() < 1_000.0:
         assert head == 0
@@ -64,7 +65,8 @@ def test_c_and_numpy_agree(seed: int) -> None:
 
 @pytest.mark.parametrize("head", range(1, HEADS + 1))
 def test_the_zero_of_the_mean_stays(head: int) -> None:
-    """A head moves by 100″ and the axis by 2 µm between two turns; the index is not passed again.
+    """The zero of the mean stays if a head moves by 100″ and the axis by 2 µm between two turns;
+    the head does not pass the index again.
 
     The zero must stay at the true angle within 0.05″, the goal of the project's four-head table.
     """
@@ -90,7 +92,7 @@ def test_the_zero_of_the_mean_stays(head: int) -> None:
     zero = zero_arcsec(before, WORLD)
     assert abs(zero_arcsec(before, moved) - zero) > 15.0, "uncorrected: its weight times 100″"
     assert abs(zero_arcsec(after, moved) - zero) < 0.05
-    # The next turn finds no further motion.
+    # In the next turn the firmware finds no further motion.
     telemetry = running.turn(replace(moved, seed=3).counts())
     assert "moved_head" not in telemetry
     assert telemetry["mean_off_arcsec"] < 10.0

@@ -1,8 +1,8 @@
 """Tests of the sets for a missing head that the device computes from its own calibration.
 
 The table has four heads with errors of mounting and index, an axis that moves, and noise; the
-firmware reads only its captures. The words that arrive in the gateware's windows are judged by
-numpy's solution of the same turn and by the true angle.
+firmware reads only its captures. The test compares the words in the gateware's windows with numpy's
+solution of the same turn and with the true angle.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def set_places(made: Firmware, world: World) -> None:
 
 
 def started(world: World) -> Firmware:
-    """Return the firmware before its first turn; the places of the heads are set."""
+    """Return the firmware before its first turn; the console has set the places of the heads."""
     made = Firmware(FourHeadsCore())
     made.library.application_start(made.application)
     made.core.see_index()
@@ -122,7 +122,7 @@ def calibrated() -> Firmware:
 
 
 def lane_orders(words: Coefficients) -> dict[int, complex]:
-    """Return the complex amplitude of each lane in arcseconds, by its order."""
+    """Return the complex amplitude of each lane in arcseconds, keyed by order."""
     orders = np.rint(words.phase_steps.astype(float) * COUNTS / 2.0**48).astype(int)
     amplitude = words.amplitudes / 2.0**11 * ARCSEC_PER_COUNT
     phase = 2.0 * np.pi * words.phase_offsets / 2.0**24
@@ -132,7 +132,8 @@ def lane_orders(words: Coefficients) -> dict[int, complex]:
 
 @pytest.mark.parametrize("missing", range(HEADS + 1))
 def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
-    """Carrier, weights and offsets agree in every bit, and lanes agree within their quantisation.
+    """The sets of the firmware and of numpy agree: carrier, weights and offsets in every bit, and
+    lanes within their quantisation.
 
     The amplitude of a lane is rounded to 2⁻¹¹ counts and its phase to 2⁻²⁴ turns.
     """
@@ -167,8 +168,8 @@ def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
 
 @pytest.mark.parametrize("missing", range(HEADS + 1))
 def test_each_set_corrects_another_turn(calibrated: Firmware, missing: int) -> None:
-    """The words correct another turn; the result of the bit-true mean is compared with the true
-    angle of the table.
+    """Each set corrects another turn: the test compares the result of the bit-true mean with the
+    true angle of the table.
 
     Rounding three heads to counts leaves up to 0.018″. One turn with 0.1″ of noise leaves about
     0.01″ in each of the six orders that have a lane: 0.03″ together. All sets have the same zero.
@@ -217,8 +218,8 @@ def test_telemetry_has_places_and_radii() -> None:
 def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Without head 4 the other three stand within 60°: their mean would have 6 times the noise of
-    one head."""
+    """A head has no set if the mean without it would be too noisy: without head 4 the other three
+    stand within 60°, and their mean would have 6 times the noise of one head."""
     places = (0.0, 30.0, 60.0, 200.0)
     monkeypatch.setitem(PLACES, HEADS, places)
     running = started(WORLD)
@@ -241,8 +242,8 @@ def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
 def test_a_turn_while_a_head_is_left_out_takes_its_new_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Head 2 counts again but is left out until its index. The firmware therefore activates the new
-    set without head 2."""
+    """The firmware activates the new set without head 2, which counts again but is left out until
+    it passes its index. The firmware therefore activates the new set without head 2."""
     running = started(WORLD)
     running.turn(WORLD.counts())
     running.step(3)
@@ -273,7 +274,7 @@ class BoardWithFourHeads(Board):
 
 
 def ready(board: BoardWithFourHeads) -> None:
-    """Let the board calibrate its mean from one turn."""
+    """Let the board calibrate its mean of four heads from one turn."""
     set_places(board.firmware, WORLD)
     board.core.see_index()
     board.firmware.step()
@@ -286,7 +287,8 @@ def windows(board: BoardWithFourHeads) -> list[dict[int, int]]:
 
 
 def test_saved_sets_outlive_the_power() -> None:
-    """A turn confirms the saved mean, and then every word of every window is the same as before."""
+    """A turn confirms the saved mean; then every word of every window has the value from before
+    power-off."""
     board = BoardWithFourHeads()
     ready(board)
     before = windows(board)
@@ -305,7 +307,7 @@ def test_saved_sets_outlive_the_power() -> None:
     assert windows(board) == before
     assert board.status("set_without_head") == ["1", "2", "3", "4"]
     assert failover_is_on(board.firmware)
-    # The set now counts as a loaded one; a save stores it again with its sets.
+    # The restored set now counts as a loaded one; a save stores it again with its sets.
     assert board.order("save").startswith("ok, record 3: ")
     board.power_on()
     board.firmware.turn(replace(WORLD, seed=8).counts())
@@ -314,8 +316,8 @@ def test_saved_sets_outlive_the_power() -> None:
 
 
 def test_a_record_without_sets_and_a_core_without_failover() -> None:
-    """A record from an older firmware has no sets and is still read; a core without windows loads
-    only the mean."""
+    """The firmware reads a record without sets, from an older firmware; to a core without windows
+    it loads only the mean."""
     board = BoardWithFourHeads()
     board.failover = False
     board.power_on()
@@ -365,7 +367,8 @@ def kept_from(core: FourHeadsCore) -> Any:
 
 
 def test_kept_sets_that_do_not_fit_are_refused(calibrated: Firmware) -> None:
-    """Each of these changes gives a mean, a lane or a length that the gateware cannot hold."""
+    """The firmware refuses a kept record with one of these changes, which gives a mean, a lane or a
+    length that the gateware cannot hold."""
     ffi, library = firmware()
     good = kept_from(calibrated.core)
     assert library.kept_sets_are_valid(good, HEADS, COUNTS)

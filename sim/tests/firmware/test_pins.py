@@ -35,7 +35,7 @@ def test_presets_are_those_of_the_core(running: Firmware) -> None:
 
 
 def test_widths_edges_and_filter_reach_the_core_at_once(running: Firmware) -> None:
-    """The words change without a re-arm, so that index and correction stay valid."""
+    """The console changes the words without a re-arm, so that index and correction stay valid."""
     running.core.writes.clear()
     for line in (
         "trigger width 7",
@@ -58,10 +58,10 @@ def test_samples_at_the_edges_of_sync_in(running: Firmware) -> None:
     assert capture_mode(running.core) == MODES["sync_in"]
     assert "samples sync_in" in lines(running, "status")
     # The firmware uses a turn sampled by sync_in like any other. A varying speed does not change
-    # this mode.
+    # the capture mode.
     assert running.turn(turn())["result"] == "applied"
     assert controls(running.core)["compensate"]
-    # The table turns without an edge at sync_in; this is not a fault of the capture.
+    # The table turns, but sync_in has no edge; this is not a fault of the capture.
     for position in range(0, 40 * TURN, TURN // 2):
         running.core.stand_at(position % 2**31, 0)
         running.step()
@@ -184,8 +184,8 @@ def test_compare_follows_a_zero_that_moved(running: Firmware) -> None:
 
 
 def test_compare_begins_anew_with_a_zero_that_is_found_anew(running: Firmware) -> None:
-    """Head 1 loses counts and no index proves it for four turns; the zero is sought again, and the
-    old places become invalid."""
+    """The firmware arms the compare anew after it has found the zero again: head 1 loses counts, no
+    index proves the loss for four turns, and the old places become invalid."""
     running.turn(turn())
     running.send("compare on 1")
     begin = running.core.get("snapshot.head1_position")

@@ -1,5 +1,5 @@
-"""Tests of prepared sets for a missing head: how they are loaded over the console, and what a
-failure of a head does.
+"""Tests how prepared sets for a missing head are loaded over the console, and how the firmware uses
+them when a head fails.
 
 The model of the core has four heads. Heads 3 and 4 repeat the readings of heads 1 and 2, because
 the firmware's check of places and its telemetry need four readings but no simulated table.
@@ -41,8 +41,8 @@ CAUSES = ("illegal", "overspeed", "swallowed", "missing_edges", "step", "index")
 
 
 class FailoverCore(ModelCore):
-    """A model of the core with the failover registers: it accepts sets, and failed heads can
-    return."""
+    """A model of the core with the failover registers; the model accepts prepared sets, and failed
+    heads can return."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -80,7 +80,7 @@ class FailoverCore(ModelCore):
             self.set(angle, position % COUNTS)
 
     def window(self, number: int) -> dict[int, int]:
-        """Return the words of a prepared set by their offset in its window."""
+        """Return the words of a prepared set, keyed by their offset in the window."""
         first = FIRST_WINDOW + WINDOW * number
         return {at - first: self.words[at] for at in self.words if 0 <= at - first < WINDOW}
 
@@ -174,8 +174,8 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
 
 
 def test_the_parity_has_the_weights_of_the_workbench() -> None:
-    """The test moves each head alone: the offsets then show its weight, to one unit of the
-    words."""
+    """The parity has the weights of the workbench: the test moves each head alone, so that the
+    offsets show its weight to one unit of the words."""
     places = np.radians([0.0, 64.3, 177.0, 257.9])
     offsets = tuple(int(word) for word in np.rint(places / (2.0 * np.pi) * COUNTS * 16))
     running = Firmware(FailoverCore())
@@ -232,8 +232,8 @@ def test_telemetry_has_the_parity(running: Firmware) -> None:
 def test_while_a_head_is_left_out_its_set_becomes_active_in_place_of_a_swap(
     running: Firmware,
 ) -> None:
-    """A new mean of all heads would include the dead head. The gateware would refuse to swap it,
-    too."""
+    """The firmware activates the set without the dead head instead of a new mean of all heads,
+    which the gateware would refuse to swap in."""
     loaded(running, file_of(1, 2, 3, 4))
     running.core.status(left_out=0b0010, active=2)
     running.core.writes.clear()
@@ -266,8 +266,8 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
 
 
 def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: Firmware) -> None:
-    """The failover ends before any word of the sets changes; the gateware refuses an incomplete
-    set."""
+    """The first frame of a set ends the failover before any word of the sets changes; the gateware
+    refuses an incomplete set."""
     loaded(running, file_of(1, 2, 3, 4))
     frames = load_frames(file_of(1, 2))
     first = next(place for place, frame in enumerate(frames) if "load without " in frame)
@@ -340,8 +340,9 @@ def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
 
 
 def test_the_firmware_refuses_sets_beside_a_lane_of_a_real_order(running: Firmware) -> None:
-    """No tool sends these frames. A prepared set in the gateware has no turn step, which a lane of
-    a non-integer order needs."""
+    """The firmware refuses sets for a missing head together with a lane of a non-integer order,
+    although no tool sends these frames. A lane of a non-integer order needs a turn step, and a
+    prepared set in the gateware has none."""
     core = running.core
     core.set("capability", core.get("capability") | 1 << 6)
     frames = load_frames(file_of(1), unseen=True)

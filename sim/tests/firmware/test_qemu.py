@@ -67,11 +67,11 @@ def test_start_up_and_console_without_a_core(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", ["fourier", "least_squares"])
 def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) -> None:
-    """For 12,000 samples of two heads the console prints the same results as the C code on this
+    """The console prints the same results for 12,000 samples of two heads as the C code on this
     machine."""
     window = bytearray(core_window(counts))
     (flags,) = [r.address for r in REGISTERS if r.path == "head1.flags"]
-    # Until the index of head 1 is seen the firmware calculates nothing, so that the test can set
+    # The firmware calculates nothing before it sees the index of head 1, so that the test can set
     # the method first.
     window[flags] = 0
     with running(tmp_path, bytes(window)) as machine:
@@ -94,7 +94,8 @@ def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) ->
 
 
 def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
-    """The bank stays ready, so that each tick of the timer processes a turn."""
+    """The firmware processes a turn at each tick of the timer, because the test leaves the bank
+    ready."""
     with running(tmp_path, core_window(counts[:, :1])) as machine:
         machine.wait_for(GREETING)
         machine.send("telemetry on")

@@ -38,7 +38,8 @@ pytestmark = [
 
 READY = "help tells the commands\r\n"
 FABRIC_INPUT = 29
-"""Number of the shared input: IRQ_F2P[0] is interrupt 61, and the shared inputs begin at 32."""
+"""Number of the shared interrupt: IRQ_F2P[0] is interrupt 61, and the shared interrupts begin at
+32."""
 GIC_SET_PENDING = 0xF8F0_1204
 GIC_SET_ENABLE = 0xF8F0_1100
 GIC_ENABLED = 0xF8F0_1104
@@ -58,7 +59,8 @@ KEPT_MEMORY, KEPT_MEMORY_BYTES = 0x2F000, 4096
 """Last page of on_chip_memory.ld. A reset of the system clears it, but a start of the firmware does
 not."""
 STAY_HERE = bytes.fromhex("feffffea")
-"""Instruction that branches to itself in ARM state, the state in which `start` runs."""
+"""Instruction that branches to its own address, in ARM state; the code of `start` runs in this
+state."""
 IMAGE_OFFSET = 0x10_0000
 
 
@@ -82,15 +84,16 @@ def assemble(folder: Path, text: str) -> bytes:
 
 
 def one_sample() -> bytes:
-    """Return a window with a bank that the firmware refuses at once; the bank is not ready yet."""
+    """Return a window with a bank that the firmware will refuse at once; the bank is not ready
+    yet."""
     window = bytearray(core_window(counts_of(samples=600)[:, :1]))
     window[register_named("status").address] = 0
     return bytes(window)
 
 
 def hand_over(machine: Emulator) -> None:
-    """Make the bank ready by a bus access, not through the debugger: QEMU 10 wakes the processor
-    after a debugger's stop."""
+    """Make the bank ready by a bus access, not through the debugger, because QEMU 10 wakes the
+    processor after a debugger's stop."""
     machine.write_register(CORE_BASE + register_named("status").address, CAPTURE_READY)
 
 
@@ -115,7 +118,8 @@ def write_controller(machine: Emulator, address: int, value: int) -> None:
 
 
 def stop_timer(machine: Emulator, write: Callable[[int, int], None]) -> None:
-    """Stop the timer, so that it cannot wake the processor; ``write`` writes as the processor."""
+    """Stop the timer, so that it cannot wake the processor; ``write`` writes through the
+    processor."""
     to = machine.write_register if controller_is_on_the_bus(machine) else write
     to(GIC_CLEAR_ENABLE, 1 << GLOBAL_TIMER)
 
@@ -139,8 +143,8 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
 
 
 def test_a_command_that_comes_before_the_sleep_is_heard(tmp_path: Path) -> None:
-    """The command's interrupt comes before the processor sleeps; no other event would wake the
-    processor."""
+    """The firmware processes a command whose interrupt comes just before the processor sleeps; no
+    other event would wake the processor."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -170,7 +174,7 @@ def interrupts(machine: Emulator) -> int:
 
 
 def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
-    """Wait until ``holds`` returns true; return False if the time is over first."""
+    """Wait until ``holds`` returns true; return False if this does not happen in time."""
     end = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > end:
@@ -180,8 +184,8 @@ def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
 
 
 def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
-    """The interrupt line stays high. The main program gets one interrupt in each round and
-    continues."""
+    """The firmware continues although the interrupt line stays high. The main program gets one
+    interrupt in each round and continues."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         (controller,) = [
@@ -202,8 +206,8 @@ def temperature_of(machine: Emulator) -> Any:
 
 
 def test_the_temperature_of_the_die(tmp_path: Path) -> None:
-    """Until its register is written, QEMU's converter reads 0 K, which the firmware takes for no
-    temperature."""
+    """The firmware reports no temperature for 0 K, which QEMU's converter reads until its register
+    is written."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -241,7 +245,8 @@ def flash_options(folder: Path, content: bytes) -> list[str]:
 @pytest.mark.parametrize(
     ("content", "state"),
     [
-        # QEMU of Debian 12 has no configuration port, so that the signal INIT never comes.
+        # QEMU of Debian 12 has no configuration port, so that the loader waits in vain for the
+        # signal INIT.
         (image(bitstream(200_000)), "not_ready"),
         (image(bitstream(20_000), crc=1), "crc"),
         (image(bitstream(20_000), version=9), "version"),
@@ -257,7 +262,8 @@ def test_the_flash_is_read_and_a_refusal_told(tmp_path: Path, content: bytes, st
 
 
 def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
-    """On a chip that is not configured, an access to the window would never end."""
+    """The firmware makes no access to the core's window on a chip that is not configured, because
+    the access would never end."""
     control = CORE_BASE + register_named("control").address
     # The word includes output_enable; without this bit the firmware would think that the core was
     # reset and set it up.
@@ -278,7 +284,8 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
 
 
 def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
-    """The main program loops for ever. The timer's interrupt restarts it and reports the place."""
+    """The firmware reports the place of a hang, in which the main program loops for ever. The
+    timer's interrupt restarts it and reports the place."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -293,7 +300,7 @@ def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
 
 
 def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
-    """Do what the chip does at such a reset and QEMU does not: clear the on-chip memory and keep
+    """Imitate the chip's reset by the watchdog, which QEMU lacks: clear the on-chip memory and keep
     one register."""
     machine.machine_command("stop")
     machine.machine_command("system_reset")
@@ -307,7 +314,8 @@ def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
 
 @pytest.mark.parametrize("name", ["data_abort", "hang"])
 def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str) -> None:
-    """After a fault the restart does not finish, and the watchdog resets the system."""
+    """The name of a fault survives a reset: a fault restarts the firmware, the restart does not
+    finish, and the watchdog resets the system."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.write_memory(symbol("start"), STAY_HERE)
@@ -324,8 +332,8 @@ def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str)
 
 
 def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
-    """QEMU's bus refuses no write. The test calls the handler with the state that the chip would
-    give."""
+    """The firmware reports a write that the bus refuses; QEMU's bus refuses no write. The test
+    calls the handler with the state that the chip would give."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         reported = machine.machine_command(
@@ -356,8 +364,8 @@ def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
 
 
 def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
-    """The bus answers the first word with an error. The firmware reports that there is no core, and
-    does not fault again."""
+    """The firmware reports that there is no core if the bus answers the first word with an error.
+    The firmware reports that there is no core, and does not fault again."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase wait_for_index")
@@ -379,7 +387,7 @@ def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
 
 
 def test_the_clocks(tmp_path: Path) -> None:
-    """The clock registers must fit the 50 MHz crystal of both boards. The bits are those of UG585,
+    """The clock registers fit the 50 MHz crystal of both boards. The bits are those of UG585,
     SLCR."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
@@ -390,8 +398,8 @@ def test_the_clocks(tmp_path: Path) -> None:
             return 50.0 * (control >> 12 & 0x7F)
 
         def divided(name: str) -> float:
-            """Return the frequency of this clock: that of the running input-output PLL over the
-            first divisor."""
+            """Return the frequency of this clock: the frequency of the running input-output PLL
+            divided by the first divisor."""
             control = machine.read_register(AT[name])
             assert control & 0x31 == 1
             return pll_mhz("SLCR_IO_PLL_CTRL") / (control >> 8 & 0x3F)
@@ -406,7 +414,7 @@ def test_the_clocks(tmp_path: Path) -> None:
         baud = divided("SLCR_UART_CLK_CTRL") * 1e6
         baud /= machine.read_register(AT["UART_BAUDGEN"])
         baud /= machine.read_register(AT["UART_BAUDDIV"]) + 1
-        # The two ends share half a bit of error over the ten bits of a character.
+        # The two ends of the line share an error of half a bit over the ten bits of a character.
         assert baud == pytest.approx(115_200, rel=0.025)
         buses = machine.read_register(AT["SLCR_APER_CLK_CTRL"])
         assert buses >> 20 & buses >> 23 & 1, "UART 0 and flash"
@@ -415,8 +423,8 @@ def test_the_clocks(tmp_path: Path) -> None:
 
 
 def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
-    """A debugger or another program left the interrupt of the second UART on, and made that of the
-    fabric edge-sensitive."""
+    """The firmware starts although a debugger or another program left the interrupt of the second
+    UART enabled, and made the fabric's interrupt edge-sensitive."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -430,16 +438,16 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
         machine.write_memory(place, original)
         machine.ask("status", "reset undefined_instruction")
         enabled = [read_controller(machine, GIC_SET_ENABLE + 4 * i) for i in range(3)]
-        # Enabled are global timer 27, UART 59 and fabric 61; software interrupts (SGI) are always
-        # on.
+        # The enabled interrupts are global timer 27, UART 59 and fabric 61; software interrupts
+        # (SGI) are always on.
         assert [enabled[0] >> 16, *enabled[1:]] == [1 << 27 - 16, 1 << 27 | 1 << FABRIC_INPUT, 0]
         kinds = read_controller(machine, GIC_KIND + 12)
         assert not kinds & (2 << 2 * (59 - 48) | 2 << 2 * (61 - 48)), "levels"
 
 
 def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
-    """QEMU's reset does not change the memory, so that this test uses it as a start without a
-    reset."""
+    """The record survives a new start, which this test imitates by QEMU's reset: it does not change
+    the memory."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         control = CORE_BASE + register_named("control").address
@@ -461,7 +469,8 @@ def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
 
 
 def test_orders_outlive_faults_and_faults_in_a_row_end(tmp_path: Path) -> None:
-    """The same fault comes three times; after the third the firmware processes no turn."""
+    """The operator's settings survive three faults at the same place; after the third fault the
+    firmware processes no turn."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         for order in ("set separation_deg 47.5", "set method 0", "freeze on", "bypass on"):
@@ -498,9 +507,9 @@ def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> Non
 
 
 def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
-    """QEMU's watchdog counts but does not reset. The test checks that its counter falls, because
-    the firmware no longer restarts it. Then the test makes the reset that the chip would make, with
-    the watchdog's flag."""
+    """The watchdog runs out if the firmware no longer restarts it; QEMU's watchdog counts but does
+    not reset. The test checks that its counter falls, because the firmware no longer restarts it.
+    Then the test makes the reset that the chip would make, with the watchdog's flag."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         code = assemble(
@@ -533,8 +542,8 @@ def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
 
 
 def test_what_is_saved_is_there_after_power_off(tmp_path: Path) -> None:
-    """The record goes through the emulated controller to a flash on this machine, N25Q128, and
-    back."""
+    """The saved record is there after power off: the firmware writes it through the emulated
+    controller to a flash file on this machine, N25Q128, and reads it back."""
     options = flash_options(tmp_path, b"")
     with running(tmp_path, core_window(None), *options) as machine:
         machine.wait_for(READY)

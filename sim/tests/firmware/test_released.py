@@ -1,5 +1,5 @@
-"""Tests who learns that a fault released the enable of the line drivers, and how the operator ends
-this state."""
+"""Tests that console and telemetry report which fault released the enable of the line drivers, and
+that the operator can end this state."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DRIVEN = "ok, the line drivers are enabled again\r\n"
 
 
 def releases(running: Firmware, name: str) -> None:
-    """Select the fault ``name`` in ``release_sources`` and raise it."""
+    """Select the fault ``name`` in ``release_sources`` and raise this fault."""
     running.send(f"set release_sources {1 << FAULTS.index(name)}")
     if name == "cannot_keep_up":
         running.core.set("status", bit("status", name))
@@ -31,8 +31,8 @@ def releases(running: Firmware, name: str) -> None:
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_one_command_brings_the_drivers_back(running: Firmware, name: str) -> None:
-    """No command ends the faults correction_limited and processor_silent; they end by
-    themselves."""
+    """One command drives the lines again. It does not end the faults correction_limited and
+    processor_silent, which end by themselves."""
     assert "released none\r\n" in running.send("status")
     releases(running, name)
     telemetry = json.loads(running.step(2))
@@ -103,7 +103,9 @@ def test_flags_of_a_head_are_cleared_only_where_they_hold_the_release(running: F
 
 
 def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmware) -> None:
-    """Head 2 lost 40 counts: the separation stays right, and the turn in progress is not used."""
+    """The firmware uses the information of the index error, that head 2 lost 40 counts, before it
+    clears the error: the measured separation stays right, and the firmware does not use the turn in
+    progress."""
     running.turn(turn())
     clean = running.turn(turn(seed=2))
     running.send("set release_sources 2")
@@ -121,8 +123,8 @@ def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmwar
 
 
 def test_a_held_core_is_only_cleared() -> None:
-    """After repeated faults the firmware processes no turn; it changes neither the capture nor the
-    zeros."""
+    """The command clears the faults of a core that the firmware holds after repeated faults; the
+    firmware processes no turn and changes neither the capture nor the zeros."""
     core = ModelCore()
     core.see_index()
     firmware = Firmware(core)

@@ -1,7 +1,7 @@
-"""Run the other tests of the firmware once more with AddressSanitizer.
+"""Runs the other tests of the firmware once more with AddressSanitizer.
 
-``test_fuzz_corpus.py`` already runs the console and the checks of captures and records with it in
-each ``make test``.
+In each ``make test``, ``test_fuzz_corpus.py`` already runs the console and the checks of captures
+and records with AddressSanitizer.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ def test_with_address_sanitizer() -> None:
         **os.environ,
         "LD_PRELOAD": preload,
         "ARCTRUE_SANITIZE": "address",
-        # Python itself does not free all of its memory.
+        # AddressSanitizer must not report leaks, because Python itself does not free all of its
+        # memory.
         "ASAN_OPTIONS": "detect_leaks=0",
     }
     environment.pop("PYTEST_XDIST_WORKER", None)

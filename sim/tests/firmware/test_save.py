@@ -131,14 +131,15 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
         == (bank.amplitudes[bank.amplitudes != 0][before]).tolist()
     )
     assert state(working.firmware) == "load active"
-    # The calibration of the other orders continues and leaves the loaded order unchanged.
+    # The calibration continues with the other orders and leaves the loaded order unchanged.
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     working.work(range(10, 34), disc=moved)
     assert left(working.firmware, moved) < 2 * LEFT_ARCSEC
 
 
 def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
-    """The words of lanes and window return with the first turn that confirms the other lanes."""
+    """The first turn that confirms the other lanes also restores the words of the followed lanes
+    and of their window."""
     board = Board()
     with_modulators(board.firmware)
     board.firmware.send("set orders 8")
@@ -180,15 +181,16 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """This test is the opposite of the one above: after a power cycle without a record, one turn
-    does not correct the loaded subdivision error."""
+    """After a power cycle without a record, one turn does not correct the loaded subdivision error;
+    this test is the opposite of test_power_off_and_on_needs_one_turn_and_no_word."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4
 
 
 def test_another_table_does_not_get_them(working: Board) -> None:
-    """The disc has been turned on its hub, so that order 1 has another phase."""
+    """The firmware does not give the saved coefficients to another table: the operator has turned
+    the disc on its hub, so that order 1 has another phase."""
     working.order("save")
     working.power_on()
     other = Disc({n: (a, p + 2.0) for n, (a, p) in DISC.orders.items()})
@@ -199,7 +201,7 @@ def test_another_table_does_not_get_them(working: Board) -> None:
     assert left(working.firmware, other) < 0.7, "its own calibration went on in the same turn"
     bank = active_coefficients(working.core)
     assert bank.amplitudes[bank.phase_steps == HIGH * 2**48 // COUNTS].size == 0
-    # The disc is put back into its old place.
+    # The operator puts the disc back into its old place.
     working.firmware.send("rearm")
     working.core.see_index()
     working.firmware.step()
@@ -241,8 +243,8 @@ def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
 
 
 def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: Board) -> None:
-    """After power-on a parameter is set and saved before any turn was judged; the save must keep
-    all earlier content."""
+    """A save before the first turn keeps all earlier content: after power-on the operator sets and
+    saves a parameter before any turn was judged."""
     said = working.order("save")
     working.power_on()
     working.firmware.send("set keep 0.5")
@@ -266,8 +268,9 @@ def re_armed(board: Board, line: str) -> None:
 def test_a_save_after_a_re_arm_keeps_the_coefficients(
     working: Board, line: str, saved_before: bool
 ) -> None:
-    """After the re-arm no turn has come, and no coefficients are active. The save keeps the former
-    coefficients and the loaded file."""
+    """A save after a re-arm keeps the former coefficients and the loaded file, although no
+    coefficients are active and no turn has come. The save keeps the former coefficients and the
+    loaded file."""
     if saved_before:
         working.order("save")
     bank = active_coefficients(working.core)
@@ -284,8 +287,9 @@ def test_a_save_after_a_re_arm_keeps_the_coefficients(
 
 
 def test_a_save_of_nothing_keeps_what_no_turn_has_confirmed(working: Board) -> None:
-    """The firmware is frozen before the save. After power-on the disc differs and no coefficients
-    are active; the next save keeps the whole record."""
+    """A save keeps the whole record if no turn has confirmed it. The firmware is frozen before the
+    first save. After power-on the disc differs and no coefficients are active; the next save keeps
+    the whole record."""
     working.firmware.send("freeze on")
     said = working.order("save")
     working.power_on()
@@ -306,7 +310,7 @@ def test_a_counts_per_rev_that_is_set_back_has_lost_nothing(working: Board) -> N
 
 
 def test_fewer_orders_than_the_record_has_are_not_written(working: Board) -> None:
-    """`save_begin` is called with fewer orders than the record has; it must refuse."""
+    """`save_begin` refuses a call with fewer orders than the record has."""
     ffi, library = c_library()
     working.order("save")
     kept = working.save.kept_lanes
@@ -362,7 +366,7 @@ def test_records_are_written_in_turn_and_nothing_else(kind: str) -> None:
 
 
 def assert_only_records_are_written(chip: Chip) -> None:
-    """Assert that neither a boot image nor the bitstream is written."""
+    """Assert that the firmware has written neither the boot image nor the bitstream."""
     for address in chip.erased:
         assert address in REGION
     for address, data in chip.programmed:
@@ -371,7 +375,7 @@ def assert_only_records_are_written(chip: Chip) -> None:
 
 
 def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
-    """Save ``number`` records; record n has the parameter ``keep`` at n hundredths."""
+    """Save ``number`` records; in record n the parameter ``keep`` is n hundredths."""
     board = Board(Chip(kind))
     for record in range(1, number + 1):
         board.firmware.send(f"set keep 0.{record:02}")
@@ -381,8 +385,8 @@ def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
 
 @pytest.mark.parametrize("silence", ["all", "after_its_id"])
 def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> None:
-    """An earlier firmware would have started again with number 1, in the sector of the latest
-    record."""
+    """The firmware keeps its records if the flash is silent at the start. An earlier firmware would
+    have started again with record number 1 in the sector of the latest record."""
     board = saved_times(5)
     board.chip.fault = "silent" if silence == "all" else "silent_after_id"
     board.power_on()
@@ -425,8 +429,8 @@ def test_an_empty_flash_that_was_silent_at_the_start_is_written_at_once() -> Non
 @pytest.mark.parametrize("wear", ["erase", "program"])
 @pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
 def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
-    """Two neighbouring sectors are worn; until the next power-off the firmware tries each of them
-    once."""
+    """The firmware skips two neighbouring worn sectors; until the next power-off it tries each of
+    them once."""
     board = saved_times(1, kind)
     places = places_of(board.chip)
     board.chip.worn = {places[1]: wear, places[2]: wear}
@@ -445,8 +449,8 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
 
 
 def test_the_last_good_sector_keeps_its_record() -> None:
-    """All other sectors are worn: the save is refused, and the last good sector keeps its
-    record."""
+    """The last good sector keeps its record: the save is refused, because all other sectors are
+    worn."""
     board = saved_times(2)
     good = places_of(board.chip)[1]
     board.chip.worn = {place: "program" for place in places_of(board.chip) if place != good}
@@ -459,7 +463,8 @@ def test_the_last_good_sector_keeps_its_record() -> None:
 
 
 def test_a_record_that_was_not_confirmed_is_not_preferred() -> None:
-    """The record is complete, but reading it back failed; the next save has a higher number."""
+    """The firmware does not prefer a complete record that it failed to read back; the next save has
+    a higher number."""
     board = saved_times(1)
     board.firmware.send("set keep 0.5")
     board.firmware.send("save")
@@ -530,14 +535,14 @@ class Memory:
         return True
 
     def found(self) -> int | None:
-        """Return the sequence number of the record that the firmware finds at power-on."""
+        """Return the sequence number of the record that the firmware reads at power-on."""
         if not c_library()[1].save_find(self.save):
             return None
         return int(self.save.sequence)
 
 
 def record_of(chip: Chip, place: int) -> bytes:
-    """Return the record of a sector; its length is that of the last programming."""
+    """Return the record in a sector, with the length of the last programming."""
     length = 0
     for address, data in chip.programmed:
         if place <= address < place + chip.sector:
@@ -547,7 +552,7 @@ def record_of(chip: Chip, place: int) -> bytes:
 
 
 def records(working: Board) -> tuple[bytes, bytes]:
-    """Return two consecutive records as the flash stores them."""
+    """Return two consecutive records in the form in which the flash stores them."""
     working.order("save")
     working.firmware.send("set keep 0.25")
     working.work(range(20, 22))
@@ -561,8 +566,8 @@ def flash_of(first: bytes, second: bytes) -> Memory:
 
 
 def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
-    """Record 3 replaces record 1: the sector is erased in part or in full, or written up to any
-    byte."""
+    """The firmware finds a complete record after a loss of power, while record 3 replaces record 1:
+    the sector is erased in part or in full, or written up to any byte."""
     first, second = records(working)
     working.order("save")
     third = record_of(working.chip, places_of(working.chip)[2])
@@ -570,7 +575,7 @@ def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
     first = first.ljust(length, b"\xff")
     draw = np.random.default_rng(1)
     for cut in range(length):
-        # The byte that is being written may have any value of its bits.
+        # In the byte that is being written, each bit may have any value.
         torn = bytes([third[cut] | int(draw.integers(256))])
         found = flash_of(third[:cut] + (torn if torn != third[cut : cut + 1] else b""), second)
         assert found.found() == 2, cut
@@ -614,8 +619,8 @@ def record_of_presets(**parameters: float) -> bytes:
 
 
 def with_words(record: bytes, **words: int) -> bytes:
-    """Return the record with changed words and a correct checksum, as another firmware would write
-    it."""
+    """Return the record with changed words and a correct checksum, as a firmware of another version
+    would write it."""
     places = {"magic": 0, "version": 1, "sequence": 2, "length": 3, "switches": 4, "parameters": 5}
     changed = bytearray(record[:-4])
     for name, word in words.items():
@@ -653,8 +658,8 @@ def test_the_sequence_number_wraps() -> None:
 
 
 def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
-    """The record of an older firmware lacks one parameter, and has another one that no longer
-    exists."""
+    """The firmware presets a parameter that the record of an older firmware lacks, and ignores a
+    parameter that no longer exists."""
     record = record_of_presets(keep=0.25, noise_limit=7.0)
     words = np.frombuffer(record, dtype="<u4").copy()
     ffi, library = c_library()
@@ -670,7 +675,8 @@ def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
 
 
 def test_lanes_of_real_orders_outlive_the_power_and_have_no_phase() -> None:
-    """Orders and amplitudes return with the first turn; the lanes stay off until a phase is given.
+    """Orders and amplitudes of real-order lanes return with the first turn; the lanes stay off
+    until the operator gives a phase.
 
     A phase refers to the core's count of turns, which starts at 0 after power-on.
     """

@@ -1,4 +1,4 @@
-"""Tests of the limit of a correction's slope over the temperature range of its file, in C, in
+"""Tests of the limit on a correction's slope over the temperature range of the file, in C, in
 Python and at the console."""
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def answer(coefficients: Coefficients) -> str:
 
 
 STEEP = (1640.0, 0.0, 0.0, 0.0)
-"""Thermal slope that gives 8,221 counts at 25 °C: |dε/dR| = 1.97, and the amplitude exceeds the
+"""Thermal slope that gives 8,221 counts at 25 °C: |dε/dR| is 1.97, and the amplitude exceeds the
 range of a lane."""
 
 
@@ -70,8 +70,8 @@ def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
 
 
 def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> None:
-    """The slope of order 1 is small, but its amplitude leaves the range. An earlier version clipped
-    it without a message."""
+    """The loader refuses an amplitude that leaves the range of a lane at some temperature, although
+    the slope of order 1 is small. An earlier version clipped the amplitude without a message."""
     cold = Coefficients.from_harmonics([1], [7000.0], [0.0], COUNTS, 32)
     thermal = ThermalLanes.from_slopes({1: np.array([150.0, 0.0, 0.0, 0.0])}, COLD_C)
     warm = dataclasses.replace(cold, thermal=thermal)
@@ -89,8 +89,8 @@ def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> Non
 def test_the_bounds_hold_and_both_languages_have_the_same(
     orders: list[int], seed: int, reach: tuple[float, float]
 ) -> None:
-    """Compare the bounds with the largest slope at 2,001 temperatures, and the C code with the
-    Python code."""
+    """The computed bounds agree with the largest slope at 2,001 temperatures, and the C code agrees
+    with the Python code."""
     ffi, library = c_library()
     random = np.random.default_rng(seed)
     cold = Coefficients.from_harmonics(
@@ -156,8 +156,8 @@ def test_a_range_goes_through_file_console_and_flash(tmp_path: Path) -> None:
 
 
 def test_a_file_without_a_range_has_the_preset_one(tmp_path: Path) -> None:
-    """Older files state no range: ten kelvin to each side apply, and no frame with a range is
-    sent."""
+    """A file without a range has the preset range of ten kelvin to each side, and no frame with a
+    range is sent; older files state no range."""
     text = coefficient_file_text(following((5.0, 0.0, 0.0, 0.0)))
     old = "".join(
         line + "\n" for line in text.splitlines() if not line.startswith(("least_c", "most_c"))

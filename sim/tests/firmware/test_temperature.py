@@ -1,5 +1,5 @@
-"""Tests of the die's temperature: how the code is converted, and how the serial port delivers
-it."""
+"""Tests of the die's temperature: the conversion of the code, and its transfer over the serial port
+of the converter."""
 
 from __future__ import annotations
 

@@ -29,14 +29,14 @@ CLOCK_HZ = 100_000_000
 
 
 def warm(celsius: float) -> Disc:
-    """Return the disc at a temperature, which shifts its centre."""
+    """Return the disc at a temperature that shifts the disc's centre."""
     cold = 150.0 * np.exp(0.4j)
     now = cold + RATE_ARCSEC * (celsius - COLD_C) * np.exp(1j * RATE_RAD)
     return Disc({1: (abs(now), float(np.angle(now))), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 
 
 def following(time_constant_s: float = 0.0) -> Coefficients:
-    """Return a file with order 1 at 20 °C and its change per kelvin."""
+    """Return a file with order 1 at 20 °C and the change of order 1 per kelvin."""
     cold = file_of({1: (150.0, 0.4)})
     per_k = RATE_ARCSEC / ARCSEC_PER_COUNT
     slope = np.array([per_k * math.cos(RATE_RAD), -per_k * math.sin(RATE_RAD), 0.0, 0.0])
@@ -47,7 +47,7 @@ def following(time_constant_s: float = 0.0) -> Coefficients:
 
 
 class Thermometer:
-    """The thermometer of the table; with None it does not answer."""
+    """The thermometer of the table; if its temperature is None, it does not answer."""
 
     def __init__(self, made: Firmware) -> None:
         ffi, library = c_library()
@@ -114,7 +114,7 @@ def test_the_correction_follows_between_two_turns(running: Firmware) -> None:
         running.thermometer.celsius = celsius
         assert order1_left(running, celsius) > 0.4
         running.thermometer.pass_time(4.0, 8)
-        # Half a count is 0.04″, and the calibration leaves 0.05″ of the other orders.
+        # Half a count is 0.04″, and the calibration leaves 0.05″ in the other orders.
         assert order1_left(running, celsius) < 0.12
     assert int(field(running, "temperature_swaps")) == 4
 
@@ -141,7 +141,7 @@ def test_a_change_below_the_step_is_not_worth_a_bank(running: Firmware) -> None:
 
 
 def test_the_calibration_goes_on_beside_it(running: Firmware) -> None:
-    """Order 2 changes while order 1 follows the temperature."""
+    """The calibration follows order 2, which changes, while order 1 follows the temperature."""
     running.send("set keep 0")
     running.thermometer.celsius = 20.9
     running.thermometer.pass_time(2.0, 4)
@@ -211,8 +211,8 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
 
 
 def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> None:
-    """The thermometer's cable is off for two minutes while the table warms further; then the
-    firmware continues without the operator."""
+    """The firmware accepts a warmer thermometer after its cable was off for two minutes, and
+    continues without the operator."""
     running.thermometer.celsius = None
     running.thermometer.pass_time(120.0, 240)
     assert field(running, "thermometer_state") == "silent"
@@ -223,7 +223,8 @@ def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> 
 
 
 def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
-    """A change of 3 K per minute is accepted, but no table warms by 20 K in two minutes."""
+    """The firmware accepts a change of 3 K per minute, but not one of 20 K in two minutes, because
+    no table warms so fast."""
     running.thermometer.celsius = None
     running.thermometer.pass_time(120.0, 240)
     running.thermometer.celsius = COLD_C + 20.0
@@ -235,8 +236,8 @@ def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
 
 
 def followed(readings: list[float | None], lag_s: float = 0.0, every_s: float = 0.5) -> Any:
-    """Return the state of the table's temperature after these readings; None stands for no
-    answer."""
+    """Return the firmware's state of the table's temperature after these readings; None stands for
+    no answer."""
     ffi, library = c_library()
     at = iter(readings)
 
@@ -255,8 +256,8 @@ def followed(readings: list[float | None], lag_s: float = 0.0, every_s: float = 
 
 
 def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
-    """An ADT7420 shows 0 °C until its first conversion, so that a single reading must not be
-    used."""
+    """The firmware confirms the first reading before it uses it, because an ADT7420 shows 0 °C
+    until its first conversion."""
     _, library = c_library()
     table = followed([0.0, 21.0])
     assert not library.table_temperature_is_known(table)
@@ -268,8 +269,8 @@ def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
 
 @pytest.mark.parametrize("lag_s", [0.0, 3.0, 60.0])
 def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
-    """The gains of the observer are undefined once the lag has decayed completely; therefore the
-    observer starts again."""
+    """The observer starts again after a long pause: the lag decays completely, and the gains of the
+    observer become undefined."""
     readings = [20.0] * 8 + [None] * 1200 + [20.5] * 3
     table = followed(readings, lag_s)
     assert table.celsius == pytest.approx(20.5, abs=0.1)
@@ -278,7 +279,8 @@ def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
 def test_a_core_whose_time_begins_again_does_not_freeze_the_thermometer(
     running: Firmware,
 ) -> None:
-    """After another bitstream or a reset of the fabric the readings' clock starts again at 0."""
+    """The thermometer is still used after another bitstream or a reset of the fabric, when the
+    readings' clock starts again at 0."""
     running.thermometer.pass_time(100.0, 200)
     running.thermometer.now_s = 0.0
     running.thermometer.celsius = COLD_C + 0.8
@@ -322,8 +324,8 @@ def test_a_silent_thermometer_is_not_asked_all_the_time(running: Firmware) -> No
 
 
 def test_the_lag_is_taken_off() -> None:
-    """Compare the temperature found for an evenly warming table, read in steps of 1/128 K, with the
-    exact solution of the lag."""
+    """The corrected temperature equals the exact solution of the lag, for a table that warms evenly
+    and is read in steps of 1/128 K."""
     ffi, library = c_library()
     lag_s, rate = 60.0, 0.05
     course = TemperatureCourse((0.0, 300.0), (COLD_C, COLD_C + 300 * rate))
@@ -358,7 +360,8 @@ def test_the_lag_is_taken_off() -> None:
 def test_a_lane_at_a_temperature(
     amplitude: float, phase: float, slopes: tuple[float, ...], warmth: float
 ) -> None:
-    """Compare a lane with the sum of cosines, and with the bank that the host computes."""
+    """The C code's lane at each temperature equals the sum of cosines, and the bank that the host
+    computes."""
     ffi, library = c_library()
     thermal = ThermalLanes.from_slopes({3: np.array(slopes)}, COLD_C)
     cold = Coefficients.from_harmonics([3], [amplitude], [phase], COUNTS, 4)

@@ -101,8 +101,8 @@ def test_a_bus_that_is_stuck_is_given_up() -> None:
 @pytest.mark.parametrize("clocks", range(1, 10))
 @pytest.mark.parametrize(("made", "address"), [(Adt7420, "48"), (Tmp117, "49")])
 def test_a_device_that_holds_sda_is_brought_back(clocks: int, made: Any, address: str) -> None:
-    """The master stopped while the device was sending a byte: up to nine clocks and a STOP free the
-    bus."""
+    """The driver frees the bus with up to nine clocks and a STOP, after the master stopped while
+    the thermometer was sending a byte."""
     model = I2cModel(**{f"at_{address}": made(21.5)})
     thermometer = found(model)
     for _ in range(3):
@@ -115,7 +115,8 @@ def test_a_device_that_holds_sda_is_brought_back(clocks: int, made: Any, address
 
 @pytest.mark.parametrize("clocks", range(1, 10))
 def test_a_device_that_holds_sda_at_the_start_is_found(clocks: int) -> None:
-    """The processor was reset during a transfer, but the thermometer was not."""
+    """The driver finds a thermometer that holds SDA at the start, because the processor was reset
+    during a transfer and the thermometer was not."""
     model = I2cModel(at_48=Tmp117(20.0))
     model.hold_sda(clocks)
     thermometer = found(model)

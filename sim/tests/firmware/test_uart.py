@@ -1,4 +1,5 @@
-"""Tests of the UART's C code with a model of its registers, whose timing QEMU lacks.
+"""Tests of the UART's C code with a model of the registers, because QEMU does not imitate their
+timing.
 
 The model is written from UG585, chapter 19 and appendix B.33: FIFOs, a transmitter that still
 shifts when its FIFO is empty, resets that end by themselves, and a receiver trigger that is set
@@ -125,7 +126,7 @@ class Uart:
             self.shifting = self.waiting.popleft()
             self.shifted_at = self.reads + CHARACTER_READS
         if self.ticks_every and self.reads % self.ticks_every == 0:
-            # The timer's interrupt comes at any time, but not during its own handler.
+            # The timer's interrupt comes at any time, but not while its handler runs.
             every, self.ticks_every = self.ticks_every, 0
             self.library.uart_go_on(self.output)
             self.ticks_every = every
@@ -204,8 +205,8 @@ def test_the_rate_and_the_paths(uart: Uart) -> None:
 
 @pytest.mark.parametrize("baud", [9600, 57_600, 115_200, 230_400, 921_600, 2_000_000, 3_000_000])
 def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
-    """At 3 Mbaud a bit has 33⅓ clocks, which rounding changes by 1.01 %; both ends together may
-    deviate by 5 %."""
+    """The divisors for each rate of the build are right to the rounding: at 3 Mbaud a bit has 33⅓
+    clocks, which rounding changes by 1.01 %; both ends together may deviate by 5 %."""
     uart = Uart(compiled_for(tmp_path, f"-DBOARD_BAUD={baud}U"))
     uart.set_up()
     divisor, samples = uart.words["UART_BAUDGEN"], uart.words["UART_BAUDDIV"] + 1
@@ -219,7 +220,8 @@ def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
 
 @pytest.mark.parametrize("length", [1, 70, 300])
 def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
-    """After the message of a fault the firmware restarts, which resets both paths of the UART."""
+    """All characters of a message are sent before the firmware restarts, which resets both paths of
+    the UART."""
     text = bytes(32 + place % 90 for place in range(length))
     uart.say(text)
     uart.library.uart_drain()
@@ -230,7 +232,8 @@ def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
 @pytest.mark.parametrize("first", range(1, 12))
 @pytest.mark.parametrize("apart", [1, 2, 3])
 def test_a_character_that_comes_at_any_moment_is_heard(uart: Uart, first: int, apart: int) -> None:
-    """The firmware receives a character even between the handler's last read and its end."""
+    """The firmware receives a character even if it arrives between the handler's last read and the
+    handler's end."""
     uart.arrive(ord("a"))
     uart.arrivals = {uart.reads + first: ord("b"), uart.reads + first + apart: ord("c")}
     for _ in range(30):
@@ -252,7 +255,8 @@ def test_more_than_the_ring_holds_is_lost_and_no_more(uart: Uart) -> None:
 
 @pytest.mark.parametrize("more", [1, 30])
 def test_a_fifo_that_overflows_is_told_where_it_did(uart: Uart, more: int) -> None:
-    """Interrupts were off while more than 64 characters arrived."""
+    """The ring marks the place where the FIFO overflowed: interrupts were off while more than 64
+    characters arrived."""
     for place in range(FIFO + more):
         uart.arrive(32 + place)
     uart.arrivals = {uart.reads + 9: ord("x")}
@@ -272,21 +276,21 @@ LINE = 2128
 
 
 def stall_us(uart: Uart, say: Callable[[], None]) -> float:
-    """Return for how many microseconds this output delays the main program."""
+    """Return the number of microseconds by which this output delays the main program."""
     before = uart.reads
     say()
     return (uart.reads - before) / CHARACTER_READS * CHARACTER_US
 
 
 def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
-    """Without the output ring, a line delays the program by the time of all characters beyond those
-    that the FIFO holds."""
+    """A line of telemetry does not delay the program with the output ring; without the ring it
+    delays the program by the time of all characters that the FIFO cannot hold."""
     text = bytes(32 + place % 90 for place in range(LINE))
     waited = stall_us(uart, lambda: uart.say(text))
     assert waited == pytest.approx((LINE - FIFO) * CHARACTER_US, rel=0.02)
     uart.library.uart_drain()
     uart.sent.clear()
-    # A register read takes 4 us in the model, and 0.1 us on the chip.
+    # A register read takes 4 us in the model; on the chip it takes 0.1 us.
     at_once = stall_us(uart, lambda: uart.library.uart_send(uart.output, text, LINE))
     assert at_once < 1.2 * FIFO / CHARACTER_READS * CHARACTER_US
     assert uart.library.uart_room(uart.output) == 4096 - LINE + uart.output.sent
@@ -302,8 +306,8 @@ def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
 
 @pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
 def test_the_order_is_kept_whenever_the_interrupt_comes(uart: Uart, every: int) -> None:
-    """The text is longer than the ring: the sender waits for room, and no character is lost or sent
-    twice."""
+    """The order of the characters is kept: the text is longer than the ring, the sender waits for
+    room, and no character is lost or sent twice."""
     text = bytes(32 + place * 7 % 90 for place in range(3 * 4096))
     uart.ticks_every = every
     for first in range(0, len(text), 37):

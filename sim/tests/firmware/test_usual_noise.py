@@ -1,5 +1,5 @@
-"""Tests how earlier turns affect a new one, through the usual noise and through the running
-average."""
+"""Tests that earlier turns affect a new turn as specified, through the usual noise and through the
+running average."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def reason(running: Firmware, seed: int, noise: float) -> Any:
 
 
 def test_noise_that_rises_slowly_becomes_the_usual_one(running: Firmware) -> None:
-    """Each turn has a weight of one fifth in the usual noise. If the noise grows in steps of 1.6,
-    no turn reaches 3 times the usual noise."""
+    """The usual noise, in which each turn has a weight of one fifth, follows noise that rises
+    slowly. If the noise grows in steps of 1.6, no turn reaches 3 times the usual noise."""
     noise = NOISE_ARCSEC
     for seed in range(4):
         reason(running, seed, noise)
@@ -49,8 +49,8 @@ def test_only_noisy_turns_in_a_row_become_usual(running: Firmware) -> None:
 
 
 def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
-    """With equal weights, the mean of n turns has 1/n of the variance of a turn, as `show
-    harmonics` states."""
+    """The mean of n turns with equal weights has 1/n of the variance of a turn, as `show harmonics`
+    states."""
     scatter = {}
     for keep in (0, 1):
         running.send(f"set keep {keep}")
@@ -62,6 +62,6 @@ def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
         components = [item[1] for item in telemetry["harmonics"] if item[0] in (4, 5, 6)]
         scatter[keep, "found"] = float(np.sqrt(np.mean(np.square(components))))
     # The part of the uncertainty that the separation causes is not noise, so that averaging does
-    # not reduce it. Order 3 has no such part here.
+    # not reduce this part. Order 3 has no such part here.
     assert scatter[1] == pytest.approx(scatter[0] / 4, rel=0.1)
     assert scatter[1, "found"] < 0.6 * scatter[0, "found"]

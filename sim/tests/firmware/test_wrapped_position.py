@@ -1,4 +1,5 @@
-"""Tests of 32-bit positions that wrap, when 2³² is not a multiple of the counts per turn."""
+"""Tests that turns are right when 32-bit positions wrap, although 2³² is not a multiple of the
+counts per turn."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ STEP_TURNS = 1.0 / SAMPLES
 WRAP = 1 << 31
 """First count that a signed 32-bit word cannot hold."""
 NUMBER_OF_WRAPS = [0, 1, 5]
-"""Numbers of complete wraps before the tested wrap."""
+"""Numbers of complete wraps before the wrap that is tested."""
 WRAPS_AT_TURNS = {
     "before the bank": -0.01,
     "in its first step": 0.5 * STEP_TURNS,
@@ -26,7 +27,7 @@ WRAPS_AT_TURNS = {
     "after it, before it is looked at": 1.2,
     "not yet": 1.6,
 }
-"""Travel in turns from the first sample to the wrap of the word."""
+"""Travel in turns from the first sample to the wrap of the position word."""
 LOOKED_AT_TURNS = 1.4
 NOISE_ARCSEC = 0.1
 LEFT_ARCSEC = 1.0

@@ -1,7 +1,7 @@
-"""A model of the Zynq registers that load the fabric and read its temperature.
+"""Models the Zynq registers that load the fabric and read its temperature.
 
-It is written from UG585 (device configuration interface, PS-XADC) and UG480, not from the C code:
-only the names of the addresses are read from its header.
+The model is written from UG585 (device configuration interface, PS-XADC) and UG480, not from the C
+code: only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ QSPI_NEVER = 0x0401_C506
 polarity."""
 QSPI_REFERENCE_MHZ = 200
 QSPI_MOST_MHZ = 40
-"""Largest clock in MHz; with a faster clock the data are late and need the loop-back of MIO 8."""
+"""Largest clock in MHz; with a faster clock the data come too late, so that the flash interface
+needs the loop-back of MIO 8."""
 
 
 def addresses() -> dict[str, int]:
@@ -60,7 +61,7 @@ def bitstream(length: int = 300_000, seed: int = 1) -> bytes:
 
 
 def image(body: bytes, **other: int) -> bytes:
-    """Return header and bitstream as the image builder would write them."""
+    """Return header and bitstream in the form in which the image builder writes them."""
     fields = {"magic": 0x53425441, "version": 1, "length": len(body), "crc": zlib.crc32(body)}
     fields |= other
     return struct.pack("<16I", *fields.values(), *[0] * 12) + body
@@ -90,7 +91,7 @@ class ZynqModel:
         # Microseconds from the end of the DMA until the port has read all words.
         self.port_us = 1000
         self.port_done_us: int | None = None
-        # Microseconds from the end of a transfer until it leaves the queue.
+        # Microseconds from the end of a transfer until the transfer leaves the queue.
         self.queue_us = 40
         self.queue_empty_us = 0
         self.temperature_code: int | None = 0x977

@@ -1,4 +1,5 @@
-"""Inputs of the ramp for each clock; the tests of the model and of the VHDL share them."""
+"""Defines the ramp's inputs in each clock; the tests of the model and of the VHDL share these
+inputs."""
 
 from __future__ import annotations
 
@@ -17,8 +18,8 @@ RATE_MAX = 2**32 - 1
 
 @dataclass(frozen=True)
 class RampScenario:
-    """A scenario: in each clock it has a value of ``correction`` in 2⁻ᶠ count and a value of
-    ``marker``; ``limit`` is in counts."""
+    """A scenario with a value of ``correction`` in 2⁻ᶠ count and a value of ``marker`` for each
+    clock; ``limit`` is in counts."""
 
     name: str
     correction: NDArray[np.int64]
@@ -41,7 +42,8 @@ def _markers(clocks: int, *at: int) -> NDArray[np.bool_]:
 
 
 def _steps(*parts: tuple[int, int]) -> NDArray[np.int64]:
-    """Return a course of levels in 2⁻ᶠ count; each level lasts for its number of clocks."""
+    """Return a course of levels in 2⁻ᶠ count; each level lasts for the number of clocks that is
+    paired with it."""
     return np.concatenate([np.full(clocks, level, dtype=np.int64) for level, clocks in parts])
 
 
@@ -53,8 +55,8 @@ def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int
 def _smooth(
     name: str, counts: float, ticks: int, rate: int, acceleration: int, *at: int
 ) -> RampScenario:
-    """Return a scenario with one step of this number of counts. At each of the ticks ``at``, which
-    are 256 clocks long, a marker leads to another level."""
+    """Return a scenario with a smooth ramp after one step of this number of counts. At each of the
+    ticks ``at``, which are 256 clocks long, a marker accompanies a step to another level."""
     clocks = 256 * ticks
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -73,8 +75,8 @@ def _smooth(
 
 
 def _marked_every_tick(counts: float, first: int, phase: int) -> RampScenario:
-    """Return a scenario with one step. From tick ``first`` on, one clock in each 256 has a marker
-    that leaves ε unchanged."""
+    """Return a scenario with one step and a marker in every later tick. From tick ``first`` on, one
+    clock in each 256 has a marker that leaves ε unchanged."""
     clocks = 256 * 120
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -101,7 +103,7 @@ def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
 
 
 def _healed_again_and_again(sense: int) -> RampScenario:
-    """Return a scenario that puts counts back faster than the ramp absorbs them, until the total
+    """Return a scenario that puts counts back faster than the ramp removes them, until the total
     leaves its range."""
     clocks, period = 3000, 40
     marker = np.arange(clocks) % period == 7
@@ -128,7 +130,8 @@ def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -
     )
 
 
-# Largest sum of 64 lanes and the offset, when each cosine is too large by one unit of its last bit.
+# This is the largest sum of 64 lanes and the offset, if each cosine is too large by one unit of its
+# last bit.
 LARGEST = 64 * (8192 * COUNT + COUNT // 2) + 8192 * COUNT
 
 SCENARIOS = [

@@ -1,4 +1,5 @@
-"""Equation (9) in double precision, and the largest deviation that the gateware may have."""
+"""Computes equation (9) in double precision, and the largest deviation that the gateware may have
+from it."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
 
 
 def cosine_bound(bits: int = COSINE_WIDTH) -> float:
-    """Return δ_max of (A.1) plus ε_max of (A.5) as the paper prints them."""
+    """Return the bound δ_max of (A.1) plus ε_max of (A.5), as the paper prints these two."""
     iterations = CORDIC_ITERATIONS
     gains = [
         math.prod(math.sqrt(1 + 2.0 ** (-2 * i)) for i in range(j, iterations))
@@ -30,7 +31,7 @@ def correction_bound_counts(coefficients: Coefficients, bits: int = COSINE_WIDTH
 def error_of_words_counts(
     coefficients: Coefficients, angle: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return ε in counts for these phase steps, even if a step belongs to no integer order.
+    """Return ε in counts for these phase steps, which may belong to no integer order.
 
     A bank that is swapped in while it is being written can have such a step.
     """

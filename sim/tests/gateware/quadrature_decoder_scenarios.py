@@ -1,6 +1,7 @@
-"""Motions, faults and settings for the decoder; the tests of the model and of the VHDL share them.
+"""Defines motions, faults and settings for the decoder; the tests of the model and of the VHDL
+share them.
 
-Scenarios know the true place of the disc in every clock, in fractions of a count. The expected
+Each scenario knows the true place of the disc in every clock, in fractions of a count. The expected
 output of the decoder follows from this place, so that the tests need not decode a pin.
 """
 
@@ -13,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNITS = 2520
-"""Parts of a count. With this number every speed of 1 to 10 clocks per count is exact."""
+"""Number of parts into which a count is divided. With this number every speed of 1 to 10 clocks per
+count is exact."""
 
 
 @dataclass(frozen=True)
@@ -69,18 +71,18 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Stimuli:
-    """The inputs of a scenario in each clock; arrays of shape (clocks,)."""
+    """The decoder's inputs in each clock of a scenario; arrays of shape (clocks,)."""
 
     columns: dict[str, NDArray[np.int64]] = field(repr=False)
     """The inputs of the entity by name."""
     timestamp: NDArray[np.uint64] = field(repr=False)
     place: NDArray[np.int64] = field(repr=False)
-    """True distance of the disc from the index of its turn 0, in 1 / UNITS count."""
+    """Distance of the disc in each clock from the index of its turn 0, in 1 / UNITS count."""
 
     mark_scatter: NDArray[np.int64] = field(
         repr=False, default_factory=lambda: np.zeros(0, np.int64)
     )
-    """Displacement of the nearest index mark, in counts."""
+    """Displacement of the nearest index mark in each clock, in counts."""
 
     @property
     def count(self) -> NDArray[np.int64]:
@@ -158,7 +160,7 @@ LOSSLESS: dict[str, Scenario] = {
     "wanders_turn_of_100": Scenario([RESET, Segment(4000, wander=True)], 100, start=-20, seed=3),
     "timestamp_wraps": Scenario(_there_and_back(3, 40), 100, start=-5, first_timestamp=2**64 - 150),
 }
-"""Scenarios that lose no edge: position, angle and index are those of the disc."""
+"""Scenarios that lose no edge: the decoder's position, angle and index are those of the disc."""
 
 SCATTERED: dict[str, Scenario] = {
     "index_repeats_to_1_count": Scenario(
@@ -351,7 +353,8 @@ FAULTY: dict[str, Scenario] = {
         [
             RESET,
             Segment(20, filter_length=16),
-            # Levels last 18 clocks at first, then 14 and 10, which the filter suppresses.
+            # The levels last 18 clocks at first, then 14 and 10; the filter suppresses the levels
+            # of 14 and 10 clocks.
             Segment(180, 9, filter_length=16),
             Segment(280, 7, filter_length=16),
             Segment(60, filter_length=16),
@@ -469,13 +472,13 @@ SKEWED: dict[str, Scenario] = {
     )
     for half_count in (4, 3, 2)
 }
-"""Scenarios whose pins, at a step that should change them together, change up to three clocks
-apart."""
+"""Scenarios whose pins change up to three clocks apart, at a step at which they should change
+together."""
 
 
 def scenarios_to_run(default_generics: bool) -> list[str]:
-    """Return the scenarios of a bench: all for the default generics; for other generics those whose
-    result depends on the generics."""
+    """Return the scenarios of a bench. For the default generics these are all scenarios; for other
+    generics only those whose result depends on the generics."""
     if default_generics:
         return [*LOSSLESS, *SCATTERED, *FAULTY, *SKEWED, *RANDOM_SEEDS]
     return [
@@ -487,7 +490,7 @@ def scenarios_to_run(default_generics: bool) -> list[str]:
 
 
 def _moves(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
-    """Return by how many units the disc moves in each clock, without jitter."""
+    """Return the number of units by which the disc moves in each clock, without jitter."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.wander:
         lengths = random.integers(1, 40, segment.clocks)
@@ -512,8 +515,8 @@ def _jitter(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
 def _glitches(
     pins: NDArray[np.int64], scenario: Scenario, random: np.random.Generator
 ) -> NDArray[np.int64]:
-    """Return which pins to invert in each clock, shape (clocks, 3). Inversions keep away from every
-    true change."""
+    """Return a mask of the pins to invert in each clock, shape (clocks, 3). Inversions keep away
+    from every true change."""
     changes = np.flatnonzero((np.diff(pins, axis=0) != 0).any(axis=1)) + 1
     turned_over = np.zeros_like(pins)
     end = 0
@@ -591,7 +594,8 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
 def _held(
     random: np.random.Generator, values: list[int], clocks: int, mean: int
 ) -> NDArray[np.int64]:
-    """Return random values; each one is held for a random time of ``mean`` clocks on average."""
+    """Return random values for each clock; each value is held for a random time of ``mean`` clocks
+    on average."""
     changes = random.random(clocks) < 1 / mean
     return random.choice(values, clocks + 1)[np.cumsum(changes)]
 

@@ -1,5 +1,5 @@
-"""Motions and settings for the quadrature output; the tests of the model and of the VHDL share
-them."""
+"""Defines motions and settings for the quadrature output; the tests of the model and of the VHDL
+share them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Segment:
     referenced: bool = True
     """Whether the angle counts from an index."""
     phase_of_zero: int = 0
-    """Place of A and B in their cycle at position 0."""
+    """State of A and B in their cycle of four at position 0."""
     z_gated: bool = False
     z_state: int = 0
     z_width: int = 0
@@ -44,7 +44,7 @@ class Scenario:
     """Position at the start in counts; the angle at the start is this position modulo
     counts_per_rev."""
     keeps_up: bool = True
-    """Whether the output must stay within one count of the position while it is enabled."""
+    """Whether the enabled output must stay within one count of the position."""
 
 
 def _up_and_down(clocks_a_count: int, clocks: int = 600) -> list[Segment]:
@@ -306,7 +306,7 @@ SCENARIOS |= {f"random_{seed}": random_scenario(seed) for seed in range(5)}
 
 
 def _moves(segment: Segment) -> NDArray[np.int64]:
-    """Return by how many counts the position moves in each clock of a segment."""
+    """Return the number of counts by which the position moves in each clock of a segment."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.clocks_a_count:
         edges = moves[:: segment.clocks_a_count]
@@ -318,14 +318,15 @@ def _moves(segment: Segment) -> NDArray[np.int64]:
 
 
 def _at_start(values: list[int], lengths: list[int]) -> NDArray[np.int64]:
-    """Return the value of each segment in its first clock, and 0 in all other clocks."""
+    """Return, for each clock, the segment's value in the first clock of a segment, and 0 in all
+    other clocks."""
     pulses = np.zeros(sum(lengths), dtype=np.int64)
     pulses[np.cumsum([0, *lengths[:-1]])] = values
     return pulses
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """Return the entity's inputs in each clock of a scenario, by name; shape (clocks,)."""
+    """Return the entity's inputs in each clock of a scenario, keyed by name; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     turned = scenario.start + np.cumsum(np.concatenate([_moves(s) for s in scenario.segments]))
     offset = np.cumsum(_at_start([s.angle_jump for s in scenario.segments], lengths))

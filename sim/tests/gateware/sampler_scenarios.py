@@ -1,8 +1,8 @@
-"""Motions and settings for the sampler; the tests of the model and of the VHDL share them.
+"""Defines motions and settings for the sampler; the tests of the model and of the VHDL share them.
 
 A scenario is a list of segments. In a segment the settings are constant, and head 1 moves one count
 every few clocks or stands. Head 2 follows head 1 with an offset and a small error of its own, so
-that a pair of values from different clocks or samples would be detected.
+that the tests would detect a pair of values from different clocks or samples.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ class Segment:
     flags: int = INDEX_SEEN
     reset: bool = False
     tremble: bool = False
-    """Whether head 1 moves one count up and one down in turn, at each clocks_a_count clocks."""
+    """Whether head 1 moves one count up and one count down alternately, every clocks_a_count
+    clocks."""
     zero_slip: int = 0
     """Counts by which the zero of head 1 moves in the first clock of the segment."""
 
@@ -162,15 +163,16 @@ SCENARIOS: dict[str, Scenario] = {
     "equal_angle_zero_moves": Scenario(
         [
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16),
-            # The first loss is a number of whole periods, the second a number that two bits of a
-            # jump cannot show, and the third a single count.
+            # The first loss is a number of whole periods, the second a number that the two bits of
+            # a jump cannot represent, and the third a single count.
             Segment(1201, clocks_a_count=2, mode=1, angle_step=16, zero_slip=4),
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16, zero_slip=-7),
             Segment(1201, clocks_a_count=1, mode=1, angle_step=16, zero_slip=1, down=True),
             # The zero moves twice; the second move comes during the search for the grid.
             Segment(20, clocks_a_count=1, mode=1, angle_step=16, zero_slip=5000, down=True),
             Segment(1203, clocks_a_count=1, mode=1, angle_step=16, zero_slip=2, down=True),
-            # While the table stands, the zero moves first to a multiple and then next to it.
+            # While the table stands, the zero moves first to a multiple of the step and then next
+            # to it.
             Segment(200, mode=1, angle_step=16, zero_slip=3),
             Segment(800, clocks_a_count=3, mode=1, angle_step=16, zero_slip=-2),
             Segment(300, clocks_a_count=2, sample_period=7, zero_slip=4),
@@ -281,7 +283,7 @@ SCENARIOS |= {f"random_{seed}": random_scenario(seed) for seed in range(4)}
 
 
 def _moves(segment: Segment) -> NDArray[np.int64]:
-    """Return by how many counts head 1 moves in each clock of a segment."""
+    """Return the number of counts by which head 1 moves in each clock of a segment."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.clocks_a_count:
         edges = moves[:: segment.clocks_a_count]
@@ -296,7 +298,7 @@ def _signed32(counts: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """Return the sampler's inputs in each clock of a scenario, by name; shape (clocks,)."""
+    """Return the sampler's inputs in each clock of a scenario, keyed by name; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     first = np.cumsum([0, *lengths[:-1]])
     slips = np.array([segment.zero_slip for segment in scenario.segments])

@@ -1,5 +1,5 @@
-"""Tests that a coefficient file is read back as it was written, and that an error names what is
-wrong with a file."""
+"""Tests that a coefficient file is read back as it was written, and that the error names the wrong
+entry of a file."""
 
 from __future__ import annotations
 
@@ -125,8 +125,8 @@ def test_files_that_are_none(tmp_path: Path, content: bytes | None) -> None:
 
 
 def thermal() -> Coefficients:
-    """Return a bank with order 1 at 20 °C, its thermal slope, and order 2, which is zero at 20
-    °C."""
+    """Return a bank with order 1 at 20 °C and its thermal slope, and with order 2, whose amplitude
+    is zero at 20 °C."""
     lanes = ThermalLanes.from_slopes(
         {1: np.array([18.5, -7.25, 0.01, 0.0]), 2: np.array([0.0, 3.0, 0.0, -0.5])}, 20.0, 60.0
     )
@@ -142,7 +142,7 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
     assert read_coefficient_file(path) == thermal()
     assert "schema = 2\n" in path.read_text("utf-8")
     assert "schema = 1\n" in GOOD, "what needs no new reader stays readable for old ones"
-    # The expected course is c0 + c1 (T - T0) + c2 (T - T0)^2, here at different angles.
+    # The expected correction is c0 + c1 (T - T0) + c2 (T - T0)^2, evaluated at different angles.
     angle = np.arange(0, 2**24, 99_991)
     turn = angle * 2.0 * np.pi / 2**24
     expected = (

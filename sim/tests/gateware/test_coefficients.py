@@ -27,8 +27,8 @@ def test_words_are_the_nearest(counts_per_rev: int) -> None:
 
 
 def test_phase_step_is_exact_at_every_order() -> None:
-    """At the largest angle the error is below 2⁻²⁵ turn: half a unit of 2⁻⁴⁸ turn, times 2²⁴
-    counts."""
+    """The phase step is exact at every order: at the largest angle the error of the phase is below
+    2⁻²⁵ turn, half a unit of 2⁻⁴⁸ turn times 2²⁴ counts."""
     counts_per_rev = 16_777_213
     for order in (1, 2, 109, 16_384, 65_535):
         angle = counts_per_rev - 1

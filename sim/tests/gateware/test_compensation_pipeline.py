@@ -73,8 +73,8 @@ def test_a_turn_of_12000_angles_with_32_lanes_takes_less_than_a_fifth_of_a_secon
 
 
 def test_clocks_settle_to_the_steady_outputs() -> None:
-    """After the ramp the model that computes each clock gives the same outputs as the settled
-    model."""
+    """After the ramp, the model that computes every clock gives the same outputs as the model of
+    the settled state."""
     banks = [random_bank(seed, 2**24, 30.0, lanes=4) for seed in (4, 5)]
     angle = np.arange(3000, dtype=np.int64) * 997 % 2**24
     swapped = angle.size // 2

@@ -1,4 +1,5 @@
-"""Tests of the cosine's error against the bounds in the paper's appendix, and of the constants."""
+"""Tests of the CORDIC's cosine against the error bounds in the paper's appendix, and of the
+CORDIC's constants."""
 
 from __future__ import annotations
 
@@ -24,8 +25,8 @@ TURN = 1 << PHASE_WIDTH
 
 
 def test_every_phase_of_20_bits_stays_within_the_bound() -> None:
-    """The error is below (A.1) + (A.5) as printed, and near the value that the page of the entity
-    states."""
+    """The error of the cosine is below (A.1) + (A.5) as printed, and near the value that the page
+    of the entity states."""
     phase = swept_phases(20)
     assert phase.size == 2**20
     bound = cosine_bound()
@@ -52,8 +53,8 @@ def test_other_widths_and_iterations_stay_within_their_bounds(width: int, iterat
 
 
 def test_rotation_against_equation_10_in_fractions() -> None:
-    """Exact arithmetic with the same directions of rotation differs only by the roundings of ten
-    iterations."""
+    """Exact arithmetic with the same directions of rotation differs from the model only by the
+    roundings of ten iterations."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     folded = np.arange(0, TURN // 4, 49_999, dtype=np.int32)
     found = cordic_rotation(folded)
@@ -64,13 +65,14 @@ def test_rotation_against_equation_10_in_fractions() -> None:
             d = -1 if z < 0 else 1
             x, y = x - d * y / 2**i, y + d * x / 2**i
             z -= d * tables.steps[i]
-        # Each rounding adds half a unit: one of the constant, and one in each iteration. The
-        # roundings of y and its second-order part add at most 2⁻⁶.
+        # Each rounding adds half a unit: the constant has one rounding, and each iteration has one.
+        # The roundings of y and its second-order part add at most 2⁻⁶.
         assert abs(cosine - x * 2**COSINE_WIDTH) < 0.5 * (1 + CORDIC_ITERATIONS - 6) + 1
 
 
 def test_constants() -> None:
-    """Equation (11) holds, and the arctangents are right to half a unit of 2⁻²¹ turn."""
+    """The constants fulfil equation (11), and the arctangents are right to half a unit of 2⁻²¹
+    turn."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     assert start_radius() == pytest.approx(0.60725, abs=5e-6)
     assert tables.angle_fraction == 21
@@ -107,7 +109,7 @@ def test_what_is_not_built_is_refused(width: int, iterations: int) -> None:
 
 
 def test_picture(tmp_path: Path) -> None:
-    """``draw_cordic_error`` draws the picture and returns the largest error of its sweep."""
+    """``draw_cordic_error`` draws the picture and returns the largest error of the drawn sweep."""
     picture = tmp_path / "reports" / "error.png"
     phase = swept_phases(12)
     largest = draw_cordic_error(picture, (phase, lane_cosine(phase)))

@@ -1,4 +1,5 @@
-"""Tests of the ramp's model against its specification, without use of the implementation."""
+"""Tests of the ramp's model against the specification of the ramp; the tests do not use the
+implementation."""
 
 from __future__ import annotations
 
@@ -37,7 +38,7 @@ def run(scenario: RampScenario) -> np.ndarray:
 
 
 def reset_value(path: str) -> int:
-    """Return the reset value of a register with one field."""
+    """Return the reset value of a register that has a single field."""
     (field,) = register_named(path).fields
     return int(field.reset or 0)
 
@@ -66,8 +67,8 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     rate = -(-scenario.ramp_rate * UNIT // RATE_ONE)
     change = np.abs(np.diff(total))
     ends = UNIT if scenario.ramp_acceleration else 0
-    # After a hold, the change of ε over two clocks comes at once; the lower limit allows one unit
-    # more.
+    # After a hold, the ramp makes the change of ε over two clocks at once; the lower limit allows
+    # one unit more.
     moved = np.abs(np.diff(scenario.correction))
     moved[1:] += np.abs(np.diff(scenario.correction[:-1]))
     # If a jump would leave the range of the total, the total may change by less than one count
@@ -79,8 +80,8 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
 
 @pytest.mark.parametrize("scenario", LINEAR, ids=str)
 def test_equals_a_plain_walk(scenario: RampScenario) -> None:
-    """Compare with a calculation for each clock that keeps the time since the marker as a
-    fraction."""
+    """The total equals that of a calculation of every clock that keeps the time since the marker as
+    a fraction."""
     held = 0
     caught, age = 0, 3
     top = scenario.limit * COUNT
@@ -106,8 +107,8 @@ def test_equals_a_plain_walk(scenario: RampScenario) -> None:
 
 
 def test_ramp_ends_at_the_correction() -> None:
-    """2 counts at 2048 units per count and 32 units per clock take 128 clocks; the ramp starts 5
-    clocks after the marker."""
+    """A ramp of 2 counts at 2048 units per count and 32 units per clock takes 128 clocks; the ramp
+    starts 5 clocks after the marker."""
     clocks = 200
     correction = np.full(clocks, 2 * COUNT, dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -165,7 +166,7 @@ def test_acceleration_outside_the_format_is_refused(acceleration: int) -> None:
 
 
 def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarray:
-    """Return the ramp's remainder r in counts after a step of ε."""
+    """Return the remainder r that the ramp still has to remove, in counts, after a step of ε."""
     clocks = TICK * ticks
     level = np.full(clocks, round(counts * COUNT), dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -177,8 +178,8 @@ def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarra
 @pytest.mark.parametrize("counts", [2.5, -0.9])
 @pytest.mark.parametrize("clocks_to_rate", [1e4, 4e4])
 def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> None:
-    """The velocity and the acceleration of r stay within their bounds, and its duration is near d/v
-    + v/a, as with constant acceleration."""
+    """The velocity and the acceleration of the remainder r stay within their bounds, and its
+    duration is near d/v + v/a, as with constant acceleration."""
     rate, ticks = 1_500_000, 600
     velocity = rate / 2**35
     acceleration = round(rate / clocks_to_rate * 2**24)
@@ -190,7 +191,7 @@ def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> No
     speed = np.diff(at) / TICK
     assert np.all(speed * np.sign(counts) >= 0), "it never goes back"
     assert np.abs(speed).max() <= velocity * (1 + 1e-9)
-    # The samples are not taken at the ticks, so that one difference can contain two changes.
+    # The samples do not fall on the ticks, so that one difference can contain two changes.
     assert np.abs(np.diff(speed)).max() <= acceleration_clocks * TICK * (1 + 1e-3) + 2**-27
     assert np.abs(speed[:2]).max() <= 2 * acceleration_clocks * TICK
     last = np.flatnonzero(speed)[-1]
@@ -211,11 +212,11 @@ def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
 
 @pytest.mark.parametrize("phase", [0, 100, 238, *range(239, 256, 2)])
 def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
-    """The step has 2 counts. From half the way on, each 256 clocks have a marker at the same place;
-    later there are none.
+    """The total never passes the end of a step of 2 counts, although markers come in every tick.
 
-    The total reaches 2 and never more, wherever in the tick the markers fall. Its velocity never
-    changes by more than the acceleration allows.
+    From half the way on, each 256 clocks have a marker at the same place; later there are no
+    markers. The total reaches 2 and never exceeds it, wherever in the tick the markers fall. The
+    velocity of the total never changes by more than the acceleration allows.
     """
     counts, rate, acceleration, ticks = 2.0, RATE_ONE * 24, 2**32 - 1, 600
     clocks = TICK * ticks
@@ -234,14 +235,16 @@ def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
     assert not done.busy[-1]
     near = np.convolve(marker, np.ones(6))[:clocks] > 0
     speed = np.diff(done.total)[~near[1:]] / COUNT
-    # Each clock moves by whole units. A mean over a tick contains at most two velocities.
+    # The total moves by whole units in each clock. A mean over a tick contains at most two
+    # velocities.
     mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
     change = np.abs(mean[TICK:] - mean[:-TICK]).max()
     assert change <= 3 * acceleration / 2**59 * TICK + 2**-27
 
 
 def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> None:
-    """The total stays at its limit and does not wrap to the other side."""
+    """The total stays at its limit, and reports this, if more counts are put back than it can hold;
+    it does not wrap to the opposite sign."""
     for sense in (1, -1):
         (scenario,) = [s for s in SCENARIOS if s.name == f"healed again and again, {sense}"]
         result = correction_ramp(
@@ -262,7 +265,8 @@ def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> N
 
 
 def test_a_marker_on_the_way_leaves_the_velocity() -> None:
-    """ε is swapped back and forth while r moves: r slows down, reverses and returns."""
+    """The velocity of the remainder r does not jump while swaps change ε back and forth: r slows
+    down, reverses and returns."""
     (scenario,) = [s for s in SCENARIOS if s.name == "smooth, markers on the way"]
     total = run(scenario)
     rest = total - scenario.correction

@@ -1,4 +1,5 @@
-"""Tests of rounding, fold and limit against exact fractions."""
+"""Tests that the compensation rounds, folds and limits the corrected angle as exact fractions
+do."""
 
 from __future__ import annotations
 
@@ -56,7 +57,7 @@ def test_offset_is_aligned() -> None:
 
 
 def test_switching_on_and_off_never_steps() -> None:
-    """With ε constant at 100 counts the output moves by at most one count per clock."""
+    """The output moves by at most one count per clock while ε is constant at 100 counts."""
     clocks = 4000
     rate_units = 255
     apply = np.zeros(clocks, dtype=bool)

@@ -1,5 +1,5 @@
-"""Tests of schema 3 of the coefficient file: each part reads back, and an error names a missing
-generic."""
+"""Tests that each part of schema 3 of the coefficient file is read back, and that an error names a
+missing generic."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ def test_each_part_is_read_as_written_and_refused_without_its_generic(
 
 @pytest.mark.parametrize("has_sets", [False, True])
 def test_all_parts_in_one_file_with_temperature(tmp_path: Path, has_sets: bool) -> None:
-    """The file has either sets for a missing head or lanes of non-integer orders, because they
-    exclude each other."""
+    """One file holds all parts with temperature, either with sets for a missing head or with lanes
+    of non-integer orders, because these two exclude each other."""
     # The prepared set belongs to the heads of the file: it has their delays and conditions.
     conditions = Conditions(16, 0, 30.0)
     of_set = Extension(
@@ -181,8 +181,8 @@ def test_weights_that_leave_the_format_are_refused() -> None:
 
 @pytest.mark.parametrize("of_set", [False, True])
 def test_prepared_sets_exclude_lanes_of_real_orders(of_set: bool) -> None:
-    """A prepared set in the gateware contains no turn steps; its lanes would keep the turn steps of
-    other lanes."""
+    """The reader refuses prepared sets together with lanes of real orders: a prepared set contains
+    no turn steps, so that its lanes would keep the turn steps of other lanes."""
     steps = ((3, 1 << 47),)
     extension = Extension(THREE, turn_steps=steps if of_set else ())
     entry = dataclasses.replace(HALF_ORDER, extension=extension)

@@ -1,4 +1,5 @@
-"""Tests of the terms and pair sums of equation (9) against double precision and integers."""
+"""Tests of the terms of equation (9) against double precision, and of the pair sums against
+integers."""
 
 from __future__ import annotations
 
@@ -54,8 +55,8 @@ def test_lane_adds_its_partner() -> None:
 
 
 def test_largest_pair_fits() -> None:
-    """Both amplitudes are at the end of their format and the cosines are ±1: the sum is near 2¹⁴
-    counts and fits into s15.27."""
+    """The largest pair fits into s15.27: both amplitudes are at the end of their format and the
+    cosines are ±1, so that the sum is near 2¹⁴ counts."""
     phases = np.array([[0, 0], [TURN // 2, TURN // 2]], dtype=np.int32)
     sums = harmonic_unit(phases, [-LARGEST, -LARGEST])[:, 0]
     assert np.all(np.abs(sums) < 2 ** (PAIR_WIDTH - 1))

@@ -1,4 +1,5 @@
-"""Tests of the local table against straight lines in float64, and of the correction with it."""
+"""Tests of the local table against straight lines in float64, and of the correction that includes
+the local table."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ def lines_counts(angle: np.ndarray, table: LocalTable) -> np.ndarray:
 @pytest.mark.parametrize("counts_per_rev", [TURN, 1_234_567, 9_999])
 @pytest.mark.parametrize(("windows", "width"), [(1, 0), (1, 6), (2, 1), (4, 2), (4, 6)])
 def test_lines_within_the_bound(windows: int, width: int, counts_per_rev: int) -> None:
-    """The points are random; the comment at the head of the entity derives the bound."""
+    """The interpolated lines through random points stay within the bound, which the comment at the
+    head of the entity derives."""
     random = np.random.default_rng(windows + 10 * width)
     starts = tuple(
         int(counts_per_rev * (0.9 + n / windows)) % counts_per_rev for n in range(windows)
@@ -46,8 +48,8 @@ def test_lines_within_the_bound(windows: int, width: int, counts_per_rev: int) -
 
 
 def test_a_scratch_is_taken_away() -> None:
-    """A hill of 20 arcsec, 0.2 degrees wide, lies in a window of 1/64 turn; less than a tenth of it
-    remains."""
+    """The table removes a hill of 20 arcsec, 0.2 degrees wide, in a window of 1/64 turn, to less
+    than a tenth."""
     counts_arcsec = TURN / 1_296_000
     start, centre = int(0.3 * TURN), int(0.3 * TURN) + TURN // 128
     wide = 0.2 / 360 * TURN
@@ -89,7 +91,8 @@ def test_what_the_gateware_cannot_hold_is_refused(changed: dict, message: str) -
 
 
 def test_words_of_a_file_become_a_bank() -> None:
-    """Points that the file lacks become 0; the place words follow the register map."""
+    """The words of a file become a bank: points that the file lacks become 0, and the place words
+    follow the register map."""
     of_file = extension.LocalTable((7, -8), (5, TURN - 1), 3, 6)
     table = LocalTable.of_file(of_file, TURN)
     assert table.points[:3].tolist() == [7, -8, 0]
@@ -102,8 +105,9 @@ def test_words_of_a_file_become_a_bank() -> None:
 
 @pytest.mark.parametrize(("width", "leaps"), [(0, 0.0), (4, 2.0)])
 def test_the_slope_of_a_table_counts_with_that_of_the_lanes(width: int, leaps: float) -> None:
-    """The slope is 2π·300 / length of the window for a wave of 300 counts over the window, or 2 for
-    a table that steps by 2 counts."""
+    """The slope of a local table counts together with that of the lanes: it is 2π·300 / length
+    of the window for a wave of 300 counts over the window, and 2 for a table that steps by 2
+    counts."""
     place = 2.0 * np.pi * np.arange(POINTS) / POINTS
     points = tuple(np.rint((300.0 * np.sin(place) + leaps) * 2**6).astype(int).tolist())
     table = extension.LocalTable(points, (0,), width, 6)

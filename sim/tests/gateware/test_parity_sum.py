@@ -1,4 +1,4 @@
-"""Tests of the parity weights, and of the decision which head made a step."""
+"""Tests of the parity weights, and of the decision which head stepped."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
 
 
 def test_parity_holds_no_motion() -> None:
-    """For a motion of 2 µm (54 counts) the parity contains only the rounding of weights and
-    counts."""
+    """The parity contains only the rounding of weights and counts for a motion of 2 µm (54
+    counts)."""
     weights = parity_weights(PLACES)
     assert weights.sum() == 0
     assert np.abs(weights).max() <= WEIGHT_ONE
@@ -33,8 +33,9 @@ def test_three_heads_have_no_parity() -> None:
 
 
 def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
-    """The axis moves by 13.4 counts and the eccentricity adds 3.8 counts peak to peak, each in a
-    random direction."""
+    """A motion of half a micrometre is no step: the axis moves by 13.4 counts and the eccentricity
+    adds 3.8 counts peak to peak, each in a random direction. A step of at least twice STEP_COUNTS
+    is attributed to the right head."""
     rng = np.random.default_rng(2)
     for _ in range(2000):
         way = rng.uniform(0.0, 2.0 * np.pi)

@@ -1,4 +1,4 @@
-"""Compare the phase of every lane with exact integer arithmetic, at every order and count."""
+"""Compares the phase of every lane with exact integer arithmetic, at every order and count."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from arctrue.gateware.phase_unit import phase_unit
 from arctrue.generated.number_formats import PHASE_WIDTH
 
 TURN = 1 << PHASE_WIDTH
-# K is rounded to half a unit, that is 2⁻⁴⁹ turn for each count of an angle below 2²⁴. The phase is
-# rounded once more.
+# The phase step K is rounded to half a unit, that is 2⁻⁴⁹ turn for each count of an angle below
+# 2²⁴. The phase is rounded once more.
 STEP_ERROR = Fraction(1, 2**25)
 ROUNDING = Fraction(1, 2**25)
 COUNTS = [4, 5, 7, 1000, 65_535, 65_536, 1_000_003, 12_345_677, 2**24 - 3, 2**24 - 1, 2**24]
@@ -88,7 +88,8 @@ def test_words_that_change_with_the_angle() -> None:
 
 
 def test_speed_of_phases_and_harmonics() -> None:
-    """12,000 angles × 32 lanes take 0.12 s; the model of the whole pipeline may take 0.2 s."""
+    """The model computes the phases and harmonics of 12,000 angles × 32 lanes in 0.12 s; the model
+    of the whole pipeline may take 0.2 s."""
     rng = np.random.default_rng(7)
     angles = np.arange(12_000, dtype=np.int64) * 1398
     steps = rng.integers(0, 2**48, 32)

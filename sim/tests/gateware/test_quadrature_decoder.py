@@ -1,4 +1,4 @@
-"""Tests of the decoder model against the true place of the disc, which the tests know without
+"""Tests of the decoder's model against the true place of the disc, which the scenarios give without
 decoding a pin."""
 
 import itertools
@@ -37,14 +37,14 @@ def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
 
 
 def latency(given: Stimuli) -> int:
-    """Return the clocks from the pins to the position; a scenario without losses has only one
-    filter length."""
+    """Return the number of clocks from the pins to the position; a scenario without losses has only
+    one filter length."""
     return latency_clocks(int(given.columns["filter_length"][-1]))
 
 
 def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarray]:
-    """Return the clocks in which the disc has just passed its index, and the directions of passage
-    (+1, -1)."""
+    """Return the clocks in which the disc has just passed its index, and the direction of each
+    passage (+1, -1)."""
     index = int(scenario.index_at * UNITS)
     turns = (given.place - index) // (scenario.counts_per_rev * UNITS)
     passed = np.diff(turns)
@@ -53,8 +53,8 @@ def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarr
 
 
 def told_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and the last clock in which each mark may be reported: with a step, or
-    shortly after it."""
+    """Return the first and the last clock in which the decoder may report each mark: with a step,
+    or shortly after it."""
     steps = np.append(np.flatnonzero(np.diff(given.count)) + 1, 2 * len(given.count))
     step = np.searchsorted(steps, marks)
     settled = np.minimum(steps[step] + INDEX_SKEW, steps[np.minimum(step + 1, len(steps) - 1)])
@@ -144,7 +144,7 @@ def test_time_of_the_last_edge(name: str) -> None:
     delay = latency(given)
     edges = np.flatnonzero(np.diff(given.count)[2:]) + 3
     edges = edges[edges + delay < len(trace.step)]
-    # The time stamp is that of delay - 1 clocks after the change of the pin, modulo 2**64.
+    # The time stamp is the time delay - 1 clocks after the change of the pin, modulo 2**64.
     expected = given.timestamp[edges] + np.uint64(delay - 1)
     assert (trace.last_edge_time[edges + delay] == expected).all()
     held = trace.last_edge_time[edges[0] + delay :]
@@ -190,7 +190,7 @@ def test_illegal_transitions_are_told_and_not_counted() -> None:
     assert (trace.position == 0).all()
     assert not trace.step.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
-    # A jump in the clock of the clear is still counted afterwards.
+    # The decoder counts a jump in the clock of the clear after the clear.
     assert trace.illegal_count[cleared - 1 : cleared + 1].tolist() == [8, 1]
     assert trace.illegal_count[-1] == 13 - 8
     assert trace.illegal[cleared:].all()
@@ -200,11 +200,12 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     scenario, given, trace = played("lost_count_between_index_marks")
     marks, _ = true_marks(scenario, given)
     intervals = trace.index_interval[np.flatnonzero(trace.index_strobe)]
-    # The decoder counts a jump over two counts as 0, or as a loss if the next step goes up.
+    # If the disc jumps over two counts, the decoder counts 0 or, if the next step goes up, loses
+    # counts.
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
-    # The error is reported three clocks after the strobe and stays until the clear.
+    # The decoder reports the error three clocks after the strobe; the error stays until the clear.
     strobes = np.flatnonzero(trace.index_strobe)[wrong]
     cleared = int(np.flatnonzero(given.columns["clear"])[-1]) + 1
     assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 3, cleared))
@@ -226,8 +227,8 @@ def test_a_lost_period_shows_only_at_the_index() -> None:
 
 
 def marks_of_scattered_index(name: str) -> tuple[Scenario, Stimuli, DecoderTrace, np.ndarray]:
-    """Run a scenario; return it with its inputs, its outputs and the true places of the passed
-    marks in counts."""
+    """Run a scenario; return the scenario, its inputs, its outputs, and the true places of the
+    passed marks in counts."""
     scenario, given, trace = played(name)
     shifted = given.place - int(scenario.index_at * UNITS) - given.mark_scatter * UNITS
     turns = shifted // (scenario.counts_per_rev * UNITS)
@@ -244,8 +245,8 @@ def test_a_scattered_index_moves_no_count(name: str) -> None:
     at = np.flatnonzero(trace.index_strobe)
     assert (trace.index_position[at] + given.count[2]).tolist() == places[: len(at)].tolist()
     assert len(set((places % scenario.counts_per_rev).tolist())) > 1, "the index does not scatter"
-    # The first mark sets the zero at the place where the disc reached it; later marks do not move
-    # the zero.
+    # The first mark sets the zero at the place where the disc reached this mark; later marks do not
+    # move the zero.
     seen = int(np.argmax(trace.index_seen))
     expected = given.count[seen - delay : -delay] - places[0]
     assert trace.turn_position[seen:-1].tolist() == expected.tolist()
@@ -282,12 +283,14 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
     off = (trace.angle[delay:-1] - given.count[:-delay]) % turn
     off = np.where(off > turn // 2, off - turn, off)
     ends = np.cumsum([segment.clocks for segment in scenario.segments]) - delay - 1
-    # After each loss the zero is right again at the end of the stretch, except in the stretches in
-    # which it must not be found. The index stays seen, so that the correction continues.
+    # After each loss the zero is right again at the end of the stretch, except in two stretches in
+    # which the decoder must not find the zero. The index stays seen, so that the correction
+    # continues.
     assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
     first = int(np.argmax(trace.index_seen))
     assert trace.index_seen[first:].all()
-    # The angle is never wrong by more than the lost counts, and it is right again within two turns.
+    # The angle is never wrong by more than the lost counts, and it is right again within two turns
+    # of the loss.
     assert set(off[first:].tolist()) <= {0, -4, 8, -12}
     wrong_clocks = np.diff(np.flatnonzero(np.diff(off[first:]) != 0))[::2]
     assert (wrong_clocks[:2] <= 2 * turn * 3 + 20).all()
@@ -299,8 +302,8 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
 
 @pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
 def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
-    """The false marks are at most 5 counts from a whole turn apart, and each of them is seen only
-    once."""
+    """The zero does not move for false marks, which are at most 5 counts from a whole turn apart
+    and each occur only once."""
     count = np.repeat(np.arange(700), 8)
     mark = (count % 100 == 0) | np.isin(count, false_at)
     clock = np.arange(count.size)
@@ -349,16 +352,16 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
     _, given, trace = played("faster_than_the_filter")
     too_fast = np.flatnonzero(np.diff(given.count) != 0)
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
-    # The overspeed must be reported at the fifth count that is too fast. It is detected in the
-    # levels after the synchroniser, before the filter.
+    # The decoder must report the overspeed by the fifth count that is too fast. It detects the
+    # overspeed in the levels after the synchroniser, before the filter.
     reported = int(np.argmax(trace.overspeed))
     assert too_fast[0] < reported <= too_fast[5] + latency_clocks()
     assert not trace.illegal.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
     assert not trace.overspeed[cleared + 1 : cleared + 20].any()
     assert trace.overspeed[-1]
-    # The decoder reports the lost periods, possibly without the last one, in which the levels came
-    # to rest.
+    # The overspeed count equals the number of lost periods, possibly without the last period, in
+    # which the levels came to rest.
     lost = abs(int(given.count[cleared] - given.count[2] - trace.position[cleared])) // PERIOD
     assert lost >= 8
     assert abs(int(trace.overspeed_count[cleared - 1]) - lost) <= 1
@@ -379,8 +382,8 @@ def test_what_the_filter_is_for_is_no_overspeed(name: str) -> None:
 
 @pytest.mark.parametrize("pulse", range(1, 9))
 def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
-    """The pulse lies at any place between two edges of the other pin, which are twelve clocks
-    apart."""
+    """A pulse on one pin, at any place between two edges of the other pin that are twelve clocks
+    apart, is no overspeed."""
     clock = np.arange(400)
     count = clock // 12
     for at in range(150, 198):
@@ -489,8 +492,8 @@ def test_z_without_a_step_is_no_index() -> None:
 
 @pytest.mark.parametrize("width", [1, 2, 17])
 def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
-    """A, B and Z change in any order within three clocks; the disc moves back and forth over both
-    edges of a mark."""
+    """The zero does not move if A, B and Z change in any order within three clocks, while the disc
+    moves back and forth over both edges of a mark."""
     for skew in itertools.product(range(4), repeat=3):
         given = stimuli_of(skewed(skew, width))
         trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
@@ -536,8 +539,9 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """The pins change up to ``most`` clocks apart. At the spacing that the header states, every
-    mark is at its place; below it some marks are displaced.
+    """The decoder needs the spacing that the header states if the pins change up to ``most`` clocks
+    apart. At the spacing that the header states, every mark is at its place; below it some marks
+    are displaced.
 
     The header derives the spacing: the decoder reads Z INDEX_SKEW clocks after a step, and the Z of
     the next step may come ``most`` clocks before that step.
@@ -559,8 +563,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """Z changes half a count after its step. At 14 clocks per count every mark is at its place; at
-    12 some marks are displaced."""
+    """A mark whose Z changes half a count after its step needs this spacing on both sides of the
+    change. At 14 clocks per count every mark is at its place; at 12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),
@@ -577,8 +581,8 @@ def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> N
 
 @pytest.mark.parametrize("z_early", [0, 1])
 def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
-    """The disc moves up through a mark of 6 counts, moves back and forth by one count, and moves
-    on; the far edge of the mark must not become the zero."""
+    """The far edge of a mark must not become the zero: the disc moves up through a mark of 6
+    counts, moves back and forth by one count, and moves on."""
     ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5
     count = np.repeat(np.concatenate([[0], np.cumsum(ways)]), 20)
     mark = np.roll((count >= 10) & (count < 16), -z_early)
@@ -590,8 +594,8 @@ def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> Non
 
 
 def test_a_reversal_within_a_count_leaves_no_trace() -> None:
-    """At both edges of the mark, Z changes in the middle of a count and the table reverses
-    there."""
+    """A reversal within a count leaves no trace: at both edges of the mark, Z changes in the middle
+    of a count and the table reverses there."""
     half_counts = [*range(40), *range(39, 37, -1), *range(39, 60), *range(59, 10, -1)]
     half_counts = np.repeat(half_counts, 12)
     count = half_counts // 2

@@ -1,4 +1,4 @@
-"""Tests of the quadrature output's model: a receiver counts the edges of the output."""
+"""Tests of the quadrature output's model with a receiver that counts the edges of the output."""
 
 import itertools
 
@@ -16,7 +16,7 @@ from arctrue.gateware.quadrature_output import (
 from arctrue.generated import number_formats
 
 STARTED = 60
-"""Number of clocks after which the output has started."""
+"""Number of clocks from the start until the output has reached the position's levels."""
 
 
 def played(scenario: Scenario) -> tuple[dict[str, np.ndarray], OutputTrace]:
@@ -48,21 +48,21 @@ def without_reset(names: dict[str, Scenario]) -> list[str]:
 def test_edges_are_legal_and_spaced(name: str) -> None:
     columns, trace = played(SCENARIOS[name])
     at = edges(trace)
-    # The spacing in force is that of the clock in which the output decides on the edge, three
-    # clocks before the edge appears.
+    # The output uses the minimum spacing of the clock in which it decides on the edge, three clocks
+    # before the edge appears.
     spacing = np.maximum(columns["minimum_spacing"], 1)[at[:-1] - 3]
     assert (np.diff(at) >= spacing).all()
 
 
 def turned(columns: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the position without its wrap, counted from 0."""
+    """Return the position without its wrap, in counts from the position at the start."""
     moves = np.diff(columns["corrected_position"])
     return np.concatenate([[0], np.cumsum((moves + 2**31) % 2**32 - 2**31)])
 
 
 def turned_from(columns: dict[str, np.ndarray], trace: OutputTrace) -> int:
-    """Return the position, counted from the start, whose levels the output shows while its pins are
-    reset."""
+    """Return the position whose levels the pins have during their reset, in counts from the
+    position at the start."""
     to_phase = -columns["phase_of_zero"][0] - columns["corrected_position"][0]
     return int((to_phase + 2) % 4 - 2)
 
@@ -77,13 +77,12 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
     shown = decoded(trace)[LATENCY:] + turned_from(columns, trace)
     position = turned(columns)[: len(shown)]
     behind = position - shown
-    # First the output moves to the levels of the position, with at most two edges.
+    # At the start the output moves to the levels of the position, with at most two edges.
     assert np.abs(behind[:STARTED]).max() <= 3
     assert np.abs(behind[STARTED:]).max() <= 1
     if (columns["minimum_spacing"] > 1).any():
         return
-    # After two counts in the same direction and a clock without motion, the output is not allowed
-    # to lag.
+    # The output must not lag after two counts in the same direction and a clock without motion.
     last_way = 0
     for clock, move in enumerate(np.diff(position), start=1):
         if move == 0 and last_way in (-2, 2) and clock > STARTED:
@@ -93,7 +92,7 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
 
 
 def never_stops(name: str) -> bool:
-    """Tell whether the output is always enabled and never has a fault."""
+    """Tell whether the output is enabled throughout the scenario and never has a fault."""
     return always_enabled(name) and not played(SCENARIOS[name])[1].cannot_keep_up.any()
 
 
@@ -117,7 +116,7 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
     scenario = SCENARIOS[name]
     columns, trace = played(scenario)
     gated, state, width = settings_of(name)
-    # Compare the pins with the place where the angle had its zero three clocks earlier.
+    # Compare the pins with the zero of the angle of three clocks earlier.
     shown = decoded(trace)[4:] + turned_from(columns, trace)
     turn = scenario.counts_per_rev
     zero = (turned(columns) - columns["corrected_angle"])[: len(shown)][:-1]
@@ -136,8 +135,8 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
 @pytest.mark.parametrize("way", [-1, 1])
 @pytest.mark.parametrize("of_zero", range(4))
 def test_the_zero_lies_in_one_state_whatever_the_start(start: int, way: int, of_zero: int) -> None:
-    """After a power-up at any count, Z is high in the state that the head's own A and B have at its
-    index."""
+    """Z is high in the state of A and B that the head itself has at its index, after a power-up at
+    any count."""
     position = start + way * (np.arange(2000) // 3)
     enable = np.arange(2000) > 40  # enabled after a move, not at the start
     trace = quadrature_output(
@@ -216,8 +215,8 @@ def test_z_comes_once_a_turn_together_with_an_edge(turn: int, down: bool) -> Non
     rising = changes[trace.z[changes + 1] == 1]
     assert len(rising) >= 5
     assert (np.abs(np.diff(shown[rising + 1])) == turn).all()
-    # Z has the same physical edge in both directions: upwards it rises at the step to 0, downwards
-    # it falls at the step from 0.
+    # Z changes at the same physical edge in both directions: upwards Z rises at the step to 0,
+    # downwards Z falls at the step from 0.
     assert (shown[rising + 1] % turn == 0).all()
 
 
@@ -232,7 +231,8 @@ def test_no_edge_at_enable_and_none_while_disabled() -> None:
     columns, trace = played(SCENARIOS["enable_without_burst"])
     enable = columns["enable"].astype(bool)
     at = edges(trace)
-    # Edges that were on their way when enable fell come within three clocks, as the entity states.
+    # Edges that are in the pipeline when enable falls come within three clocks, as the entity
+    # states.
     recent = np.array([enable[max(0, t - 3) : t + 1].any() for t in range(len(enable))])
     assert recent[at].all()
     for start in np.flatnonzero(np.diff(enable.astype(int)) == 1):
@@ -257,8 +257,8 @@ def test_cannot_keep_up_is_set_beyond_the_limit_and_stays() -> None:
     flag = trace.cannot_keep_up
     assert not flag[:70].any()
     assert flag[75:110].all()
-    # The flag is cleared in clock 110, when the output has caught up. A lag of 9 is allowed; one of
-    # -10 sets the flag.
+    # The flag is cleared in clock 110, when the output has caught up. A lag of 9 counts is allowed;
+    # a lag of -10 counts sets the flag.
     assert not flag[111:190].any()
     assert flag[-1]
 
@@ -282,8 +282,8 @@ def test_flag_stays_through_disable() -> None:
 @pytest.mark.parametrize("fold", [1, 2, 4, 8])
 @pytest.mark.parametrize("clocks_a_count", [11.0, 17.3, 71.5])
 def test_jitter_of_a_folded_pipeline(fold: int, clocks_a_count: float) -> None:
-    """The pipeline holds a reading for FOLD clocks. Hence edges come 0 to FOLD - 1 clocks late, and
-    never later."""
+    """The output of a folded pipeline has jitter, because the pipeline holds a reading for FOLD
+    clocks. Hence each edge comes 0 to FOLD - 1 clocks late."""
     clock = np.arange(20_000)
     position = np.floor(clock / clocks_a_count).astype(np.int64)
     at = edges(quadrature_output(OutputInputs(position[clock // fold * fold], 0, 2**24)))[4:]
@@ -302,10 +302,10 @@ HEAL_AT = 300
 
 
 def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
-    """Return the place of the output's (A, B) minus that of the head's, long after 2 counts were
-    put back.
+    """Return the state of the output's (A, B) minus that of the head's, modulo 4, long after 2
+    counts were put back.
 
-    Head 1 lost 2 counts by an illegal transition, so that its levels are 2 places ahead. The output
+    Head 1 lost 2 counts by an illegal transition, so that its levels are 2 states ahead. The output
     starts in the clock ``start``; the counts are put back in the clock HEAL_AT and reach the output
     through the ramp.
     """
@@ -345,8 +345,8 @@ def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
 
 
 def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
-    """The output starts in any clock after the counts were put back, while they are still in the
-    pipeline."""
+    """The output finally has the levels of the head, if it starts in any clock after the counts
+    were put back while the pipeline still holds the change."""
     starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)
     assert {place_after_a_heal(start) for start in starts} == {0}
     # If the phase came as late as the position, the output would keep the old phase in all later

@@ -1,4 +1,5 @@
-"""Test of registers by name: the message names a register that is not in the map."""
+"""Tests that the message for an unknown register or field names it, and names similar or existing
+ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests that the trigger model follows the definition of its two modes over a whole run."""
+"""Tests that the model of the trigger follows the definition of its two modes, equal times and
+equal angles, over a whole run."""
 
 import numpy as np
 import pytest
@@ -6,7 +7,8 @@ import pytest
 from arctrue.gateware.sample_trigger import sample_trigger, wrapped
 
 SETTLED = 40
-"""Number of clocks after which the grid is found; the specification allows 38."""
+"""Number of clocks after which the trigger has found the grid of angles; the specification allows
+38."""
 
 
 def sampled(trigger: np.ndarray) -> list[int]:
@@ -103,8 +105,8 @@ def test_grid_is_found_while_the_table_turns_with_an_edge_every_clock() -> None:
 
 
 def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
-    # Every count is a multiple and the table moves one count in every clock: only the search delays
-    # the trigger.
+    # Every count is a multiple of the step and the table moves one count in every clock: only the
+    # search delays the trigger.
     position = np.arange(200)
     enable = position >= 20
     assert sampled(sample_trigger(position, enable=enable, mode=1, angle_step=1))[0] == 20 + 36
@@ -116,8 +118,8 @@ def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
 @pytest.mark.parametrize("slip", [-4, 4, 1, 2, 3, -7, 1 << 20])
 @pytest.mark.parametrize("clocks_a_count", [1, 3])
 def test_after_a_zero_move_the_grid_is_that_of_the_new_zero(slip: int, clocks_a_count: int) -> None:
-    """No trigger comes in the clock of the move and in the 38 clocks after it; then one comes at
-    every multiple."""
+    """No trigger comes in the clock in which the zero moves and in the 38 clocks after it; then one
+    trigger comes at every multiple."""
     clock = np.arange(6000)
     moves = 3001
     position = 5 + clock // clocks_a_count + slip * (clock >= moves)

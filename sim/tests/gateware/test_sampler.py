@@ -25,7 +25,7 @@ def played(scenario: Scenario, seed: int) -> tuple[dict[str, np.ndarray], Sample
 
 
 def turned(columns: dict[str, np.ndarray], clocks: np.ndarray) -> np.ndarray:
-    """Return the distance of head 1 from its first sample in counts, also across the wrap."""
+    """Return the distance of head 1 from the first sample in counts, also across the wrap."""
     counts = columns["turn_position1"][clocks]
     return (counts - counts[0] + 2**31) % 2**32 - 2**31
 

@@ -1,4 +1,5 @@
-"""Tests of the table's cosine: against float64 within its bound, and against exact products."""
+"""Tests of the cosine from a table, against float64 within its bound, and against exact
+products."""
 
 from __future__ import annotations
 
@@ -29,8 +30,8 @@ SWEPT = 2.1e-5
 
 
 def test_every_phase_stays_within_the_bound() -> None:
-    """Compare all 2**24 phases with numpy's cosine. The comment at the head of the entity derives
-    the bound."""
+    """The cosine of all 2**24 phases stays within the bound, compared with numpy's cosine. The
+    comment at the head of the entity derives the bound."""
     largest = 0.0
     for start in range(0, TURN, BLOCK):
         phase = np.arange(start, start + BLOCK, dtype=np.int32)
@@ -39,14 +40,14 @@ def test_every_phase_stays_within_the_bound() -> None:
         largest = max(largest, float(error.max()))
     assert largest <= error_bound() < 2.7e-5
     assert largest <= SWEPT
-    # The error is less than half of that of the CORDIC, which is 5.2e-5 in a sweep and 1.18e-4 by
-    # the paper's bound.
+    # The largest error is less than half of the largest error of the CORDIC, which is 5.2e-5 in a
+    # sweep and 1.18e-4 by the paper's bound.
     assert largest < 5.2e-5 / 2
     assert error_bound() < cosine_bound() / 4
 
 
 def test_rows_are_a_product() -> None:
-    """The product slope times place is a sum of truncated rows; its error is less than one unit of
+    """The product of slope and place is a sum of truncated rows; its error is less than one unit of
     the last row."""
     table = tangent_table()
     folded = np.arange(0, TURN // 4, 4_999, dtype=np.int32)
@@ -62,8 +63,8 @@ def test_rows_are_a_product() -> None:
 
 
 def test_lines_meet_their_neighbours() -> None:
-    """At the end of an interval its line differs from the next line by at most the sum of both
-    errors."""
+    """The lines of neighbouring intervals meet: at the end of an interval, both lines differ by at
+    most the sum of their errors."""
     last = np.arange(1, 1 << ADDRESS_WIDTH, dtype=np.int32) << OFFSET_WIDTH
     step = table_rotation(last - 1) - table_rotation(last)
     assert np.abs(step).max() * 2.0**-COSINE_WIDTH <= 2 * error_bound()

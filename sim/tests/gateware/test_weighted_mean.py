@@ -1,5 +1,5 @@
-"""Tests that the model of the mean follows its equation in exact numbers, and that a translation of
-the axis is not in the mean."""
+"""Tests that the model of the mean follows its equation exactly, and that the mean contains no
+translation of the axis."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ PLACES_DEG = np.array([0.0, 33.0, 162.5, 300.5])
 
 
 def mean_angle(angles: np.ndarray, mean: MeanSet, counts: int) -> np.ndarray:
-    """Return θ in counts for E = 0: the whole reading of the carrier minus the term."""
+    """Return θ in counts for E = 0: the whole reading of the carrier minus the term of the weighted
+    differences."""
     whole = whole_readings(angles, mean, counts)
     return whole[:, mean.carrier - 1] - weighted_mean(whole, mean, counts).term * TERM_LSB_COUNTS
 
@@ -33,7 +34,7 @@ def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
 
 @pytest.mark.parametrize("carrier", [1, 2, 3, 4])
 def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
-    """The test compares with fractions, because the term has no rounding."""
+    """The test computes the mean with fractions, because the term has no rounding."""
     rng = np.random.default_rng(carrier)
     mean = MeanSet((20000, 45536, -30000, 30000), (3, 1600 * 16 + 5, 15, 4097 * 16), carrier)
     true = rng.integers(2000, COUNTS - 9000, 500)
@@ -49,8 +50,8 @@ def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
 
 
 def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
-    """The heads' readings wrap at different angles; the mean makes no step, whichever head is the
-    carrier."""
+    """The mean makes no step where the heads' readings wrap, at different angles, whichever head is
+    the carrier."""
     weights, offsets = (16384,) * 4, (8, 777 * 16, 5, 16 * (COUNTS - 900) + 9)
     true = np.arange(-3000, 3000, 7)
     whole = np.array(offsets) // 16
@@ -63,8 +64,8 @@ def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
 
 
 def test_a_translation_of_the_axis_is_not_in_the_mean() -> None:
-    """The axis moves by 2 µm under heads at 0/33/162.5/300.5° with a radius of 52 mm, which is more
-    than 5.4″ at head 1.
+    """The mean does not contain the motion of the axis by 2 µm, which is more than 5.4″ at head 1;
+    the heads stand at 0/33/162.5/300.5° with a radius of 52 mm.
 
     The mean contains only the weighted rounding of each head to one count, and the rounding of the
     weights (2⁻¹⁷ of the motion each).

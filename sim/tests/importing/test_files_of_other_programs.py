@@ -1,5 +1,5 @@
-"""Tests that files of other programs are read, or are refused with a message that says what to
-do."""
+"""Tests that files of other programs are read, or are refused with a message that says what the
+user can do."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_every_encoding(tmp_path: Path, encoding: str, said: str) -> None:
 
 
 def test_a_latin_1_letter_after_a_megabyte(tmp_path: Path) -> None:
-    # Only the whole file shows its encoding.
+    # The encoding shows only in the whole file, because the letter comes after a megabyte.
     rows = "".join(f"{i};{i % 360};{i % 360}\n" for i in range(120_000))
     (tmp_path / "log.csv").write_bytes(
         (HEADER.replace("°", "deg") + "\n" + rows).encode() + b"# \xb0\n"

@@ -45,7 +45,7 @@ def refused(tmp_path: Path, *words: str | Path) -> str:
 
 @pytest.fixture(scope="module")
 def real() -> MeasurementSet:
-    """Return the set of a real motor encoder, forward and backward."""
+    """Return a set that was recorded with a real motor encoder, forward and backward."""
     return read_measurement_set(DATA / "moteus_motor_encoder")
 
 
@@ -135,8 +135,8 @@ def test_every_format_gives_the_same_set(
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)  # to 1e-6 ″
     assert found.direction is not None
     assert real.reference is not None
-    # The file states its directions, except for the one row in which the motor stands at the
-    # turning point.
+    # The file states a direction for each row, except for the one row in which the motor stands at
+    # the turning point.
     assert np.count_nonzero(found.direction != real.reference.direction) <= 1
 
 
@@ -238,7 +238,7 @@ def test_the_sign_is_never_guessed(real: MeasurementSet, tmp_path: Path) -> None
     found = imported(tmp_path, tmp_path / "a.npz", "--sign", "true-reading").reference
     assert found is not None
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)
-    # If the file also contains the reading, the import finds the sign and reports it.
+    # If the file also contains the reading, the import finds the sign and reports the sign.
     both = {"target_deg": target, "error_arcsec": -error, "head1_counts": counts}
     np.savez(tmp_path / "b.npz", **both)
     words = [tmp_path / "b.npz", "--counts-per-rev", "65536", tmp_path / "second"]
@@ -361,7 +361,8 @@ def test_two_logs_on_different_clocks_are_brought_together(tmp_path: Path) -> No
     ]
     found = import_recordings(read, settings, choices)
     assert found.clocks is not None
-    # The speed varies by only 0.004 turn/s, so that the table's own error of 20″ shifts the match.
+    # The speed varies by only 0.004 turn/s, so that the table's error of 20″ shifts the offset
+    # between the clocks.
     assert abs(found.clocks.offset_s - 1000.0 - late) < max(5 * found.clocks.u_s, 1e-4)
     assert found.clocks.u_s < 2e-3
     assert any(note.startswith("clocks: +1000.00") for note in found.notes)

@@ -1,4 +1,4 @@
-"""Tests that logs of PHD2, LinuxCNC and EPICS are imported; the tests write the logs in their
+"""Tests that the logs of PHD2, LinuxCNC and EPICS are imported; the tests write these logs in their
 public layouts."""
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def test_a_guide_log_gives_the_error_without_guiding(tmp_path: Path) -> None:
     expected = np.array([worm(t) for t in found.time_s]) * on_axis
     # The log has six decimals of a pixel.
     np.testing.assert_allclose(found.error_arcsec, expected - expected.mean(), atol=1e-4)
-    # The sidereal rate is 15.041″ of rotation per second.
+    # At the sidereal rate the axis rotates by 15.041″ per second.
     np.testing.assert_allclose(found.target_deg * 3600.0 / found.time_s, 15.041067, rtol=1e-6)
 
 

@@ -23,8 +23,8 @@ def arctrue(*words: str | Path) -> Result:
 
 
 def _late_reading(path: Path, header: str) -> np.ndarray:
-    """Write a set in both directions and at two speeds, whose reading is DELAY_S late; return its
-    times."""
+    """Write a set in both directions and at two speeds, with a reading that is late by DELAY_S;
+    return the times of the rows."""
     time_s = np.arange(0.0, 300.0, 0.25)
     speed = np.where(time_s < 100, 3.6, np.where(time_s < 200, -3.6, 1.8))  # °/s
     angle = np.concatenate(([0.0], np.cumsum(speed[:-1] * 0.25)))
@@ -77,7 +77,7 @@ def test_common_names_keep_the_time(tmp_path: Path, header: str) -> None:
         ("Drehrichtung", "direction"),
         ("Zyklus", "cycle"),
         ("t", None),  # without a unit it may be a temperature
-        ("Position", None),  # unclear of which of the two positions
+        ("Position", None),  # it is unclear which of the two positions is meant
         ("Periode", None),
         ("A", None),
     ],
@@ -137,8 +137,8 @@ def test_a_column_left_out_by_hand_is_not_suggested(tmp_path: Path) -> None:
 
 
 def _direction_files(tmp_path: Path, reversal_deg: float) -> list[Path]:
-    """Write a forward and a backward run, each into its own file; their readings are 12.5° off the
-    target."""
+    """Write a forward and a backward run to separate files; the readings of both runs are 12.5° off
+    the target."""
     up = np.arange(0.0, 361.0, 5.0)
     paths = []
     for name, angle, sign in (("up", up, 1.0), ("down", up[::-1], -1.0)):

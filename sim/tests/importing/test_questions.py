@@ -31,7 +31,7 @@ def odd_names(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the command treat CliRunner's input as a person at a terminal."""
+    """Make the command treat CliRunner's input as a person at a terminal."""
     module = importlib.import_module("arctrue.cli.import_")
 
     class _Stdin:

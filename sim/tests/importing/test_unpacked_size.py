@@ -61,18 +61,18 @@ def _array_in_gzip(path: Path) -> None:
 
 
 def _rows_that_grow(path: Path) -> None:
-    """Write numbers that take two bytes in the file and eight in memory."""
+    """Write a file with numbers that take two bytes in the file and eight bytes in memory."""
     path.write_bytes(gzip.compress(b"0,0\n" * (SMALLER // 8)))
 
 
 def _wide_text_in_gzip(path: Path) -> None:
-    """Write one long text in a column; in memory every other row of this column then takes as much
-    space."""
+    """Write one long text in a column of fixed width; in memory every other row of this column then
+    takes as much space."""
     path.write_bytes(gzip.compress(b"0,a\n" * 1000 + b"0," + b"a" * 2000 + b"\n"))
 
 
 def _objects_in_gzip(path: Path) -> None:
-    """Write objects that take three bytes each in the file."""
+    """Write a file with objects that take three bytes each."""
     path.write_bytes(gzip.compress(b"{}\n" * (SMALLER // 4)))
 
 

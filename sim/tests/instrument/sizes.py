@@ -1,5 +1,5 @@
-"""Sizes of the instruments that the tests build, and the generics of the instrument with
-extensions."""
+"""Defines the sizes of the instruments that the tests build, and the generics of the instrument
+with extensions."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ LANES = 4
 SAMPLES = 1200
 DEPTH = RevolutionSettings(samples=SAMPLES).capture_depth
 EXTENSIONS = {"LOCAL_TABLE": "true", "MODULATORS": "true", "REAL_ORDERS": "true"}
-"""Generics of the one core that all tests of an extension share, because building a core takes most
-of a minute."""
+"""Generics of the core that all tests of an extension share, because building a core takes most of
+a minute."""

@@ -39,33 +39,34 @@ PULSE_CLOCKS = 3
 SAMPLES = 600
 TRACED_CLOCKS = 12 * TURN_CLOCKS
 START_RAD = -float(np.deg2rad(50.0))
-"""Angle at the start, chosen so that the recorded pins contain the first index of both heads.
+"""Table angle at the start, chosen so that the recorded pins contain the first index of both heads.
 
 The table moves by 2° to 3° while the firmware sets the core up, and then reaches the index of head
 2 at −33°. The first index is the zero of turn_position (header of index_zero).
 """
 
 SAMPLE_AFTER_EDGE = -1
-"""Clocks from the edge to the pins of head 1 that the sample shows: those of the clock before the
-edge.
+"""Clocks from the edge to the pins of head 1 that the sample contains; the sample contains the pins
+of the clock before the edge.
 
 The strobe comes 4 clocks after its pin, the turn position 5 clocks (headers of pulse_input and
 quadrature_decoder).
 """
 NOTED = 1
-"""Clocks from the recorded inputs to the recorded outputs: a recording has the inputs of a clock,
-and the outputs after its edge."""
+"""Clocks from the recorded inputs to the recorded outputs: a recording contains the inputs of a
+clock, and the outputs after the edge of this clock."""
 TRIGGER_AFTER_EDGE = 4 + 1 + 1 - NOTED
-"""Clocks from an edge of sync_in to the trigger, through pulse_input, sample_trigger and
+"""Number of clocks from an edge of sync_in to the trigger, through pulse_input, sample_trigger and
 pulse_output."""
 COMPARE_AFTER_PINS = 5 + 29 + 2 + 1 - NOTED
-"""Clocks from the pins of head 1 to the compare pulse, through decoder, pipeline, position_compare
-and pulse_output."""
+"""Number of clocks from the pins of head 1 to the compare pulse, through decoder, pipeline,
+position_compare and pulse_output."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pins:
-    """The pins as the bench decodes them, from the clock ``first_clock`` on."""
+    """The pins from the clock ``first_clock`` on, with the counts that the bench decodes from
+    them."""
 
     first_clock: int
     levels: NDArray[np.uint16]
@@ -77,7 +78,7 @@ class Pins:
         return self.turn_position[:, clock - self.first_clock]
 
     def rises(self, pin: int, since: int) -> NDArray[np.int64]:
-        """Return the clocks, not before ``since``, in which ``pin`` rises."""
+        """Return the clocks from ``since`` on in which ``pin`` rises."""
         level = self.levels & pin != 0
         clocks = np.flatnonzero(level[1:] & ~level[:-1]) + 1 + self.first_clock
         return clocks[clocks >= since]
@@ -105,7 +106,7 @@ class Beside(Scene):
             step, illegal = decode_quadrature(int(of_head[0]), of_head[1:])
             assert not illegal.size
             position = np.concatenate([[0], np.cumsum(step)])
-            # The table turns upwards, so that the index is where its mark begins.
+            # The table turns upwards, so that it meets the index at the beginning of the mark.
             index = np.flatnonzero(of_head & HEAD1_Z)[0]
             positions.append(position - position[index])
         return Pins(self.first_clock, levels, np.array(positions))
@@ -115,8 +116,8 @@ class Beside(Scene):
 
 
 class ConsoleOfTheFirmware:
-    """The interface of :class:`arctrue.device.console.Console`, for a reader that expects a serial
-    port."""
+    """A stand-in with the interface of :class:`arctrue.device.console.Console`, for a reader that
+    expects a serial port."""
 
     port = "the firmware on the compiled core"
 
@@ -143,8 +144,8 @@ def scene() -> Iterator[Beside]:
 
 
 def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
-    """The angle equals that of equation (9) in double precision, at the clock of the pin's edge,
-    within the bound of the correction."""
+    """The probe's angle equals that of equation (9) in double precision, at the clock of the pin's
+    edge, within the bound of the correction."""
     instrument, bank = scene.instrument, scene.coefficients
     bound = correction_bound_counts(bank)
     draw = np.random.default_rng(5)
@@ -170,7 +171,7 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
     # detect this.
     later = corrected(scene.pins().of(clocks + 1)[0], bank)
     assert np.abs((reported - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
-    # Positions and times belong to the same edges, but have other zeros.
+    # Positions and times of the two lists belong to the same edges, but have different zeros.
     positions = np.array([latch.position_counts for latch in latches])
     assert np.abs(np.diff(positions) - np.diff(wanted)).max() <= 2 * bound
     clock_hz = instrument.read("clock_hz")
@@ -179,8 +180,8 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
 
 
 def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
-    """The edges come during a turn: each sample contains both heads' counts at its edge, and each
-    edge gives a trigger pulse."""
+    """Each sample contains both heads' counts at its edge of sync_in during a turn, and each edge
+    gives a trigger pulse."""
     instrument, firmware = scene.instrument, scene.firmware
     for line in ("trigger width 2", "sync capture 1"):
         assert firmware.send(line) == "ok"
@@ -206,13 +207,14 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     assert np.array_equal(samples.T, pins.of(sampled + SAMPLE_AFTER_EDGE))
     reported = edges[edges < instrument.clock - TRIGGER_AFTER_EDGE]
     assert np.array_equal(pins.rises(TRIGGER_OUT, begin), reported + TRIGGER_AFTER_EDGE)
-    # The firmware uses a turn of such samples like any other.
+    # The firmware uses a turn of samples at edges of sync_in like any other turn.
     assert "samples sync_in" in firmware.send("status")
     assert scene.next_turn()["samples"] == samples.shape[0]
 
 
 def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
-    """Every place gives one pulse, in the clock in which the corrected count reaches the place."""
+    """The compare gives one pulse at every place, in the clock in which the corrected count reaches
+    the place."""
     instrument, bank = scene.instrument, scene.coefficients
     interval, first = COUNTS // 32, 77
     begin = instrument.clock
@@ -229,8 +231,8 @@ def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
 
 
 def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
-    """Each edge and each pulse is read once, with its clock and with the corrected count at this
-    clock."""
+    """The console reads each edge of the probe and each pulse of the compare once, with its clock
+    and with the corrected count at this clock."""
     instrument, bank = scene.instrument, scene.coefficients
     bound = correction_bound_counts(bank)
     probe = Probe(ConsoleOfTheFirmware(scene))  # type: ignore[arg-type]
@@ -271,8 +273,8 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
 
 
 def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
-    """The position at Z equals that of the pins in this clock, although the recording stores only 1
-    of 17 edges."""
+    """The position at Z equals the position from the pins in this clock, although the recording
+    stores only 1 of 17 edges."""
     instrument = scene.instrument
     begin = instrument.clock
     instrument.record(every=17)

@@ -48,7 +48,7 @@ def test_refused_accesses_are_errors(instrument: Instrument) -> None:
 
 
 def test_time_goes_on_during_an_access(instrument: Instrument) -> None:
-    """During an access the core counts as many clocks as the harness."""
+    """The core counts as many clocks during an access as the harness."""
     first = instrument.snapshot().time
     begin = instrument.clock
     second = instrument.snapshot().time
@@ -107,8 +107,8 @@ def test_two_instruments_side_by_side() -> None:
 
 
 def test_libraries_of_two_sizes_share_no_name() -> None:
-    """If they shared a name, the second library would use the C++ functions of the library that was
-    loaded first."""
+    """The two libraries must have no name in common; otherwise the second library would use the C++
+    functions of the library that was loaded first."""
     listed = subprocess.run(
         ["nm", "-D", "--defined-only", build(LANES, DEPTH)],
         capture_output=True,
@@ -118,7 +118,6 @@ def test_libraries_of_two_sizes_share_no_name() -> None:
     kinds = {line.split()[-1].split("@")[0]: line.split()[-2] for line in listed.splitlines()}
     ours = {name for name in kinds if name.startswith(("instrument_", "firmware_"))}
     assert ours
-    # Both libraries may contain names of the C++ runtime, but no name of a model that the other one
-    # also has.
+    # Both libraries may contain names of the C++ runtime, but no name of the other library's model.
     assert not [name for name in kinds if "arctrue" in name.lower() and name not in ours]
     assert not [name for name, kind in kinds.items() if kind == "u"]

@@ -59,8 +59,8 @@ def test_cubic_between_knots_is_the_table(first: int) -> None:
 
 
 def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
-    """The table has subdivision error at 16 counts per line; knots 16 counts apart would not show
-    it."""
+    """The knots are nearer than 16 counts for a table that has a subdivision error with a period of
+    16 counts; knots 16 counts apart would not show this error."""
     lines = COUNTS // 16
     distortion = SignalDistortion(head=0, lines=lines, cosine_offset=0.3)
     table = replace(TABLE, causes=(*TABLE.causes, distortion))
@@ -75,8 +75,8 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
 
 
 def test_conditions_reach_the_table() -> None:
-    """The centre of this disc moves with temperature: 20 K are 20 µm of eccentricity at the radius
-    of the head."""
+    """The reading contains the effect of temperature: 20 K move the centre of this disc by 20 µm,
+    seen at the radius of the head."""
     warm_disc = replace(TABLE, causes=(ThermalCentre(1e-6),))
     cold = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16)
     warm = replace(MOTION, temperature=TemperatureCourse((0.0,), (40.0,)))
@@ -85,8 +85,8 @@ def test_conditions_reach_the_table() -> None:
         _, at_20, _, angle = cold.piece(clock, 64)
         _, at_40, _, _ = heated.piece(clock, 64)
         moved_rad = (at_40 - at_20) * TABLE.count_rad
-        # For a small offset the reading changes by offset / radius · sin θ, up to the square of
-        # this ratio.
+        # For a small offset the reading changes by offset / radius · sin θ, except for the square
+        # of offset / radius.
         ratio = 20e-6 / DISC_RADIUS_M
         assert np.abs(moved_rad - ratio * np.sin(angle)).max() < 2 * ratio**2
 
@@ -121,15 +121,15 @@ def test_noise_of_a_long_run_never_repeats_and_has_no_seams() -> None:
     time_s = 5 * step_s * np.arange(2000)
     pieces = [read(noise, time_s + block * knots * step_s) for block in range(6)]
     found = np.corrcoef(pieces)
-    # The pieces are independent and have 2,000 independent readings each; the bound is five
+    # The pieces are independent and contain 2,000 independent readings each; the bound is five
     # standard deviations of 1/√2000.
     assert np.abs(found - np.eye(6)).max() < 5 / np.sqrt(2000)
-    # A query gives the same values in any order, and also after a new start.
+    # The noise has the same values in any order of the queries, and also in a new object.
     again = ReadingNoise(rms_rad=rms, correlation_s=step_s, seed=4)
     np.testing.assert_array_equal(read(again, time_s + 5 * knots * step_s), pieces[5])
     np.testing.assert_array_equal(read(noise, time_s), pieces[0])
-    # From knot to knot, a cubic B-spline of normal numbers changes by at most 2·rms·√(315/151)·5 (5
-    # sigma).
+    # From knot to knot, a cubic B-spline of normal numbers changes by at most 2·rms·√(315/151)·5,
+    # that is by five standard deviations.
     seam_s = knots * step_s + np.linspace(-2 * step_s, 2 * step_s, 2000)
     most = 2 * rms * np.sqrt(315 / 151) * 5 * (seam_s[1] - seam_s[0]) / step_s
     assert np.abs(np.diff(read(noise, seam_s))).max() < most

@@ -1,4 +1,4 @@
-"""Test of a device with four heads, calibrated and loaded, of which one fails while the table
+"""Test of a calibrated and loaded device with four heads, of which one head fails while the table
 turns.
 
 Table, firmware and gateware are those of test_four_heads.py; the core is built with FAILOVER.
@@ -21,15 +21,15 @@ from arctrue.studies.heads.shown import BALLS
 HEAD = 3
 SLIP_COUNTS = 4000
 STEP_COUNTS = 200
-"""Limit of a step in counts, for a table that makes a third of a turn in the 2¹⁷ clocks of a
-comparison.
+"""Limit in counts above which a step is detected, for a table that makes a third of a turn in the
+2¹⁷ clocks of a comparison.
 
 Eccentricity of 142″ then changes the difference of two heads by 58 counts in either direction. The
 preset of 32 counts is for 90°/s at 100 MHz.
 """
 CLOCKS_A_SLIPPED_COUNT = 4
-"""Clocks per count of the false edges, which are slower than the table's. Some coincide with edges
-of the table and are illegal transitions."""
+"""Clocks per count of the false edges, which are slower than the edges of the table. Some false
+edges coincide with edges of the table and are illegal transitions."""
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,8 @@ def device() -> Iterator[HeadsDevice]:
 
 
 def alarm_of(device: HeadsDevice, first: int) -> dict[str, Any]:
-    """Return the first line of telemetry, not before ``first``, that has the alarm of a head."""
+    """Return the first line of telemetry, among those from ``first`` on, that has the alarm of a
+    head."""
     return next(
         line for line in device.firmware.telemetry[first:] if "head_left_out" in line["alarms"]
     )
@@ -65,8 +66,8 @@ def back_in(device: HeadsDevice) -> None:
 @pytest.mark.large
 @pytest.mark.slow
 def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
-    """The pins of head 3 stay low for a turn: the other three heads continue, and the output
-    contains no ball motion."""
+    """The firmware leaves out head 3, whose pins stay low for a turn: the other three heads
+    continue, and the output contains no ball motion."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     turn_clocks = round(SETTINGS.counts_per_rev * 1.15)
@@ -91,8 +92,8 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> None:
-    """Added pulses make head 3 count 4,000 counts too many; the other three heads continue, and
-    head 3 returns."""
+    """The firmware leaves out head 3, which counts 4,000 counts too many because of added pulses;
+    the other three heads continue, and head 3 returns."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     begin = instrument.clock + 100
@@ -113,7 +114,7 @@ def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> No
 
 @pytest.mark.slow
 def test_the_device_makes_its_own_sets() -> None:
-    """Without a loaded file, the device calibrates four heads; then head 3 fails while the table
+    """The device calibrates four heads without a loaded file; then head 3 fails while the table
     turns.
 
     Afterwards the mean of three heads removes the ball motion and the disc's orders from the

@@ -38,16 +38,16 @@ SETTINGS = RevolutionSettings(
     lines=256, lanes=4, samples=1600, orders=8, noise_arcsec=0.0, clocks_per_count=1.15
 )
 HUB = DiscEccentricity(2e-6, 1.1)
-"""Displacement of the disc's centre from the axis by 2 µm: 7.6″ at the disc's radius, once per
-turn."""
+"""Displacement of the disc's centre from the axis by 2 µm, which adds 7.6″ of order 1 at the disc's
+radius."""
 AXIS = (BALLS, RadialMotion(3, 0.05e-6 + 0j))
 LINE_ARCSEC = 0.25
 """Tolerance of a fitted amplitude.
 
 Readings are rounded to counts of 4.94″, which is 1.43″ RMS, or half of this for the mean of four.
 The heads' differences drift by 58 counts per turn, so that about 60 roundings in a turn are
-independent: 0.71″ × √(2/60) = 0.13″. The tolerance is twice as large. docs/heads.md has 2²⁴ counts:
-0.004″.
+independent: 0.71″ × √(2/60) = 0.13″. The tolerance is twice as large. With the 2²⁴ counts of
+docs/heads.md it would be 0.004″.
 """
 
 
@@ -109,8 +109,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
 
 @pytest.mark.slow
 def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
-    """Without a host the firmware fits the coefficients, computes the weights, writes both and
-    swaps; the test compares further turns with the true angle."""
+    """The firmware fits the coefficients, computes the weights, writes both and swaps, without a
+    host; the test compares further turns with the true angle."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     device.calibrate_alone()
     device.firmware.send("forget")
@@ -120,8 +120,8 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
     # The simulated heads and marks stand at the nominal places, within half a count. The 20″ of
     # u_places_arcsec are for the mountings and marks of a real table.
     assert first["places_deg"] == pytest.approx(PLACES_DEG, abs=180.0 / SETTINGS.counts_per_rev)
-    # In every reading the balls have an order of 4.37. The axis itself has 0.19″ of order 3 in one
-    # direction, into which the balls leak 0.95″ / (pi · 1.37).
+    # In every reading the ball motion has an order of 4.37. The axis itself has 0.19″ of order 3 in
+    # one direction, into which the ball motion leaks 0.95″ / (pi · 1.37).
     assert first["axis_forward_arcsec"][2] == pytest.approx(0.19, abs=0.25)
     assert first["residual_arcsec"] < 1.6, "the parity has the rounding of one reading, 1.43″"
     next_turn = device.accepted_turn()
@@ -133,7 +133,7 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
         assert abs(mean.line(order)) < LINE_ARCSEC, order
     assert abs(head1.line(1)) > 100.0
 
-    # The set is saved; after power off a turn confirms it, with the same words.
+    # The firmware saves the set; after power off a turn confirms the set, with the same words.
     records = re.compile(r"saved_record (\d+)")
     before = records.findall(device.firmware.send("status"))
     device.firmware.send("save")
@@ -162,8 +162,8 @@ def mean_of(**changes: Any) -> Coefficients:
 
 @pytest.mark.slow
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
-    """A set with a head off by 0.1 degrees is refused by a turn; three heads, other delays and a
-    wrong checksum are refused at once."""
+    """A turn refuses a set with a head off by 0.1 degrees; the firmware refuses three heads, other
+    delays and a wrong checksum at once."""
     device.turn_before(*AXIS)
     device.accepted_turn()
     offsets = list(mean_of().extension.mean.offsets)  # type: ignore[union-attr]
@@ -185,7 +185,7 @@ def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
-    """An illegal transition of head 4 shows in the console's counter and, if so selected, releases
+    """An illegal transition of head 4 raises the console's counter and, if so selected, releases
     the drivers."""
     device.firmware.send("set release_sources 128")
     device.turn_before(*AXIS)
@@ -214,7 +214,7 @@ def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
     ],
 )
 def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
-    """With ``arctrue hidden EFFECT --heads 4`` head 1 shows the whole effect, and the mean shows
+    """Head 1 shows the whole effect with ``arctrue hidden EFFECT --heads 4``, and the mean shows
     nothing."""
     file = tmp_path / "found.json"
     size = ["--lines", "1024", "--interpolation", "256", "--samples", "1600", "--lanes", "4"]

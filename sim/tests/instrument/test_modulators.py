@@ -22,8 +22,8 @@ WINDOW = 0x2100
 
 
 class Script:
-    """A table that moves with given speeds for given times; its reading is late or has a
-    wind-up."""
+    """A table that moves with given speeds for given times; its reading is late or contains the
+    error of a wind-up."""
 
     index_width_counts = 1
     rounding_counts = 0.0
@@ -52,7 +52,7 @@ class Script:
         self.reading = reading + half_reversal * winding
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[NDArray[np.float64], ...]]:  # type: ignore[override]
-        """Return a piece as Curves does."""
+        """Return a piece of the curve in the form of :class:`Curves`."""
         intervals = max(1, min(clocks, self.clocks - first_clock) // KNOT)
         at = np.clip(first_clock // KNOT + np.arange(-1, intervals + 2), 0, self.place.size - 1)
         turn = 2.0 * np.pi / self.counts_per_rev
@@ -66,8 +66,8 @@ def modulated() -> Iterator[Instrument]:
 
 
 def order_0(counts: float, modulator: str | None, counts_per_rev: int = COUNTS) -> Coefficients:
-    """Return coefficients with one lane of order 0 that follows a condition; with None the lane is
-    constant."""
+    """Return coefficients with one lane of order 0. The lane follows the condition ``modulator``;
+    with None it is constant."""
     phase = 0.0 if counts > 0 else np.pi
     bank = Coefficients.from_harmonics([0], [abs(counts)], [phase], counts_per_rev, LANES)
     if modulator is None:
@@ -79,8 +79,8 @@ def order_0(counts: float, modulator: str | None, counts_per_rev: int = COUNTS) 
 def run(
     instrument: Instrument, script: Script, bank: Coefficients, **words: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], float]:
-    """Return the clock of every output edge, its error in counts against the earlier angle that it
-    shows, and the age of that angle."""
+    """Return the clock of every output edge, its error in counts, and the latency in clocks. The
+    error refers to the true angle at the edge's time minus the latency."""
     instrument.attach_curves(script)  # type: ignore[arg-type]
     instrument.reset()
     instrument.write("counts_per_rev", script.counts_per_rev)
@@ -111,7 +111,7 @@ PACES = (0.3, 0.15)
 
 
 def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
-    """Return the mean error of the output in counts against the present angle, at each speed of
+    """Return the mean error of the output in counts against the present angle, for each speed in
     PACES."""
     legs = [(120_000, PACES[0]), (200_000, PACES[1])]
     script = Script(legs, late_clocks=LATE)
@@ -127,20 +127,21 @@ def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
     found = []
     for first, last, pace in ((80e3, 119e3, PACES[0]), (200e3, 319e3, PACES[1])):
         chosen = (clock - start > first) & (clock - start < last)
-        # The recording compares each edge with the earlier angle that it shows, so that the latency
-        # of the output is missing.
+        # The recording compares each edge with the true angle one latency earlier, so that the
+        # error does not contain the latency.
         found.append(float(np.mean(error[chosen])) - pace * latency)
     return found
 
 
 def test_latency_is_taken_away_at_two_speeds(modulated: Instrument) -> None:
-    """Order 0 × speed removes the delay of reading and pipeline; a constant lane does not.
+    """The lane of order 0 × speed removes the delay of reading and pipeline; a constant lane does
+    not.
 
     The bound is half a count for the rounding of the reading, and half a count for that of the
     output.
     """
     first, second = speed_errors(modulated, "speed")
-    # The output has its zero at the index, which is the same for both speeds.
+    # The zero of the output is the index, which is the same for both speeds.
     assert abs(first - second) <= 1.0
     read = modulated.read("conditions.speed") / MODULATOR_ONE
     assert read == pytest.approx(PACES[1] / 0.5, abs=2e-4)
@@ -184,12 +185,12 @@ def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
-    """With 2²⁴ counts at most two counts plus τ·a·lag remain; a constant lane leaves the whole
-    change."""
+    """The lane leaves at most two counts plus τ·a·lag, with 2²⁴ counts; a constant lane leaves the
+    whole change."""
     slowing = 0.5 * FULL_PACE / CHANGE_CLOCKS
     error = changing_errors(modulated, "speed")
     assert np.abs(error).max() <= 2.0 + FULL_LATE * slowing * LAG_CLOCKS
-    # At the end the speed is constant again, and only two counts remain.
+    # At the end the speed is constant again, and at most two counts remain.
     assert np.abs(error[-500:]).max() <= 2.0
     without = changing_errors(modulated, None)
     assert np.abs(without).max() == pytest.approx(0.5 * FULL_LATE * FULL_PACE, abs=1.5)
@@ -202,8 +203,8 @@ FULL_WIDTH = 5000.0
 
 @pytest.mark.parametrize("modulator", ["direction", None])
 def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
-    """With 2²⁴ counts, after the settling, less than a twentieth of the 2″ between the directions
-    remains."""
+    """The lane leaves less than a twentieth of the 2″ between the directions after the settling,
+    with 2²⁴ counts."""
     pace = 0.25
     legs = [(90_000, pace)]
     for way in (-14_000.0, 13_000.0, -12_000.0):
@@ -232,7 +233,7 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
         assert abs(up - down) == pytest.approx(2.0 * FULL_HALF_REVERSAL, abs=1.0)
     else:
         assert abs(up - down) <= 2.0 * FULL_HALF_REVERSAL / 20.0
-        # The bound also holds during the reversals, as it does with fewer counts.
+        # The bound also holds during the reversals, as in the test with fewer counts.
         slope = FULL_HALF_REVERSAL / FULL_WIDTH
         bound = 1.0 + slope * (2.0 + 1.0 + pace * (2 * SWEEP_CLOCKS + 20))
         assert np.ptp(error[clock - start > 70_000]) / 2.0 <= bound
@@ -243,7 +244,7 @@ WIDTH = 700.0
 
 
 def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
-    """Return the error of every edge in counts since the direction is known, also during the
+    """Return the error in counts of every edge after the direction is known, also during the
     reversals."""
     pace = 0.1
     legs = [(90_000, pace)]
@@ -278,8 +279,8 @@ def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
 
 
 def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) -> None:
-    """Movement back and forth within the dead zone does not change the correction, and the output
-    makes no edge at standstill."""
+    """The correction does not change while the table moves back and forth within the dead zone; the
+    output makes no edge at standstill."""
     legs = [(90_000, 0.1), *[(40, 0.05), (40, -0.05)] * 100, (3000, 0.0)]
     run(
         modulated,
@@ -293,8 +294,9 @@ def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) ->
 
 
 def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
-    """The word changes from 0.5 to -0.25 of 20 counts. The output then moves by 15 counts at the
-    slew rate, without a step.
+    """The output moves by 15 counts at the slew rate, without a step, when the console changes the
+    word from 0.5 to -0.25 of 20 counts. The output then moves by 15 counts at the slew rate,
+    without a step.
 
     The bound is half a count each for the roundings of reading and output, since the output makes
     one edge at a time.
@@ -334,8 +336,8 @@ def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
 
 
 def test_every_word_of_the_window(modulated: Instrument) -> None:
-    """Words 0 to 5 can be written, words 6 to 8 only read; all others are refused. The lane reads
-    back."""
+    """The console can write words 0 to 5 and can only read words 6 to 8; the core refuses all other
+    words. The test reads the words of the lane back."""
     assert modulated.read("capability.modulators") == 1
     for word in range(16):
         for is_write in (False, True):

@@ -1,5 +1,5 @@
-"""Tests of the firmware on the instrument's bus: parameters, console, errors, and a captured
-bank."""
+"""Tests of the firmware that runs on the instrument's bus: its parameters, console, errors, and a
+captured bank."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def test_refused_parameters_say_why(instrument: Instrument) -> None:
 
 
 def test_an_error_of_the_bus_reaches_python(instrument: Instrument) -> None:
-    """C code cannot receive the exception: the model keeps the first error and raises it after the
-    step."""
+    """The model keeps the first Python exception of the bus and raises it after the step, because C
+    code cannot receive the exception."""
     firmware = set_up(instrument.firmware, SETTINGS)
     for address in (0x20000, 0x3FFFC):
         instrument.library.firmware_bus_read(firmware._bus, address)

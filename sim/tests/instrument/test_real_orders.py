@@ -37,7 +37,8 @@ def lines_counts(place: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class ThereAndBack:
-    """A table that goes ``up`` turns from its index, and then ``down`` turns back."""
+    """A table that makes ``up`` turns forwards from its index, and then ``down`` turns
+    backwards."""
 
     counts_per_rev = COUNTS
     index_width_counts = 1
@@ -48,7 +49,7 @@ class ThereAndBack:
         self.clocks = self.top_clock + int(down * COUNTS / PACE)
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[NDArray[np.float64], ...]]:  # type: ignore[override]
-        """Return a piece as Curves does."""
+        """Return a piece of the curve in the form of :class:`Curves`."""
         intervals = max(1, min(clocks, self.clocks - first_clock) // KNOT)
         clock = first_clock + KNOT * np.arange(-1.0, intervals + 2)
         clock = np.clip(clock, 0.0, float(self.clocks))
@@ -112,18 +113,18 @@ def run(
 
 
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
-    """The table goes back past its index, into negative turns. The test also runs with the lanes
-    off."""
+    """The lines are gone after some turns, also when the table goes back past its index into
+    negative turns. The test also runs with the lanes off."""
     for found in run(built, bank(on=True), 6, 9):
         assert found.max() < 0.5, found
     for found in run(built, bank(on=False), 4, 4):
-        # A fit over two turns separates the lines of the gear to one twentieth.
+        # A fit over two turns separates the lines of the gear to one twentieth of a line.
         assert found == pytest.approx(AMPLITUDES, rel=0.05)
 
 
 @pytest.mark.large
 def test_lines_are_gone_after_a_thousand_turns(built: Instrument) -> None:
-    """The phase does not drift: after a thousand turns, and after the way back, the lines are as
-    small as after a few turns."""
+    """The lines are as small after a thousand turns forwards, and after the way back, as after a
+    few turns: their phase does not drift."""
     for found in run(built, bank(on=True), 1000, 1000):
         assert found.max() < 0.5, found

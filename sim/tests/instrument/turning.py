@@ -1,4 +1,5 @@
-"""Run the virtual instrument in a thread: its table turns, and its console is a serial port."""
+"""Runs the virtual instrument in a thread, in which the table turns; the instrument's console is a
+serial port."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ class Turning(threading.Thread):
         self._orders: queue.SimpleQueue[Callable[[Firmware], object]] = queue.SimpleQueue()
 
     def order(self, work: Callable[[Firmware], object]) -> None:
-        """Let the instrument's thread execute a function."""
+        """Make the instrument's thread execute a function."""
         self._orders.put(work)
 
     def turns(self) -> int:

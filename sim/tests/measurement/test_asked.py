@@ -52,7 +52,8 @@ def test_every_measurement_that_is_asked_for_is_known() -> None:
 
 @pytest.mark.parametrize("kind", FURTHER)
 def test_what_was_asked_for_is_recognised(kind: str, plain: MeasurementSet) -> None:
-    """The simulation makes each kind of further measurement with settings of its own."""
+    """The program recognises each kind of further measurement, which the simulation makes with
+    different settings."""
     assert came(kind, plain, last_part(kind)).faults == []
 
 
@@ -62,8 +63,8 @@ def test_the_same_measurement_again_is_not_it(kind: str, plain: MeasurementSet) 
 
 
 def test_the_steps_have_the_figures_of_the_first_run(plain: MeasurementSet) -> None:
-    """In the first run of the experiment the table goes forward at 30°/s, from 22 °C to at most
-    22.4 °C."""
+    """The steps that the program requests have the figures of the first run, in which the table
+    goes forward at 30°/s, from 22 °C to at most 22.4 °C."""
     assert plain.capture is not None
     assert plain.table.counts_per_rev is not None
     (first, *_) = runs_of(plain.capture, plain.table.counts_per_rev)
@@ -166,7 +167,7 @@ def test_join_takes_what_was_asked_for_and_refuses_the_rest(tmp_path: Path) -> N
 
 
 def test_the_commands_can_be_typed(tmp_path: Path) -> None:
-    """Each command that the program suggests exists, with its options."""
+    """Each command that the program suggests exists and has the suggested options."""
     for kind in KINDS:
         for line in commands(kind, tmp_path / "my set"):
             words = line.split()

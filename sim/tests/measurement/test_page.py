@@ -1,5 +1,5 @@
-"""Tests that docs/measurement-set.md has the keys and columns of the reader, and that its example
-is a set."""
+"""Tests that docs/measurement-set.md has the keys and columns of the reader, and that the example
+on this page is a valid set."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ def test_the_example_is_calibrated(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     # The example has 30″. Whole counts are its only noise, which u includes.
     assert amplitude[0] == pytest.approx(30.0, abs=5.0 * u[0])
     assert u[0] < 0.1
-    # If an error a·cos θ is written as a function of the reading, it also has order 2, a²/2
-    # (docs/errata.md).
+    # If an error a·cos θ is written as a function of the reading, this function also has order 2,
+    # a²/2 (docs/errata.md).
     second = 30.0**2 / 2.0 / ARCSEC_PER_RAD
     assert amplitude[1] == pytest.approx(second, abs=5.0 * u[1])
     assert np.all(amplitude[2:] < 5.0 * u[2:])

@@ -31,8 +31,8 @@ print(len(rows), *set(rows), pyarrow.default_memory_pool().backend_name)
 
 
 def test_the_first_thread_that_reads_may_end(tmp_path: Path) -> None:
-    """pyarrow is set to allocate from the system, because mimalloc can crash after its first thread
-    has ended."""
+    """The first thread that reads may end: pyarrow is set to allocate from the system, because
+    mimalloc can crash after its first thread has ended."""
     measurement = measurement_set(runs=1, cycles=1, turns=1)
     write_measurement_set(tmp_path / "set", measurement)
     done = subprocess.run(

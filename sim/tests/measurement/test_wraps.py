@@ -37,8 +37,8 @@ def test_wrapped_counts_are_read_as_they_were_before(tmp_path: Path) -> None:
 
 
 def test_a_gap_across_the_zero_is_counted_by_time(tmp_path: Path) -> None:
-    """1.7 turns are missing: only speed and time stamps show how far the table turned in the
-    gap."""
+    """The reader counts a gap of 1.7 turns by speed and time stamps; only these show how far the
+    table turned in the gap."""
     made = measurement_set(runs=1, reference=False)
     assert made.capture is not None
     left = np.ones(made.capture.run.size, dtype=bool)

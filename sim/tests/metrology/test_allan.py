@@ -1,4 +1,5 @@
-"""Tests of the Allan deviation against figures published in NIST SP 1065, and against its laws."""
+"""Tests of the Allan deviation against figures published in NIST SP 1065, and against its behaviour
+for known noise."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ points in NIST SP 1065."""
 
 
 def nist_points() -> np.ndarray:
-    """Return the 1000 points that the generator of SP 1065 makes."""
+    """Return the 1000 points of the generator that SP 1065 gives."""
     state, points = 1234567890, []
     for _ in range(1000):
         points.append(state / 2147483647)
@@ -29,7 +30,7 @@ def test_the_published_figures() -> None:
 
 
 def test_a_drift_rises_with_the_length() -> None:
-    """A drift of D per reading gives exactly D·m/√2."""
+    """A drift of D per reading has exactly the deviation D·m/√2."""
     deviation, _ = overlapping_allan_deviation(0.3 * np.arange(100.0), LENGTHS[:2])
     np.testing.assert_allclose(deviation, 0.3 * np.array([1, 10]) / np.sqrt(2), rtol=1e-12)
 

@@ -1,4 +1,4 @@
-"""Tests of the uncertainty budget against the example of the GUM, and of the meaning of each
+"""Tests of the uncertainty budget against the example of the GUM, and of the size of each
 contribution."""
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def _run(*words: object) -> Result:
 
 
 def test_the_end_gauge_of_the_gum() -> None:
-    """JCGM 100:2008, H.1, table H.1 gives in nm: u = 32, effective degrees of freedom 16 (17
-    unrounded)."""
+    """The budget of the end gauge in JCGM 100:2008, H.1, has in nm: u = 32, effective degrees of
+    freedom 16 (17 unrounded), see table H.1."""
     lines = [(25.0, 18), (9.7, 25.6), (2.9, 50), (16.6, 2)]
     made = Budget(
         "",
@@ -48,8 +48,8 @@ def test_the_end_gauge_of_the_gum() -> None:
 
 
 def test_the_sensitivity_to_the_head_separation() -> None:
-    """A second calibration with an α larger by 30″ changes the correction by 30 times the slope per
-    arcsecond."""
+    """A second calibration with an α larger by 30″ changes the correction by 30 times the stated
+    slope per arcsecond."""
     made = measurement_set(runs=2, turns=2, reference=False)
     settings = CalibrationSettings(separation="nominal")
     first = calibrate(made, settings)
@@ -59,13 +59,13 @@ def test_the_sensitivity_to_the_head_separation() -> None:
     kept = np.tile(applied, 2)
     change = (second.estimate.values - first.estimate.values)[kept]
     rms = math.sqrt(0.5 * float(np.sum(change**2)))
-    # The two sides differ by a third of a percent, because the step of α is finite and g is a
-    # function of the reading.
+    # The difference and the slope disagree by a third of a percent, because the step of α is finite
+    # and g is a function of the reading.
     assert separation_slope(first) * 30.0 == pytest.approx(rms, rel=0.01)
 
 
 def test_two_heads_against_the_disc(tmp_path: Path) -> None:
-    """After the correction, the remaining error of the disc is within U; the budget has the
+    """The remaining error of the disc after the correction is within U; the budget has the
     contributions that the set states."""
     made = measurement_set(runs=2, turns=2)
     made = replace(made, table=replace(made.table, index_detection_arcsec=2.0))
@@ -124,11 +124,11 @@ def test_a_reference_alone(tmp_path: Path) -> None:
     data = json.loads((tmp_path / "b.json").read_text())
     lines = {one["quantity"]: one for one in data["contributions"]}
     repeat = lines["repeatability, through the fit"]
-    # 48 combinations of station and direction have six visits each. The tolerance is five standard
-    # errors of a standard deviation.
+    # The set has 48 combinations of station and direction with six visits each. The tolerance is
+    # five standard errors of a standard deviation.
     assert repeat["degrees_of_freedom"] == 240
     assert repeat["size_arcsec"] == pytest.approx(REFERENCE_NOISE, rel=5 / math.sqrt(2 * 240))
-    # At even stations every row has the mean leverage: nine coefficients over 288 rows.
+    # At even stations every row has the mean leverage: nine coefficients divided by 288 rows.
     assert repeat["sensitivity"] == pytest.approx(math.sqrt(9 / 288), rel=1e-3)
     assert lines["reversal error, half of it"]["u_arcsec"] == pytest.approx(1.0, abs=0.05)
     assert lines["remaining error at the targets after the correction"]["u_arcsec"] < 0.1

@@ -1,5 +1,5 @@
-"""Tests of certificates: the uncertainty against Monte Carlo, the file against PTB's Schematron,
-and refusals."""
+"""Tests of certificates: their uncertainty against Monte Carlo, their file against PTB's
+Schematron, and sets that are refused."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def true_error(angle: Float) -> Float:
 
 
 def reference_set(random: np.random.Generator) -> MeasurementSet:
-    """Return a reference run of ten turns over 24 faces; the reference has a constant error and a
-    random error."""
+    """Return a reference run of ten turns over 24 faces; the reference instrument has a constant
+    error and a random error."""
     target = np.tile(np.arange(24) * 15.0, 10)
     error = true_error(np.radians(target)) + NOISE * random.standard_normal(240)
     error = error + U_REFERENCE * random.standard_normal()
@@ -95,8 +95,8 @@ def test_the_uncertainty_of_the_fit_is_that_of_monte_carlo() -> None:
     ratio = float(np.mean(off**2)) / float(stated)
     assert stats.chi2.ppf(SURE, freedom) / freedom <= ratio
     assert ratio <= stats.chi2.ppf(1.0 - SURE, freedom) / freedom
-    # U includes the constant error of the reference, so that U covers the error in 95 % of the
-    # cases or more.
+    # U includes the constant error of the reference, so that U covers the error in at least 95 % of
+    # the cases.
     constant = U_REFERENCE * random.standard_normal((number, 1))
     half = 0.5 * 360.0 * 3600.0 / COUNTS
     counts = random.uniform(-half, half, (number, 2)).sum(axis=1)[:, None]
@@ -122,8 +122,8 @@ def test_u_is_the_root_of_the_sum_of_squares() -> None:
 
 
 def test_the_sensitivity_to_the_head_separation_is_that_of_the_equation() -> None:
-    """The derivative ∂ε/∂α = −Re Σ Eₙ·jn·e^{jnα}/(e^{jnα} − 1)·e^{jnθ} follows from E = D/(e^{jnα}
-    − 1)."""
+    """The certificate's sensitivity to the head separation is ∂ε/∂α = −Re Σ Eₙ·jn·e^{jnα}/(e^{jnα}
+    − 1)·e^{jnθ}, which follows from E = D/(e^{jnα} − 1)."""
     amplitude = 90.0
     made = measurement_set(
         lambda disc, *_: amplitude * np.cos(disc + 0.4), seed=1, runs=1, turns=2, reference=False
@@ -194,8 +194,8 @@ def test_the_file_has_what_was_found_and_stated(place: Path) -> None:
     expanded = np.array([float(x) for x in text(".//si:valueExpandedMUXMLList").split()])
     assert expanded.shape == values[1].shape == (24,)
     off = np.abs(values[1] - true_error(np.radians(values[0])))
-    # The set has no constant error of the reference; the remaining error of the fit is much smaller
-    # than U.
+    # The set states no constant error of the reference; the remaining error of the fit is much
+    # smaller than U.
     assert (off <= expanded).all()
     assert text(".//si:coverageFactorXMLList") == "2"
     assert text(".//si:coverageProbabilityXMLList") == "0.9545"
@@ -295,8 +295,8 @@ SI_SCHEMA = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"
 
 
 def test_a_schema_of_the_user_decides(place: Path, tmp_path: Path) -> None:
-    """The user's schema imports a schema from another server; the same folder has a copy of the
-    imported schema."""
+    """The user's schema decides: it imports a schema from another server, of which the same folder
+    has a copy."""
     pytest.importorskip("xmlschema")
     (tmp_path / "SI_Format.xsd").write_text(SI_SCHEMA, encoding="utf-8")
     words = ["set", "--details", "details.toml", "--out", "certificate.xml", "--model", "m.toml"]

@@ -1,4 +1,5 @@
-"""Tests of other controllers' tables against models of their interpolation, written here again.
+"""Tests of tables for other controllers; this module rewrites the controllers' interpolation as the
+model of each test.
 
 The models follow the controllers' own sources step by step, one angle at a time: LinuxCNC's
 compute_screw_comp (src/emc/motion/control.c) and the sign of type 0 (docs, ini-config: "actual
@@ -161,7 +162,7 @@ CONTROLLERS: dict[str, Callable[[str, float, int], float]] = {
     "simplefoc": _simplefoc,
 }
 OF_A_WORM = ("onstep",)
-"""Formats that contain only harmonics of a worm; they have their own tests below."""
+"""Formats that contain only harmonics of a worm; separate tests below cover them."""
 OF_THE_TURN = tuple(name for name in FORMATS if name not in OF_A_WORM)
 OF_THE_COMMAND = ("linuxcnc", "twincat")
 """Controllers that change the command: the servo then moves the table until the reading equals the
@@ -178,8 +179,8 @@ def _left(name: str, text: str, angle_deg: float, way: int) -> float:
 
 
 def _chord(points: int) -> float:
-    """Return the largest error of straight lines between ``points`` exact rows: h²/8 · largest
-    |g″|."""
+    """Return the largest error of linear interpolation between ``points`` exact rows: h²/8 ·
+    largest |g″|."""
     step = 2.0 * math.pi / points
     return step**2 / 8.0 * sum(a * n**2 for n, (a, _) in DISC.items())
 
@@ -193,8 +194,8 @@ def test_the_controller_leaves_what_is_said(name: str) -> None:
     left = [_left(name, text, angle, way) for angle in angles.tolist() for way in (1, -1)]
     assert np.abs(left).max() <= said.largest_arcsec + 1e-4
     assert np.sqrt(np.mean(np.square(left))) == pytest.approx(said.rms_arcsec, rel=0.05)
-    # The bound has three parts: straight lines between exact rows, half a step where the file has
-    # whole numbers, and the direction.
+    # The bound has three parts: linear interpolation between exact rows, half a step where the file
+    # has whole numbers, and half the reversal error.
     rounding = {"moteus-256": 0.5 / 127.0 * 102.0, "twincat": 0.5 * 0.36}.get(name, 1e-4)
     direction = 0.0 if form.knows_direction else REVERSAL / 2
     assert said.largest_arcsec <= _chord(form.points) * 1.02 + rounding + direction
@@ -208,8 +209,8 @@ def test_a_table_in_whole_units_of_twincat_divides_the_turn() -> None:
 
 
 def test_simplefoc_in_single_precision_loses_what_its_class_says() -> None:
-    """In the single precision of the library, raw − offset is wrong by less than two units in the
-    last place."""
+    """SimpleFOC loses less than two units in the last place of raw − offset, because the library
+    uses single precision."""
     text = FORMATS["simplefoc"].text(_correction(), 200, "")
     table = np.array(re.findall(r"(\S+)f,", text), dtype=np.float32)
     raw = np.radians(np.linspace(0.0, 359.9, 977)).astype(np.float32)
@@ -232,7 +233,8 @@ def test_limits_of_the_controllers() -> None:
 
 
 def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
-    """The set has no second head, but it has 24 stations of a reference instrument."""
+    """The 24 stations of a reference instrument suffice for the table of each controller; the set
+    has no second head."""
     made = measurement_set(cycles=5, runs=1, turns=1)
     table = replace(made.table, counts_per_rev=None, head_separation_deg=None)
     write_measurement_set(tmp_path / "set", replace(made, table=table, capture=None))
@@ -262,8 +264,8 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
 
 
 def test_stations_that_leave_a_gap_are_refused(tmp_path: Path) -> None:
-    """24 stations separate only the orders up to 11: with 20 orders, the error of order 5 would be
-    divided between orders 5 and 19."""
+    """The export refuses 20 orders with 24 stations, which can separate only the orders up to 11:
+    the fit would divide the error of order 5 between orders 5 and 19."""
     made = measurement_set(cycles=2, runs=1, turns=1)
     assert made.reference is not None
     half = made.reference.where(made.reference.target_deg < 180.0)
@@ -313,8 +315,8 @@ WORM = {180: (8.6, 0.7), 360: (1.9, -1.1)}
 
 
 def _onstep_steps(text: str, turns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the motor steps that Pec::poll of OnStepX makes, and their times, at each tenth of a
-    sidereal second."""
+    """Return the motor steps that Pec::poll of OnStepX makes, and the times of these steps, at each
+    tenth of a sidereal second."""
     buffer = [0] * WORM_S
     *writes, keep = text.split()
     assert keep == ":$QZ!#", "the table is written to the controller's memory"
@@ -338,8 +340,8 @@ def _worm_correction() -> Correction:
 
 
 def test_onstep_plays_the_worm_s_error_back() -> None:
-    """The mount points at the motor position minus ε(motor position); the sky turns 15″ per
-    second."""
+    """OnStep plays the worm's error back: the mount points at the motor position minus ε(motor
+    position), and the sky turns 15″ per second."""
     form = FORMATS["onstep"].for_axis(TEETH, STEPS_PER_SECOND)
     text = form.text(_worm_correction(), form.points, "my mount")
     steps, seconds = _onstep_steps(text, turns=3)
@@ -349,8 +351,8 @@ def test_onstep_plays_the_worm_s_error_back() -> None:
     rounding = left.mean() - left[0]
     left -= left.mean()
     before = np.sqrt(sum(a**2 for a, _ in WORM.values()) / 2.0)
-    # The bound is half a motor step of rounding. The straight line over a second adds only h²/8·Σ
-    # a·(2πk/480)² = 0.0004″.
+    # The bound is half a motor step of rounding. Linear interpolation over a second adds only
+    # h²/8·Σ a·(2πk/480)² = 0.0004″.
     assert np.abs(left).max() < 0.5 * STEP_ARCSEC + 0.001 + abs(rounding)
     assert abs(left[-1] - left[0]) < 1e-7, "nothing accumulates over turns of the worm"
     assert before > 6.0
@@ -390,8 +392,8 @@ def test_onstep_refuses_a_correction_that_stops_the_tracking() -> None:
 
 
 def test_a_log_of_a_mount_gives_a_table_for_onstep(tmp_path: Path) -> None:
-    """From a log of five turns of a worm, with a row every 3.1 s and 0.5″ of noise, the table
-    reproduces the worm's error."""
+    """The table reproduces the worm's error, from a log of five turns of the worm with a row every
+    3.1 s and 0.5″ of noise."""
     made = measurement_set(cycles=1, runs=1, turns=1)
     assert made.reference is not None
     seconds = np.arange(0.0, 5.0 * WORM_S, 3.1)

@@ -1,4 +1,4 @@
-"""Tests of the figures of ISO 230-2, against published ones and against a computation in this
+"""Tests of the figures of ISO 230-2 against published figures and against a computation in this
 module."""
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def test_the_published_example_is_found_again() -> None:
 
 
 def _direct(made: MeasurementSet) -> dict[str, float]:
-    """Return the figures by the definitions of clause 3, computed row by row with the standard
+    """Return the figures, computed row by row by the definitions of clause 3 with the standard
     library."""
     run = made.reference
     assert run is not None
@@ -130,7 +130,8 @@ def test_what_the_run_lacks_is_said_and_the_rest_is_given() -> None:
 
 
 def test_uncertainties_by_random_numbers() -> None:
-    """Simulated runs with the stated errors scatter as the formulas for the ranges state.
+    """The figures of simulated runs with the stated errors scatter by the uncertainties that the
+    formulas give for the ranges.
 
     The two extremes are far apart, so that the same targets always determine the range. The
     tolerance of 5 % is three standard errors of a standard deviation from 2000 draws.

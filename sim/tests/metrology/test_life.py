@@ -1,5 +1,5 @@
-"""Tests that changes of a size over time and forecasts are right, against brute force and simulated
-truth."""
+"""Tests that changes of a parameter over time, and forecasts of it, agree with brute force and with
+simulated truth."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ def test_the_scatter_between_sets_solves_its_equation() -> None:
 
 
 def test_false_findings_are_as_frequent_as_stated() -> None:
-    """The machine has several parameters, and a scatter that the stated u does not include."""
+    """A machine without a change rarely gets a finding. It has several parameters, and they scatter
+    more than the stated u."""
     random, number, rate = np.random.default_rng(3), 400, 2.0
     false = 0
     for _ in range(number):
@@ -98,7 +99,8 @@ def test_a_step_and_a_drift_are_found_with_date_and_size(parts: int) -> None:
         held_day += change.earliest_day - WEEK <= day <= change.latest_day + WEEK
         held_size += abs(change.size - 0.5) < 3.0 * change.u
     assert held_day >= stats.binom.ppf(SURE, number, 0.95)
-    # The size comes from the most likely of several courses; therefore three u cover only 90 %.
+    # The size belongs to the most likely of several courses; therefore an interval of three u
+    # covers only 90 % of the sizes.
     assert held_size >= stats.binom.ppf(SURE, number, 0.9)
 
 
@@ -116,7 +118,8 @@ def test_a_change_of_phase_alone_is_a_change() -> None:
     np.testing.assert_allclose(one.u, 0.02, rtol=1e-9)
     (change,) = find_changes([one], 0.5, random)
     assert change.kind == "step"
-    # The phase changes by half a radian at the amplitude 1; the change is the chord of this arc.
+    # The phase changes by half a radian at the amplitude 1; the stated change is the chord of this
+    # arc.
     assert change.size == pytest.approx(2.0 * np.sin(0.25), abs=4.0 * change.u)
 
 
@@ -131,7 +134,9 @@ def test_parameters_without_uncertainty_have_no_series() -> None:
 
 
 def test_the_interval_of_a_forecast_holds_the_day() -> None:
-    """A drift has a constant rate: the size is 0.2″ until day 140, and 1″ at day 420."""
+    """The interval of a forecast contains the day at which a drift with constant rate passes the
+    limit: the size is 0.2″ until day 140, and 1″ at day 420. The forecast's interval contains the
+    day of the limit."""
     random, number, held = np.random.default_rng(6), 60, 0
     days = np.arange(40) * WEEK
     for _ in range(number):
@@ -163,10 +168,11 @@ def test_fewer_than_seven_sets_show_no_change() -> None:
 
 @pytest.mark.large
 def test_lives_have_their_alarm_in_time() -> None:
-    """A small sample of ``python -m scripts.judge_life``. The requirement is 95 % alarms in time
-    and one false alarm per year.
+    """``life`` raises alarms in time for simulated machines, a small sample of ``python -m
+    scripts.judge_life``.
 
-    ``test_life_sets.py`` tests single lives and their alarms.
+    The requirement is 95 % alarms in time and one false alarm per year. ``test_life_sets.py`` tests
+    single lives and their alarms.
     """
     rows = summary([run_lives(task) for task in tasks(20, 1000)])
     whole = rows[-1]

@@ -1,4 +1,5 @@
-"""Tests of three machine histories, from sets through fits to ``arctrue life``, and of refusals."""
+"""Tests of three machine histories, from sets through fits to ``arctrue life``, and of sets that
+``arctrue life`` refuses."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ from tests.workbench.small_sets import measurement_set, paper_error
 
 BEGIN = datetime(2026, 1, 5, 9, 0, tzinfo=UTC)
 SETS, DAMAGE = 10, 5
-"""Number of sets, measured every two weeks, and number of the first set with the damage."""
+"""Number of sets, measured every two weeks, and index of the first set with the damage."""
 
 
 def life(*words: object) -> Result:
@@ -45,20 +46,20 @@ def small(seed: int, **options: Any) -> MeasurementSet:
 
 
 def worn_bearing(number: int) -> MeasurementSet:
-    """Simulate a table whose axis motion grows with each set from set number DAMAGE on, to 0.3 µm
-    at the end."""
+    """Simulate a table whose axis motion grows with each set from index DAMAGE on, to 0.3 µm at the
+    end."""
     size = 0.06 * max(number - DAMAGE + 1, 0)
     wear = [Wanted("radial_error_motion", size)] if size else []
     return simulate_set(wear, short(), 11, again=number).measurement
 
 
 def loose_bracket(number: int) -> MeasurementSet:
-    """Return a set that has a reversal error of 0.4″ from set number DAMAGE on."""
+    """Return a set that has a reversal error of 0.4″ from index DAMAGE on."""
     return small(200 + number, reversal_arcsec=0.4 if number >= DAMAGE else 0.0)
 
 
 def crept_clamp(number: int) -> MeasurementSet:
-    """Return a set whose order 2 of the disc grows by 0.1″ per set from set number DAMAGE on."""
+    """Return a set whose order 2 of the disc grows by 0.1″ per set from index DAMAGE on."""
     size = 0.1 * max(number - DAMAGE + 1, 0)
 
     def error(disc: Any, temperature: Any, speed: float) -> Any:
@@ -123,8 +124,8 @@ def test_a_clamp_that_creeps_is_an_alarm(tmp_path: Path) -> None:
 def test_alarms_reach_the_daemon(
     bracket: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The sets are captures in the daemon's store; the daemon keeps only the alarms of the last
-    call."""
+    """The daemon receives the alarms of the latest ``arctrue life`` and keeps no others; the sets
+    are captures in the daemon's store."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
     replay, store = Replay(), tmp_path / "store"
     words = ("--effect", "hysteresis", "--limit")

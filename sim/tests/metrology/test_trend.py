@@ -13,14 +13,15 @@ RNG_SEED = 5
 
 
 def telemetry_of(values: np.ndarray) -> list[list[float]]:
-    """Return orders 1, 2, … in the form of the telemetry, where the phase is that of cos(nθ +
+    """Return orders 1, 2, … in the form of the telemetry, in which the phase is that of cos(nθ +
     φ)."""
     return [[n + 1, float(abs(v)), float(-np.angle(v)), 0.1, 1] for n, v in enumerate(values)]
 
 
 def test_noise_alone_alarms_as_often_as_stated() -> None:
-    """5 % of the lines may alarm; the number of alarms in 250 lines must lie in the 99.9 % range of
-    the binomial distribution."""
+    """The watch alarms as often as stated in noise alone: 5 % of the fitted lines may raise an
+    alarm, and the number of alarms in 250 lines must lie in the 99.9 % range of the binomial
+    distribution."""
     rng = np.random.default_rng(RNG_SEED)
     lines, alarms = 250, 0
     for _ in range(lines):
@@ -32,8 +33,8 @@ def test_noise_alone_alarms_as_often_as_stated() -> None:
 
 
 def test_a_drift_is_told_with_its_size() -> None:
-    """The cosine and sine of order 2 change by 0.01″ and −0.02″ per turn; the noise of a turn is
-    0.1″."""
+    """The watch reports a drift with its size: the cosine and sine of order 2 change by 0.01″ and
+    −0.02″ per turn, and the noise of a turn is 0.1″."""
     rng = np.random.default_rng(RNG_SEED)
     watch, found = TrendWatch(), []
     for turn in range(128):
@@ -69,7 +70,7 @@ def test_refused_and_repeated_turns_are_passed_over_and_a_new_start_begins_anew(
     assert steady_drift(watch, range(1, 8)) == []
     assert watch.add(7, telemetry_of(np.array([99.0]))) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
-    # The device starts again and counts from 1: no line is fitted across the start.
+    # The device starts again and counts from 1: the watch fits no line across the start.
     assert steady_drift(watch, range(1, 8)) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
 

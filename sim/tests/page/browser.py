@@ -1,5 +1,4 @@
-"""Find and start the browser that takes screenshots of the page and tests it, the system's
-Chromium."""
+"""Finds and starts the system's Chromium, which takes screenshots of the page and tests it."""
 
 from __future__ import annotations
 
@@ -14,8 +13,8 @@ INSTALL = (
 
 
 def chromium() -> Path | None:
-    """Return the path of the program, or None. Ubuntu's chromium-browser does not count, because it
-    is only a script that installs a snap."""
+    """Return the path of Chromium, or None. Ubuntu's chromium-browser does not count, because it is
+    only a script that installs a snap."""
     named = os.environ.get("ARCTRUE_CHROMIUM")
     for name in [named] if named else NAMES:
         found = shutil.which(name)

@@ -17,7 +17,7 @@ EXPECTED = (
     "ERR_EMPTY_RESPONSE",
     "ERR_CONNECTION_RESET",
 )
-"""Error messages that the browser itself prints when an answer refuses or a server has ended."""
+"""Error messages that the browser itself prints when the server refuses a request or has ended."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Settings and checks that the browser tests of the page share."""
+"""Defines settings and checks that the browser tests of the page share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Start ``arctrue serve`` as a separate process, for screenshots and tests."""
+"""Starts ``arctrue serve`` as a separate process, for screenshots and tests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROGRAM = "from arctrue.cli import main; main()"
 
 @contextmanager
 def page_server(folder: Path, state: Path, *options: str, http_port: int = 0) -> Iterator[str]:
-    """Run the server and yield its address without the path.
+    """Run the server and yield the server's address without the path.
 
     Raises RuntimeError if the server does not start.
     """

@@ -1,6 +1,6 @@
-"""Tests of the page in a real browser: the whole story, a bad upload, cancel, two tabs, a phone.
+"""Tests of the page in a real browser: a whole session, a bad upload, cancel, two tabs, a phone.
 
-Screenshots stay in build/page for people to look at.
+The tests keep screenshots in build/page for people to look at.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from tests.page.in_browser import all_drawn, needs_browser, picture
 from tests.workbench.small_sets import measurement_set, paper_error
 
 HIDDEN = "high_order_graduation"
-"""Name of the hidden effect. It is large enough to be named from one run of 18,000 samples."""
+"""Name of the hidden effect, which is large enough to be named from one run of 18,000 samples."""
 SEED = next(seed for seed in range(1000) if hidden_effect(seed, EXPERIMENTS["lean"]()) == HIDDEN)
-"""First seed that hides this effect. The tests search for it, because a longer catalogue draws
+"""First seed that hides HIDDEN. The module searches for the seed, because a longer catalogue draws
 other effects."""
 
 HEADER_PX = 56
-"""Largest height of the header in pixels. The phone's screen has 844; a fixed header must leave
-most of them for the text."""
+"""Largest height of the header in pixels. The phone's screen has 844 pixels; a fixed header must
+leave most of them for the text."""
 
 pytestmark = needs_browser
 
@@ -41,7 +41,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def rms_on_the_ladder(page: Page) -> list[float]:
-    """Return the RMS of the capture at each step of the ladder."""
+    """Return the RMS of the capture's residual at each step of the ladder."""
     rows = page.locator("#ladder tbody tr", has_text="capture").all()
     return [float(row.locator("td").nth(4).inner_text().removesuffix("″")) for row in rows]
 
@@ -74,7 +74,8 @@ def test_the_whole_story(server: str, page: Page) -> None:
     page.get_by_role("textbox", name="Seed").fill(str(SEED))
     page.get_by_role("button", name="Generate").click()
 
-    # The page shows the set and its misfit at once. The ranking follows and shows its progress.
+    # The page shows the set and its misfit at once. The ranking follows and shows the progress of
+    # its calculation.
     page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
     start = page.url
     expect(page.locator("#set")).to_contain_text("18,000")
@@ -91,7 +92,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     )
     expect(page.locator("#plot-finding .main-svg").first).to_be_visible()
 
-    # Adding the effect makes the error fall.
+    # The error falls after the effect is added.
     named.get_by_role("button").click()
     page.wait_for_url(re.compile(r"/2/"))
     # The ranking of the new model takes at least seconds; the test cancels it at once.
@@ -100,7 +101,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#rank")).to_be_visible()
     all_drawn(page)
     before, after = rms_on_the_ladder(page)
-    # The error falls to the noise of the repeats, which is known to a few percent.
+    # The error falls to the noise of the repeats, which the repeats determine to a few percent.
     last = page.locator("#ladder tbody tr", has_text="capture").last.locator("td").last
     floor = float(last.inner_text().removesuffix("″"))
     assert after < 1.05 * floor < 1.2 * floor < before
@@ -119,7 +120,8 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#ladder tbody")).not_to_contain_text("timing skew")
     other.close()
 
-    # Undo is a link to an address, and the browser's back button works too.
+    # Undo is a link to the address of the earlier step, and the browser's back button also leads
+    # there.
     page.locator("#undo").click()
     page.wait_for_url(start)
     assert rms_on_the_ladder(page) == [before]
@@ -132,7 +134,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#truth")).to_contain_text(HIDDEN.replace("_", " "))
     assert name == HIDDEN
 
-    # The keyboard is enough to choose the dark colours and the other unit.
+    # The keyboard is enough to choose the dark colours and the other unit of angles.
     page.locator("#theme").focus()
     page.keyboard.press("Enter")
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
@@ -195,7 +197,7 @@ def test_on_a_phone_the_header_is_one_line_and_the_ladder_is_whole(server: str, 
     assert header is not None
     assert header["height"] <= HEADER_PX
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    # Every name below the ladder lies within its figure.
+    # Every name below the ladder lies within the ladder's figure.
     frame = page.locator("#plot-ladder").bounding_box()
     assert frame is not None
     drawn = page.locator("#plot-ladder .xtick text, #plot-ladder .x2tick text")

@@ -1,4 +1,4 @@
-"""Tests of the page for commissioning, with the firmware's console and four heads."""
+"""Tests of the commissioning page with the firmware's console and four heads."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def client(device: TableDevice, tmp_path: Path) -> Iterator[FlaskClient]:
 
 
 def taken(client: FlaskClient, step: str, places: str = "") -> str:
-    """Run a step to its end and return the page."""
+    """Run a step of the commissioning to its end and return the page."""
     assert client.post(f"{PAGE}{step}", data={"places": places}).status_code == 303
     until = time.monotonic() + PATIENCE_S
     while client.get(f"{PAGE}state").get_json()["running"]:
@@ -50,7 +50,7 @@ def taken(client: FlaskClient, step: str, places: str = "") -> str:
 def test_exchanged_cables_are_named_and_stop_the_walk(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Cables 3 and 4 are exchanged."""
+    """The page names the exchanged cables 3 and 4, and stops."""
     with connected(monkeypatch, cables=(0, 1, 3, 2)) as device:
         settings = PageSettings(tmp_path, tmp_path / "state", device=device.port)
         with make_page(settings).app.test_client() as client:
@@ -95,8 +95,8 @@ def test_places_and_skew_are_measured_and_written(
 ) -> None:
     """The operator clicks through all steps; then the device has the true places and delays.
 
-    The bound of a place is its stated u, below 25″ (test of the command); that of the skew is 20
-    ns.
+    The bound of a place is its stated u, below 25″ (test of ``arctrue commission``); that of the
+    skew is 20 ns.
     """
     os.close(device.far)  # The server is a separate program, which opens the port itself.
     with page_server(tmp_path, tmp_path / "state", "--device", device.port) as address:

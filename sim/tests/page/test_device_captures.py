@@ -1,4 +1,4 @@
-"""Tests of captures that the page takes in the background; the device waits for a turn of the
+"""Tests of captures that the page takes in the background while the device waits for a turn of the
 table."""
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ WAITS = '<button class="main" disabled>Taking a capture …</button>'
 
 
 class NextTurn:
-    """The next turn of the table: it comes when ``turned`` is set, and gives ``result``."""
+    """A stand-in for the next turn of the table: the turn comes when ``turned`` is set, and the
+    capture returns or raises ``result``."""
 
     def __init__(self) -> None:
         self.turned = threading.Event()
@@ -52,7 +53,7 @@ def client(tmp_path: Path, next_turn: NextTurn) -> Iterator[FlaskClient]:
 
 
 def ended(client: FlaskClient) -> None:
-    """Wait until the page takes no capture any more."""
+    """Wait until the page has finished its capture."""
     until = time.monotonic() + END_S
     while client.get("/device/state").get_json()["capture"]:
         assert time.monotonic() < until
@@ -62,7 +63,8 @@ def ended(client: FlaskClient) -> None:
 def test_a_second_click_waits_for_the_same_capture(
     client: FlaskClient, next_turn: NextTurn, tmp_path: Path
 ) -> None:
-    """A click is answered at once; the capture opens as a session after the table's turn."""
+    """The page answers a click at once; it opens the capture as a session after the table's
+    turn."""
     write_measurement_set(tmp_path / "capture", measurement_set(runs=1, cycles=1, turns=1))
     next_turn.result = tmp_path / "capture"
     address = client.post("/device/capture").location

@@ -27,7 +27,7 @@ U = 0.02
 
 @pytest.fixture(autouse=True)
 def run_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give the daemon a folder of its own for its announcement."""
+    """Give the daemon a separate folder for its announcement."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
 
 
@@ -119,7 +119,8 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
 
 
 def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Path) -> None:
-    """The keys are those of the compiled firmware's telemetry when it calibrates four heads."""
+    """The page shows the heads of a mean; the keys are those of the compiled firmware's telemetry
+    when it calibrates four heads."""
     with (
         daemon(replay.port, tmp_path / "store", "--no-alarm-capture"),
         page_server(tmp_path, tmp_path / "state", "--device", replay.port) as address,

@@ -38,7 +38,7 @@ SETTINGS = RevolutionSettings(
 )
 ARCSEC_A_METRE = np.degrees(1.0 / DISC_RADIUS_M) * 3600.0
 CIRCLE_M = 2e-6
-"""Radius of the circle that the axis makes three times per turn: 7.6″ at the disc's radius."""
+"""Radius of the circle on which the axis moves three times per turn: 7.6″ at the disc's radius."""
 CREEP_M_A_TURN = 0.4e-6j
 """Drift of the disc's centre: 1.5″ more in each turn."""
 HEAT_M_A_K = 2e-6
@@ -46,14 +46,14 @@ HEAT_M_A_K = 2e-6
 WARM_K = 4.0
 FIRST_WARM_TURN, LAST_WARM_TURN = 4.0, 6.0
 CALIBRATED, DRIFTED, ALL_HEADS, ALL = 3, 8, 10, 90
-"""Numbers of the turns at which the phases end: calibration by two heads, drift, calibration by
-four heads, and the whole test.
+"""Numbers of the turns at which the phases of the test end: calibration by two heads, drift,
+calibration by four heads, and the whole test.
 
 The mean of four heads does not contain the motion of the disc's centre.
 """
 SIGMAS = 5.0
 U_CIRCLE_ARCSEC = 0.4
-"""Standard uncertainty of the circle that the orbit contains.
+"""Standard uncertainty of the radius of the axis' circle, as the orbit shows it.
 
 A count of 19.8″ has a rounding of 5.7″ RMS. Four heads give x and y of a sample to 5.7″ · √(2/4) =
 4.0″. The component of a circle over 1,200 samples, which has √2 of the uncertainty of a mean, is
@@ -63,9 +63,9 @@ the value is about twice as large.
 
 
 def turning_table() -> tuple[HeadsDevice, Turning]:
-    """Return the device, whose table has all causes of error, and the thread that turns it."""
+    """Return the device and the thread that turns its table; the table has all causes of error."""
     device = HeadsDevice(SETTINGS)
-    # The running average is off, so that each turn is evaluated alone.
+    # The running average is off, so that the firmware evaluates each turn alone.
     device.firmware.set("keep", 0.0)
     turn_s = 2.0 * np.pi / SETTINGS.speed_rad_s
     course = TemperatureCourse(
@@ -100,8 +100,8 @@ def turning(
 
 @pytest.mark.large
 def circle_arcsec(x: list[float], y: list[float]) -> float:
-    """Return the radius of the circle with three periods per turn, from a closed path in equal
-    steps."""
+    """Return the radius of the circle with three periods per turn, which the closed path contains;
+    the points have equal steps of angle."""
     path = np.array(x[:-1]) + 1j * np.array(y[:-1])
     place = 2.0 * np.pi * (np.arange(path.size) + 0.5) / path.size
     return max(abs(np.mean(path * np.exp(sense * 3j * place))) for sense in (1, -1))
@@ -141,10 +141,11 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         expect(row).to_contain_text(f"{first_order['size_arcsec']:.3f}″")
         expect(row).to_contain_text("changed")
         expect(page.locator("#changed tbody")).to_contain_text(f"temperature, table{WARM_K:.1f} °C")
-        # The error of 34″ exceeds the 2″ that raise the alarm.
+        # The error of 34″ exceeds the 2″ at which the firmware raises the alarm.
         expect(page.locator("#alarm-list")).to_contain_text("error")
         expect(page.locator("#events")).to_contain_text("new alarm: error")
-        # The firmware finds the circles of the axis only when it knows the places of all heads.
+        # The firmware finds the circles of the axis only after it has found the places of all
+        # heads.
         expect(page.locator("#axis")).to_be_hidden()
         instrument.order(lambda _: device.calibrate_alone())
         instrument.last = ALL_HEADS

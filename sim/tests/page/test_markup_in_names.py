@@ -1,7 +1,7 @@
 """Tests that page and reports show markup in titles, names and contents of files as text.
 
-If a browser interpreted the texts, it would make two elements from them. The first can be found on
-the page; the second leads to another page.
+If a browser interpreted the texts, it would make two elements of them. The first element can be
+found on the page; the second one leads to another page.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ MARK = "<i data-evil>x</i>"
 LEADS_AWAY = '<meta http-equiv="refresh" content="0;url=data:,gone">'
 EVIL = f"""'"><svg data-evil onload="document.title='evil'"></svg>{MARK}&lt;{LEADS_AWAY}"""
 FOLDER = "<i data-evil>x<meta http-equiv=refresh content=0;url=data:,gone>\"'&amp;"
-"""Markup for the name of a folder, which cannot contain a slash."""
+"""Markup in the name of a folder, which cannot contain a slash."""
 COLUMN = "%{meta.words}<b data-evil>warm</b><a href='http://evil.example'>hub"
-"""Markup for the name of a column. plotly.js interprets the elements b and a in its texts, and
-replaces a name by what "meta" contains."""
+"""Markup in the name of a column. plotly.js interprets the elements b and a in its texts, and
+replaces a name by the content of "meta"."""
 LOOKS_MS = 700
 """Time in milliseconds after which the page is checked. The markup would lead to another page after
 0 s."""
@@ -76,7 +76,8 @@ def server(folder: Path) -> Iterator[str]:
 
 
 def harmless(page: Page) -> None:
-    """Expect that the texts became no element and no link, and that the page is still shown."""
+    """Expect that the browser has made no element and no link of the texts, and that it still shows
+    the page."""
     address = page.url
     page.wait_for_timeout(LOOKS_MS)
     assert page.url == address
@@ -150,8 +151,8 @@ def test_files_that_are_dropped_in_are_named_as_text(
 
 @pytest.mark.large
 def test_addresses_that_are_not_there_are_shown_as_text(server: str, page: Page) -> None:
-    # The browser prints a missing page on its console, which would fail the test; a plain request
-    # does not.
+    # The browser prints a missing page on its console, which would fail the test; therefore the
+    # test sends plain requests.
     for address in (f"/s/{MARK}/1/", f"/{MARK}", f"/s/0123456789abcdef/1/figure/{MARK}.json"):
         answer = page.request.get(server + address)
         assert answer.status == 404
@@ -182,7 +183,7 @@ def test_a_printed_report_shows_markup_as_text(page: Page, tmp_path: Path) -> No
     page.goto(html.as_uri())
     harmless(page)
     expect(page.locator("h1")).to_have_text(EVIL)
-    # A reader of Markdown would interpret HTML in it.
+    # A reader of Markdown would interpret HTML in the text.
     assert "<" not in markdown
     linked = Document("[x](http://evil.example)", [], [])
     assert "](" not in write_document(linked, tmp_path, "linked")[0].read_text(encoding="utf-8")

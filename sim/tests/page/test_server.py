@@ -1,4 +1,5 @@
-"""Tests who can reach the server, and what the server loads into a device."""
+"""Tests which machines can reach the server, and which coefficients the server loads into a
+device."""
 
 from __future__ import annotations
 

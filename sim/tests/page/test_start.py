@@ -1,4 +1,4 @@
-"""Tests of the files that the first page opens, and of its message for files that it refuses."""
+"""Tests that the first page opens files, and that its message says why it refuses a file."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def client(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 
 
 def problem(html: str, part: str) -> str:
-    """Return the error message in a part of the first page."""
+    """Return the error message in the named part of the first page."""
     section = html[html.index(f'id="{part}"') :].split("</section>")[0]
     return " ".join(re.findall(r'class="problem"[^>]*>([^<]*)', section)).strip()
 
@@ -104,14 +104,14 @@ def test_a_bad_upload_says_why_beside_it(
     html = answer.get_data(as_text=True)
     assert answer.status_code == 422
     assert said in problem(html, "dropin")
-    # The page does not show the server's own folders, and the refused upload leaves no file.
+    # The page shows no path of the server's own folders, and the refused upload leaves no file.
     assert str(tmp_path / "state") not in html
     assert list((tmp_path / "state").iterdir()) == []
     assert not list(tmp_path.parent.glob("evil.csv*"))
 
 
 def test_objects_in_a_numpy_file_are_not_made(client: FlaskClient) -> None:
-    """Python objects in the file would be read by pickle, which would run code."""
+    """The server refuses Python objects in the file; pickle would read them and would run code."""
 
     class Trap:
         def __reduce__(self) -> tuple[object, tuple[str]]:

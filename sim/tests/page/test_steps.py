@@ -31,7 +31,7 @@ from tests.workbench.small_sets import measurement_set, paper_error
 EFFECT = "hysteresis"
 FOLLOWS_NONE = "follows none of the conditions"
 START = Jobs.start
-"""The method, saved before a fixture replaces it."""
+"""The method ``Jobs.start``, saved before a fixture replaces it."""
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +148,8 @@ def test_a_bad_model_file_says_why(
 
 
 def test_a_model_file_brings_no_code(client: FlaskClient, opened: str, tmp_path: Path) -> None:
-    """Effect files contain code. Only those in a folder that the command line names are run."""
+    """A model file cannot bring an effect file, which contains code. The server runs only the
+    effect files in the folder that the command line names."""
     trap = tmp_path / "effects"
     trap.mkdir()
     (trap / "trap.py").write_text(
@@ -221,7 +222,7 @@ def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> No
 
 @pytest.fixture(scope="module")
 def rankings(settings: PageSettings, client: FlaskClient, opened: str) -> list[Ranking]:
-    """Return the rankings that a job writes for the first step: first the partial one, then the
+    """Return the rankings that a job writes for the first step: first the partial ranking, then the
     complete one.
 
     The model of the step lacks an effect.
@@ -277,14 +278,14 @@ def test_a_set_that_is_opened_again_is_not_ranked_again(
     before.write_ranking(1, rankings[1])
     again, _ = open_it()
     assert again.ranking(1) == rankings[1]
-    # The same model is reached again by adding and removing an effect.
+    # The test reaches the same model again by adding and removing an effect.
     client.post(f"{address}add", data={"effect": EFFECT})
     client.post(f"/s/{before.name}/2/drop", data={"effect": EFFECT})
     assert before.ranking(2) is None
     assert before.ranking(3) == rankings[1]
 
-    # The ranking is made again if the mask, a byte of the set, or the code of an effect has
-    # changed.
+    # The server makes the ranking again if the mask, a byte of the set, or the code of an effect
+    # has changed.
     (folder / "mask.csv").write_text("capture_row,mask\n5,1\n", "utf-8")
     assert open_it()[0].ranking(1) is None
     (folder / "mask.csv").unlink()

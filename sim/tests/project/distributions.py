@@ -1,4 +1,4 @@
-"""Build a folder with the Python packages that a list of requirements needs, and no others."""
+"""Builds a folder that contains the Python packages of a list of requirements, and no others."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from packaging.utils import canonicalize_name
 
 
 def required(requirements: Iterable[str]) -> dict[str, Distribution]:
-    """Return the installed distributions that the requirements need, directly or indirectly, by
-    name.
+    """Return the installed distributions that the requirements need, directly or indirectly, keyed
+    by name.
 
     Raises importlib.metadata.PackageNotFoundError if one is not installed here, and AssertionError
     if one has another version.

@@ -11,10 +11,11 @@ from pathlib import Path
 from arctrue.base.source_tree import ROOT
 
 PACKAGE = ROOT / "sim" / "arctrue"
-# Packages whose parts each have a row of their own in the table.
+# Packages whose parts each have a row of their own in the table of docs/architecture.md.
 DIVIDED = ("workbench", "studies")
 CONFIGURATION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# Layers from the command line down to the units. A module imports only from layers below its own.
+# Layers from the command line at the top down to the units. A module imports only from lower
+# layers.
 LAYERS, LAYERS_OF_WORKBENCH = (
     [[name.strip().removeprefix("arctrue.") for name in layer.split("|")] for layer in found]
     for found in (
@@ -32,7 +33,7 @@ def rows() -> list[list[str]]:
 
 
 def parts(folder: Path) -> set[str]:
-    """Return the modules and packages directly in ``folder``."""
+    """Return the names of the modules and packages directly in ``folder``."""
     found = {path.stem for path in folder.glob("*.py")} - {"__init__"}
     return found | {path.parent.name for path in folder.glob("*/__init__.py")}
 
@@ -52,7 +53,8 @@ def test_the_table_names_nothing_else() -> None:
 
 
 def depth(name: str) -> int:
-    """Return the number of the layer that contains this entry, counted from the top."""
+    """Return the number of the layer that contains the module or package ``name``, counted from the
+    top."""
     (found,) = [place for place, layer in enumerate(LAYERS) if name.split("/")[0] in layer]
     return found
 

@@ -32,7 +32,7 @@ REFERENCE_SEEN = REFERENCE_REQUIRED | {"doi", "journal", "notes", "url", "year"}
 
 
 def faults(data: Any) -> list[str]:
-    """Return what in a citation file violates the format."""
+    """Return the violations of the format in a citation file."""
     found = [f"lacks {key}" for key in sorted(REQUIRED - set(data))]
     found += [f"unknown key {key}" for key in sorted(set(data) - REQUIRED - OPTIONAL)]
     if data.get("cff-version") != "1.2.0":

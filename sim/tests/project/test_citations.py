@@ -12,7 +12,8 @@ ROOT = Path(__file__).resolve().parents[3]
 FOLDERS = ("rtl", "tb", "sim", "firmware", "formal", "scripts", "docs")
 ENDINGS = {".vhd", ".rdl", ".py", ".c", ".h", ".cpp", ".sv", ".md", ".j2", ".toml"}
 
-# Numbers in Shao, Zhu, Huang, Xue and Zhu (2025), read from the paper.
+# Numbers of the equations, sections, figures and tables of Shao, Zhu, Huang, Xue and Zhu (2025),
+# read from the paper.
 PAPER = {
     "equation": {*map(str, range(1, 18)), *(f"A.{n}" for n in range(1, 6))},
     "figure": {
@@ -124,7 +125,8 @@ PLACES = {
     "sim/arctrue/workbench/effects/base.py": ["equation (9)"],
     "sim/arctrue/calibration/transfer_function.py": ["equation (6)"],
 }
-"""Citations in each file. At each of these places the paper describes the subject of the file."""
+"""Citations that each file must contain. At each of these places the paper describes the subject of
+the file."""
 
 
 @pytest.mark.parametrize("name", PLACES)

@@ -1,5 +1,5 @@
-"""Tests that every claim of the pages about the diagnosis is supported by a figure of this tree or
-of a named commit."""
+"""Tests that a figure of this tree or of a named commit supports every claim of the pages about the
+diagnosis."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_former_figures_are_found() -> None:
 
 
 def test_a_figure_of_before_carries_the_commit_that_makes_it() -> None:
-    """If this tree cannot reproduce a figure, the text names the commit that can."""
+    """If this tree cannot reproduce a figure, the page names the commit that can."""
     for path in [*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"]:
         for said in _former_figures(path.read_text(encoding="utf-8")):
             assert re.search(r"`[0-9a-f]{7}(~1)?`", said), f"{path}: {said}"

@@ -1,5 +1,5 @@
-"""Tests that every command in the documents is run, or is listed here with the place and the
-reason."""
+"""Tests that every command in the documents is run by a test, or is listed in this module with
+another test and the reason."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 FOLLOWED = {"tutorial.md", "first-own-table.md", "own-effect.md", "real-data.md"}
-"""Pages of which test_tutorial.py runs every command and compares the output; it runs those of
-first-own-table.md only in ``make test-large``."""
+"""Pages of which test_tutorial.py runs every command and compares the output. It runs the commands
+of first-own-table.md only in ``make test-large``."""
 BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
@@ -51,8 +51,8 @@ ELSEWHERE = {
     "arctrue serve": ("it serves until it is stopped", "sim/tests/page/test_browser.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
 }
-"""Commands that another test runs. Each entry states why they are not run here, and which test runs
-them."""
+"""Commands that another test runs. Each entry states why this module does not run the command, and
+which test runs it."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "scripts/tests/device_build"),
     "compare-lanes": ("minutes; its parts there", "scripts/tests/synth/test_compare_lanes.py"),
@@ -75,8 +75,8 @@ TARGETS = {
     "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
     "verify-bitstream": ("needs a routed chip; its parts there", "scripts/tests/device_build"),
 }
-"""Targets of make in the documents. Each entry states why the target is not run here, and what
-tests it."""
+"""Targets of make in the documents. Each entry states why this module does not run the target, and
+which test covers it."""
 
 
 def lines_of(page: Path) -> Iterator[str]:
@@ -115,7 +115,8 @@ def test_the_commands_are_found() -> None:
 
 @pytest.mark.parametrize(("page", "line"), COMMANDS, ids=lambda item: item)
 def test_a_documented_command_has_these_words_and_options(page: str, line: str) -> None:
-    """The parser of the command itself accepts the line, wherever the command is run."""
+    """The parser of the command itself accepts the documented line, whether or not this module runs
+    the command."""
     if "diganose" in line:
         pytest.skip("the example of a wrong name: it is run below")
     words = shlex.split(line)[1:]
@@ -166,12 +167,12 @@ CODES = {"arctrue diganose my_table": 2}
 """Exit codes other than 0; only the example of a misspelt name has one."""
 INSTEAD = {"EFFECT": "hysteresis"}
 FEWER = {"--trials": "8", "--samples": "1500"}
-"""Smaller sizes for a command that draws its own sets; they replace the sizes on the page."""
+"""Smaller sizes for a command that simulates its own sets; they replace the sizes on the page."""
 
 
 def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each command runs as printed, on small sets or with the sizes of FEWER; a small set also
-    replaces a placeholder."""
+    """Each command runs as the page prints it, on small sets or with the sizes of FEWER; a small
+    set also replaces a placeholder."""
     monkeypatch.chdir(place)
     monkeypatch.setattr(_loaded_set.console, "width", 100)
     for page, line in HERE:
@@ -223,8 +224,8 @@ PICTURES = {
     "tutorial_stranger.png": "scripts/make_workbench_pictures.py",
     "warming_recalibrated.svg": "docs/scenarios.md",
 }
-"""Pictures of the documents, each with the script that makes it or the page that shows its
-command."""
+"""Pictures in the documents. Each entry names the script that makes the picture, or the page that
+shows the command for it."""
 
 
 DRAWINGS = "sim/arctrue/report/paper_drawings.py"

@@ -1,4 +1,5 @@
-"""Recalculate the figures of docs/errata.md and docs/calibration.md from their equations."""
+"""Tests that recalculate the figures of docs/errata.md and docs/calibration.md from their
+equations."""
 
 from __future__ import annotations
 
@@ -39,7 +40,7 @@ def test_scale_of_the_rotation() -> None:
 
 
 def test_sign_of_equation_10() -> None:
-    # With the sign as printed, the pair (x, y) is not rotated, and the cosine is wrong.
+    # With the sign that the paper prints, the pair (x, y) is not rotated, and the cosine is wrong.
     for sign, right in ((1, True), (-1, False)):
         x, y, z = 0.6072529, 0.0, 1.0
         for i in range(ITERATIONS):
@@ -103,14 +104,14 @@ def test_share_of_the_uncertainty() -> None:
 
 @pytest.mark.parametrize(("order", "amplitude", "u"), [(1, 95.0, 185.0), (11, 12.0, 12.0)])
 def test_head_separation_by_one_order(order: int, amplitude: float, u: float) -> None:
-    """Check the u(α) in docs/calibration.md for a reference with an uncertainty of 0.15″."""
+    """The u(α) in docs/calibration.md is right for a reference with an uncertainty of 0.15″."""
     factor = abs(np.exp(1j * order * math.radians(33)) - 1)
     assert 0.15 * factor / (order * amplitude) * ARCSEC == pytest.approx(u, rel=0.03)
 
 
 def test_what_an_unknown_head_separation_does_to_order_1() -> None:
-    """docs/calibration.md says that ±50″ are 28.9″ of u(α), and that they change 95″ of order 1 by
-    0.022″ along its amplitude."""
+    """The figures in docs/calibration.md are right: ±50″ are 28.9″ of u(α), and this uncertainty
+    changes 95″ of order 1 by 0.022″ along the amplitude."""
     u_alpha = 50 / math.sqrt(3)
     assert u_alpha == pytest.approx(28.9, abs=0.05)
     # The component of dE/dα along E follows from −j e^{jα}/(e^{jα} − 1) = −(1/2)(cot(α/2) + j).
@@ -158,16 +159,16 @@ def test_limits_as_standard_uncertainties() -> None:
 
 
 def test_a_smaller_separation_worsens_order_1() -> None:
-    """The gain in the paper's equation (6) and the covariance of a fit both show that a smaller
-    separation worsens order 1."""
+    """A smaller separation worsens order 1, by the gain in the paper's equation (6) and by the
+    covariance of a fit."""
     angles = np.radians(np.arange(1, 181))
     gain = 1 / abs(np.exp(1j * angles) - 1)
     assert np.all(np.diff(gain) < 0)
     for degrees, said in ((33, 1.8), (10, 5.7), (2, 29)):
         assert 1 / (2 * math.sin(math.radians(degrees) / 2)) == pytest.approx(said, rel=0.03)
         assert gain[degrees - 1] == pytest.approx(said, rel=0.03)
-    # The covariance of a fit of cos and sin to R₂ − R₁ with white noise shows the same, without
-    # equation (6).
+    # The covariance of a fit of cos and sin to R₂ − R₁ with white noise gives the same result
+    # without equation (6).
     theta = np.arange(360) * (2 * math.pi / 360)
     scatter = {}
     for degrees in (10, 33):
@@ -188,8 +189,8 @@ def test_unseen_order() -> None:
 
 
 def test_pitch_and_diameter_of_the_disc() -> None:
-    """The arc between two of 16,384 lines differs from the chord only by 6e-9, so that the test
-    uses the arc."""
+    """The pitch and the diameter of the disc agree; the test uses the arc between two of 16,384
+    lines, which differs from the chord only by 6e-9."""
     lines, printed_mm, printed_pitch_um = 16384, 107.95, 20.0
     pitch_um = math.pi * printed_mm * 1e3 / lines
     of_lines_mm = printed_pitch_um * lines / math.pi / 1e3
@@ -226,8 +227,8 @@ def test_accuracy_of_iso_230_is_more_than_the_range_of_means() -> None:
 
 @pytest.mark.parametrize(("heads", "unknown"), [(3, 1), (4, 0), (5, 0)])
 def test_heads_that_separate_the_motion_of_the_axis(heads: int, unknown: int) -> None:
-    """At every order there are four complex unknowns: the true angle, the disc, and two directions
-    of motion."""
+    """Four heads can separate the motion of the axis, because at every order there are four complex
+    unknowns: the true angle, the disc, and two directions of the axis' motion."""
     places = np.radians([0.0, 33.0, 162.5, 300.5, 71.5][:heads])
     for order in range(1, 129):
         disc = np.exp(1j * order * places)

@@ -1,5 +1,5 @@
 """Tests that after a write to a full disk the message names the file, the old file is kept, and no
-half-written file is left."""
+half-written file remains."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.model.model_file import write_model
 
 ROOM_BYTES = 64
-"""Room that is left on the disk, in bytes; every file of these writers is longer."""
+"""Free space that the test leaves on the disk, in bytes; every file of these writers is longer."""
 
 
 @contextmanager

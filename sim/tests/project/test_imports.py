@@ -21,8 +21,8 @@ def _modules() -> dict[str, Path]:
 
 
 def _imported(file: Path, modules: dict[str, Path]) -> set[str]:
-    """Return the modules that are imported at the top level, not within a function or only for
-    types."""
+    """Return the modules that are imported at the top level of a file, not within a function or
+    only for types."""
     found = set()
     for node in ast.parse(file.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Import):
@@ -42,7 +42,8 @@ def test_no_module_imports_itself_through_others() -> None:
 
 
 def test_nothing_in_sim_imports_the_scripts_or_the_test_benches() -> None:
-    """Code that scripts and test benches share with the package or its tests belongs in sim."""
+    """The folder sim contains all code that scripts and test benches share with the package or its
+    tests."""
     found = [
         f"{file.relative_to(SIM)}:{node.lineno}"
         for file in SIM.rglob("*.py")
@@ -60,7 +61,7 @@ def _names(node: ast.AST) -> list[str]:
 
 
 def test_no_circle_of_the_workbench_hides_in_a_function() -> None:
-    """A module of the workbench imports everything that it needs from the package at the top of its
+    """Every module of the workbench imports all that it needs from the package at the top of its
     file."""
     hidden = [
         f"{file.relative_to(PACKAGE)}: {inner.module}"

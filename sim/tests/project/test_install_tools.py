@@ -30,7 +30,7 @@ TOOLS = {
 
 
 def tree(folder: Path, script: str) -> Path:
-    """Copy the script into a source tree of its own, with stand-ins for the tools that it unpacks;
+    """Copy the script into a new source tree, with stand-ins for the tools that the script unpacks;
     return the copy."""
     (folder / "scripts").mkdir()
     for name in (script, "debian_packages.sh"):

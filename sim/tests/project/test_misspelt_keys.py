@@ -145,7 +145,7 @@ command = "arctrue import"
 program = "arctrue 0.1.0"
 """
 NAMED_BY_THE_EFFECT = ("amplitude", "frequency")
-"""Names that are no keys of the format: a fitted parameter and a search parameter, which only the
+"""Names that are not keys of the format: a fitted parameter and a search parameter, which only the
 effect knows."""
 
 
@@ -154,7 +154,7 @@ def _wrong(key: str) -> str:
 
 
 def _misspelt(content: Any) -> Iterator[tuple[str, Any]]:
-    """Yield each key of the content, with a copy of the content in which one letter of this key is
+    """Yield each key of the content, with a copy of the content in which one letter of the key is
     doubled."""
     if isinstance(content, list):
         for place, item in enumerate(content):

@@ -1,5 +1,4 @@
-"""Tests that every public name describes its arguments in the numpydoc sections of its
-docstring."""
+"""Tests that the docstring of every public name describes the arguments in numpydoc sections."""
 
 from __future__ import annotations
 
@@ -50,7 +49,8 @@ def sections(text: str) -> dict[str, str]:
 
 
 def entries(words: str) -> dict[str, str]:
-    """Return the names in a section, each with its text; ``a, b : int`` are two names."""
+    """Return each name in a section with its text; the section's line ``a, b : int`` contains two
+    names."""
     found: dict[str, str] = {}
     for part in re.split(r"\n(?=\S)", words.strip("\n")):
         head, _, _ = part.partition("\n")
@@ -103,7 +103,7 @@ def inline(kind: type) -> dict[str, str]:
 
 
 def faults(what: Any) -> list[str]:
-    """Return what is missing in the docstring."""
+    """Return the arguments, exceptions and sections that the docstring lacks."""
     text = inspect.getdoc(what) or ""
     found = (
         [] if re.match(r"[A-Z`].*[.:]$", text.partition("\n")[0]) else ["no summary in one line"]
@@ -164,7 +164,7 @@ def test_an_example_gives_what_it_says(what: Any) -> None:
 
 
 def test_every_package_with_public_names_is_read() -> None:
-    """arctrue.api has the same public names as arctrue."""
+    """Every package with public names is read; arctrue.api has the same public names as arctrue."""
     root = Path(arctrue.__file__).parent
     named = {
         ".".join(("arctrue", *path.parent.relative_to(root).parts))

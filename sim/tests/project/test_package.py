@@ -1,4 +1,4 @@
-"""Tests of the package as a stranger installs it, from a wheel that needs no source tree.
+"""Tests of the package as a user installs it, from a wheel that needs no source tree.
 
 The tests need no network. The build has only the requirements that pyproject.toml names, as in
 pip's isolated build; the program has only its declared dependencies.
@@ -24,7 +24,7 @@ from arctrue.base.extras import EXTRA_OF
 
 ROOT = Path(__file__).resolve().parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# Files that .gitignore keeps out of git.
+# Files that git ignores because of .gitignore.
 MADE = shutil.ignore_patterns(
     *(".git", ".venv", "build", "generated", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis")
 )
@@ -121,8 +121,8 @@ def test_the_source_distribution_makes_the_same_wheel(
 def test_wheel_and_source_distribution_can_be_published(
     wheel: Path, source_distribution: Path, tmp_path: Path
 ) -> None:
-    """``twine check --strict`` checks that the metadata are valid and that the index can show the
-    description."""
+    """The wheel and the source distribution can be published: ``twine check --strict`` checks that
+    the metadata are valid and that the index can show the description."""
     words = [sys.executable, "-m", "twine", "--no-color", "check", "--strict"]
     words += [str(wheel), str(source_distribution)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
@@ -152,8 +152,8 @@ def test_an_editable_install_generates_in_the_tree(
 
 @dataclass
 class Installed:
-    """An environment with the wheel and its declared dependencies, and an empty folder to work
-    in."""
+    """An environment in which the wheel and its declared dependencies are installed, and an empty
+    folder to work in."""
 
     environment: Path
     folder: Path
@@ -181,7 +181,7 @@ EXTRAS = PROJECT["project"]["optional-dependencies"]
 CORE = PROJECT["project"]["dependencies"]
 ALL = [line for name, lines in EXTRAS.items() if name not in ("all", "dev") for line in lines]
 MOST_MB = 260
-"""Largest size of the installed core in MB. numpy and scipy take 215 of them."""
+"""Largest size of the installed core in MB, of which numpy and scipy take 215 MB."""
 MOST_IMPORT_S = 0.1
 
 
@@ -226,8 +226,8 @@ def test_all_has_every_extra() -> None:
 
 
 def test_the_core_is_small(wheel: Path) -> None:
-    """The size contains every file that is installed with the core, and those of the wheel, in MB
-    of 10⁶ bytes."""
+    """The size of the core counts every file that is installed with the core and every file of the
+    wheel, in MB of 10⁶ bytes."""
     files = [
         Path(str(found.locate_file(file)))
         for found in required(CORE).values()
@@ -240,8 +240,8 @@ def test_the_core_is_small(wheel: Path) -> None:
 
 
 def test_the_import_is_fast(core: Installed) -> None:
-    """The fastest of five starts counts, because other programs on this machine can slow a start
-    down."""
+    """The fastest of five imports must stay below the limit, because other programs on this machine
+    can slow a start down."""
     program = (
         "import time; start = time.perf_counter(); import arctrue;"
         "print(time.perf_counter() - start)"
@@ -273,8 +273,8 @@ for needs in (found.plot, lambda: at.Dataset.from_hdf5("none.h5"), table):
 
 
 def test_the_library_works_in_the_core(core: Installed) -> None:
-    """The core alone takes arrays to a written set and a fit. For a missing extra the message names
-    the command that installs it."""
+    """The core alone makes a written set and a fit from arrays. For a missing extra the message
+    names the command that installs this extra."""
     said = core.run("python", "-c", IN_THE_CORE).splitlines()
     assert said == [
         "2.0 True",

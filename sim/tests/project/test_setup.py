@@ -1,4 +1,4 @@
-"""Tests of scripts/setup.sh on machines that lack something: the script states what is missing, and
+"""Tests of scripts/setup.sh on machines that lack a tool: the script states what is missing, and
 stops."""
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def test_unknown_system_lists_what_to_install(machine: Machine) -> None:
 
 
 def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
-    # The stand-in prints the version in two forms, that of GHDL 2.0 and that of GHDL 5.0.
+    # The stand-in for GHDL prints the version in two forms, that of GHDL 2.0 and that of GHDL 5.0.
     machine.command(
         "ghdl",
         'case "$GHDL_BACKEND" in mcode) echo " static elaboration, mcode JIT code generator";; '
@@ -135,8 +135,8 @@ end"""
 
 
 def test_llvm_gets_the_name_that_ghdl_asks_for(machine: Machine) -> None:
-    # This is the output with ghdl-llvm 4.1.0+dfsg-0ubuntu2.1 and libllvm18 1:18.1.3-1ubuntu1 of
-    # Ubuntu 24.04.
+    # The stand-in prints the output of ghdl-llvm 4.1.0+dfsg-0ubuntu2.1 with libllvm18
+    # 1:18.1.3-1ubuntu1 on Ubuntu 24.04.
     machine.command("ldd", NOT_FOUND)
     library = "/lib/x86_64-linux-gnu/libLLVM.so.18.1"
     machine.command("ldconfig", f"printf '\\tlibLLVM.so.18.1 (libc6,x86-64) => {library}\\n'")
@@ -212,8 +212,8 @@ def test_packages_of_the_lock_that_cannot_be_had_stop_the_set_up(machine: Machin
 
 
 def made_ready(machine: Machine, installer: str) -> None:
-    """Let the Python packages install at once. ``installer`` is the stand-in for the script that
-    fetches GHDL for netlists."""
+    """Let the script install the Python packages at once. ``installer`` is the stand-in for the
+    script that fetches GHDL for netlists."""
     machine.command(
         "python3",
         'if [ "$2" = venv ]; then mkdir -p .venv/bin; printf "#!/bin/sh\\nexit 0\\n" '

@@ -1,4 +1,4 @@
-"""Tests that the documentation site is built completely, without a warning, and only with files of
+"""Tests that the documentation site is built completely, without a warning, and only from files of
 this machine."""
 
 from __future__ import annotations
@@ -91,7 +91,8 @@ def test_the_navigation_has_four_parts_and_every_page_once() -> None:
     ],
 )
 def test_a_dead_link_fails_the_build(tmp_path: Path, page: str, said: str) -> None:
-    """A site of one page is built with the same rules."""
+    """The build fails for a site of one page that has a dead link; the site has the rules of
+    mkdocs.yml."""
     (tmp_path / "docs").mkdir()
     (tmp_path / "docs" / "index.md").write_text(f"# Page\n\n{page}\n", encoding="utf-8")
     text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Tests of the commands, records and messages of scripts/try_systems.sh, with stand-ins for the
+"""Tests of the commands, records and messages of scripts/try_systems.sh; stand-ins replace the
 programs that need root."""
 
 from __future__ import annotations
@@ -18,13 +18,15 @@ ROOT = Path(__file__).resolve().parents[3]
 BAD_INPUT = 2
 SYSTEMS = {"debian12": "Debian 12", "debian13": "Debian 13", "ubuntu2404": "Ubuntu 24.04"}
 
-# Stand-in for debootstrap: it leaves the same files and writes its arguments to a file.
+# Stand-in for debootstrap: it makes the files that debootstrap makes, and writes its arguments to a
+# file.
 DEBOOTSTRAP = """
 echo "$@" >> "$SAID"
 for word; do case $word in */systems/*[0-9]) root=$word;; esac; done
 mkdir -p "$root/etc/apt/apt.conf.d" "$root/usr/local/share/ca-certificates" "$root/root"
 """
-# Stand-in for chroot. Its words are the root, then sh -c PROGRAM sh PLACE, and then the command.
+# Stand-in for chroot. Its arguments are the root, then sh -c PROGRAM sh PLACE, and then the
+# command.
 CHROOT = """
 root=$1
 shift 6
@@ -192,11 +194,11 @@ def test_it_ends_at_once_when_it_is_told_to(machine: Machine, tmp_path: Path) ->
             assert script.poll() is None
             time.sleep(0.02)
         script.terminate()
-        # The script does not wait for the command, which would take ten minutes.
+        # The script ends without waiting for the command, which would take ten minutes.
         assert script.wait(timeout=300) == 128 + signal.SIGTERM
     finally:
-        # The stand-in has no process namespace that would end with its first process; the test ends
-        # the processes itself.
+        # The stand-in has no process namespace whose first process would end the others; the test
+        # ends the processes itself.
         os.killpg(script.pid, signal.SIGKILL)
     assert not (machine.tree / "build" / "systems" / "results" / "debian13.toml").exists()
 

@@ -1,4 +1,5 @@
-"""Tests that ``arctrue report`` writes one self-contained file, and every figure next to it."""
+"""Tests that ``arctrue report`` writes one self-contained file, and every figure as a separate file
+next to it."""
 
 from __future__ import annotations
 

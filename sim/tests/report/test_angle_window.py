@@ -1,5 +1,5 @@
-"""Tests that an arc is drawn between its own ends, also across 0, and the whole turn from 0 to
-360."""
+"""Tests that a figure of an arc ends where the arc ends, also across 0, and that a figure of the
+whole turn goes from 0 to 360."""
 
 from __future__ import annotations
 

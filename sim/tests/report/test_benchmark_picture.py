@@ -1,4 +1,5 @@
-"""Tests of the picture on the benchmark's page."""
+"""Tests of the picture on the benchmark's page: its matrix of names and its curve of
+probabilities."""
 
 from __future__ import annotations
 

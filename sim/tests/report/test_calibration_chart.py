@@ -1,4 +1,5 @@
-"""Tests that the charts of calibrate and diagnose show the figures of their data."""
+"""Tests that the charts of ``arctrue calibrate`` and ``arctrue diagnose`` draw the figures of their
+data."""
 
 from __future__ import annotations
 
@@ -40,14 +41,14 @@ def test_the_reference_run_stands_on_the_curve_of_the_two_heads(calibration: Cal
         x for x in calibration_chart(calibration, "").panels[0].layers if isinstance(x, Curve)
     )
     # The reference has some hundreds of rows with 0.15″ of noise; the limit is five standard
-    # deviations of it.
+    # deviations of this noise.
     left = run.y - np.interp(run.x, curve.x, curve.y)
     assert np.abs(left - left.mean()).max() < 5.0 * 0.15
 
 
 def test_places_of_delta_bic_are_those_of_a_symmetric_logarithm() -> None:
-    """The places equal those of matplotlib's own transform, whose linear part takes one decade per
-    side."""
+    """The chart places ΔBIC where matplotlib's own transform places it, whose linear part takes one
+    decade per side."""
     value = np.array([-3e4, -100.0, -10.0, -9.0, 0.0, 0.5, 10.0, 11.0, 1e5])
     theirs = SymmetricalLogTransform(10.0, LINEAR_TO, 0.9).transform_non_affine(value)
     np.testing.assert_allclose(along(value), theirs / LINEAR_TO, rtol=1e-12)

@@ -1,4 +1,5 @@
-"""Tests what the figures of page and report draw, and which unit each axis has."""
+"""Tests that the figures of page and report draw the right values, and that each axis names its
+unit."""
 
 from __future__ import annotations
 
@@ -79,9 +80,10 @@ def test_the_finding_is_what_was_put_in(added: Analysis) -> None:
     slope = HEAT_ARCSEC_A_KELVIN * 2.0 * np.sin(np.radians(16.5)) / np.sqrt(2.0)
     rise = np.polyfit(capture.x, capture.measured, 1)[0]
     # The cold and the warm rows differ by 4 K. Each row has 0.1″·√2 of noise, and 3,600 rows are
-    # warm; the tolerance is three standard errors.
+    # warm; the tolerance of the slope is three standard errors.
     assert rise == pytest.approx(slope, abs=3.0 * CAPTURE_NOISE * np.sqrt(2.0 / 3600.0) / 4.0)
-    # The effect alone must lie on a straight line, because the fitted effect contains no noise.
+    # The column of the effect must lie on a straight line, because the fitted effect contains no
+    # noise.
     straight = np.polyval(np.polyfit(capture.x, capture.effect, 1), capture.x)
     assert np.abs(capture.effect - straight).max() < 0.01 * np.ptp(capture.effect)
     assert np.abs(capture.effect - capture.measured).max() < 5.0 * capture.standard_error.max()
@@ -96,7 +98,7 @@ def test_a_high_order_is_drawn_over_its_own_phase() -> None:
     found = effect_amplitude(seen, seen.solution)
     (shown,) = [item for item in found.over(found.best) if item.channel == "capture"]
     assert shown.name == f"phase of order {RULED_ORDER}"
-    # This is the share of the order that the difference of two heads 33° apart contains.
+    # The expected size is the share of the order in the difference of two heads 33° apart.
     size = RULED_ARCSEC * 2.0 * abs(np.sin(np.radians(RULED_ORDER * 33.0 / 2.0)))
     assert np.ptp(shown.effect) / 2.0 == pytest.approx(size, rel=0.05)
     assert shown.share == pytest.approx(1.0, abs=0.01)
@@ -146,8 +148,8 @@ def test_each_figure_can_be_drawn_and_says_its_units(added: Analysis, name: str,
     for panel in chart.panels:
         for axis in (panel.x, panel.y):
             assert axis.unit != "1" or axis.label in WITHOUT_UNIT, axis
-    # go.Figure checks the data against plotly's own schema. The JSON must not contain NaN, which no
-    # browser reads.
+    # go.Figure checks the data against plotly's own schema. The JSON must not contain NaN, which
+    # browsers cannot read.
     data = json.loads(json.dumps(plain(chart_data(chart)), allow_nan=False))
     assert len(go.Figure(data).data) >= len(chart.panels)
     svg = ElementTree.fromstring(chart_svg(chart))

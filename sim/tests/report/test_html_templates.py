@@ -1,4 +1,4 @@
-"""Tests that text is escaped in every page, because only one module makes HTML from templates."""
+"""Tests that every page escapes its texts, because only one module makes HTML from templates."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_html_is_made_with_those_options_alone() -> None:
         for path in PACKAGE.rglob("*.py")
         if re.search(r"\bEnvironment\(|render_template_string|\|\s*safe", path.read_text("utf-8"))
     ]
-    # The other two modules in the list write Python files.
+    # The other two modules in the list write Python files from templates.
     assert sorted(makers) == [
         "report/html_templates.py",
         "workbench/diagnose/adopted.py",

@@ -1,4 +1,4 @@
-"""Tests of the sentences on the page."""
+"""Tests of the sentences in the sections of the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests that every consumer of a cause applies all its parts, or refuses the cause by name."""
+"""Tests that every consumer of a cause applies all parts of the cause, or refuses the cause by
+name."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ def edges(*effects: Cause) -> None:
 
 
 def counter(*effects: Cause) -> None:
-    # Studies of a method or of an error budget read these counts.
+    # Studies of a calibration method or of an error budget read these counts.
     table(*effects).counts(0, MOTION.state(np.array([0.5])))
 
 
@@ -49,7 +50,7 @@ def virtual_instrument(*effects: Cause) -> None:
 
 
 def hidden_effect(*effects: Cause) -> None:
-    # The rig's table stands in front of the heads of the compiled gateware.
+    # The instrument's table turns in front of the heads of the compiled gateware.
     settings = HiddenSettings.of_lines(64, 4, 400)
     TableCurves(settings.table(effects), MOTION, 1e6)
 
@@ -115,7 +116,8 @@ def test_every_cause_acts_on_something_and_is_in_the_registry() -> None:
     for recipe in REGISTRY.values():
         assert {type(effect) for effect in drawn(recipe.name)} == {CAUSES[recipe.cause].kind}
     drawn_causes = {recipe.cause for recipe in REGISTRY.values()}
-    # The first cause is in every table, the second is for long runs, and the third is for a study.
+    # The first cause may be in any table; the second one is for long runs, and the third one is for
+    # a study.
     not_drawn = {"disc_eccentricity", "creeping_centre", "loose_centre"}
     assert set(CAUSES) - drawn_causes == not_drawn
     files = {file.stem for file in Path(causes.__path__[0]).glob("*.py")}
@@ -138,8 +140,8 @@ def test_conditions_of_a_motion_and_of_stations_reach_the_cause(name: str) -> No
     if name in ("hysteresis", "wearing_track"):
         without, with_it = (bench(one).measure(stations_only(), title="") for one in fine)
         off = with_it.exact_arcsec["reference"] - without.exact_arcsec["reference"]
-        # On either side rounding can hide one count of 0.08″; the difference exceeds these two
-        # counts.
+        # In each of the two readings, rounding can hide one count of 0.08″; the difference exceeds
+        # these two counts.
         assert np.ptp(off) > 0.16
 
 

@@ -1,4 +1,4 @@
-"""Tests of the counts that a moving table shows."""
+"""Tests of the counts that the heads of a moving table show."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def test_a_turn_at_the_papers_speed_has_12000_steps_of_108_arcsec() -> None:
     random = np.random.default_rng(0)
     first, second = (TABLE.counts(head, state, random) for head in (0, 1))
     step_arcsec = np.diff(first) * TABLE.count_rad / ARCSEC
-    # A step is 108″. The tolerance is 0.08″ of rounding, 0.08″ for the slope of the eccentricity,
-    # and five σ of the difference of two readings.
+    # A step is 108″. The tolerance contains 0.08″ of rounding, 0.08″ for the slope of the
+    # eccentricity, and five σ of the difference of two readings.
     assert np.abs(step_arcsec - 108).max() < 0.08 + 0.08 + 5 * np.sqrt(2) * 0.1
     clean = TABLE.reading_rad(1, TableState.at_rest(state.angle_rad)) / TABLE.count_rad
     scatter = second + 0.5 - clean

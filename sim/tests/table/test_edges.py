@@ -67,8 +67,8 @@ def test_noise_moves_edges_by_its_size_and_never_past_each_other() -> None:
     np.testing.assert_array_equal(clean.count, edges.count)
     assert np.all(np.diff(edges.time_s) >= 0)
     moved = (edges.true_angle_rad - clean.true_angle_rad) / quiet.count_rad
-    # A standard deviation from 4,500 draws has a relative standard error of 1 %; five of them are
-    # allowed.
+    # A standard deviation from 4,500 draws has a relative standard error of 1 %; the test allows
+    # five of these errors.
     assert moved.std() == pytest.approx(0.05, rel=0.05)
     assert abs(moved.mean()) < 0.05 * 5 / np.sqrt(moved.size)
 

@@ -1,5 +1,5 @@
-"""Tests of each head's reading on a table with three or four heads, and of sets measured with
-them."""
+"""Tests that a table with three or four heads gives each head its reading, and that sets measured
+with these heads are right."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.table.causes.radial_motion import RadialMotion
 
 PLACES = np.deg2rad(HEAD_PLACES_DEG[4])
 SECOND_ORDER = 2.0
-"""Margin factor for the terms that the formula for a small shift neglects, (shift/R)²."""
+"""Factor on the bound for the terms (shift/R)², which the formula for a small shift neglects."""
 
 
 def test_every_head_sees_the_axis_by_its_own_place_and_radius() -> None:
@@ -30,7 +30,7 @@ def test_every_head_sees_the_axis_by_its_own_place_and_radius() -> None:
     for head, (place, radius) in enumerate(zip(PLACES, radii, strict=True)):
         seen = table.reading_rad(head, TableState.at_rest(angle)) - angle
         # A head at the angle p counts from its own mark, so that its reading is larger by p. The
-        # angle of its ray is known only within ± π.
+        # direction of its ray is known only modulo a turn, within ± π.
         seen -= 2.0 * np.pi * np.round((seen - place) / (2.0 * np.pi)) + place
         expected = np.imag(moved * np.exp(1j * place)) / radius
         assert np.max(np.abs(seen - expected)) < SECOND_ORDER * (abs(1.5 * shift) / radius) ** 2
@@ -59,8 +59,8 @@ def test_a_simulated_set_is_calibrated_to_the_table_it_came_from(heads: int) -> 
     angle = np.linspace(0.0, 6.28, 500)
     reading = made.table.reading_rad(0, TableState.at_rest(angle))
     left = (reading - angle) * 206265.0 - found.on_disc().under_head(0, reading)
-    # The fit of 24 coefficients to 54,000 samples of 0.1″, with gains below 1.3, leaves 0.003″.
-    # Four times this is allowed.
+    # The fit of 24 coefficients to 54,000 samples of 0.1″, with gains below 1.3, has an uncertainty
+    # of 0.003″. The test allows four times this.
     assert np.std(left) < 4 * 1.3 * 0.1 * np.sqrt(24 / 18_000)
 
 
@@ -70,7 +70,7 @@ def test_two_heads_are_drawn_as_they_were() -> None:
     assert len(two.measurement.capture.heads) == 2
     assert two.measurement.table.head_places_deg is None
     assert "heads" not in two.truth
-    # The counts come from the revision before further heads were added, with the same seed.
+    # The counts come from the revision before further heads were added, with this seed.
     assert two.measurement.capture.head2_counts[[0, 9_000, -1]].tolist() == [
         2472221, 27635524, 52801067
     ]  # fmt: skip

@@ -1,5 +1,5 @@
-"""Tests of the table's rays against triangles, a series expansion, and the convention of the
-signs."""
+"""Tests of the directions from the disc's centre to the heads against triangles, a series
+expansion, and the sign convention."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ def eccentric(offset_m: float, direction_rad: float = 0.7) -> RotaryTable:
 @pytest.mark.parametrize("offset_m", [1e-6, 40e-6, 5e-3])
 def test_eccentric_reading_follows_the_law_of_sines(offset_m: float) -> None:
     # The triangle of axis, disc centre and head has two known sides and a known angle at the axis,
-    # which give the angle at the head. The rays from the disc centre and from the axis differ by
-    # this angle.
+    # which give the angle at the head. The directions from the disc centre and from the axis differ
+    # by this angle.
     table = eccentric(offset_m)
     for head, stator in ((0, 0.0), (1, -HEAD_SEPARATION_RAD)):
         at_axis = ANGLES + 0.7 - stator
@@ -46,14 +46,14 @@ def test_small_angle_formula_holds_to_its_own_order(offset_m: float) -> None:
     ratio = offset_m / DISC_RADIUS_M
     error = eccentric(offset_m).reading_rad(0, STATE) - ANGLES
     missing = np.abs(error - ratio * np.sin(ANGLES + 0.7)).max()
-    # The next term of the series is (e/R)²/2·sin 2x. The error must contain this term and nothing
-    # larger.
+    # The next term of the series is (e/R)²/2·sin 2x. The error of the formula must contain this
+    # term and nothing larger.
     assert missing == pytest.approx(ratio**2 / 2, rel=2 * ratio + 1e-4)
 
 
 def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> None:
-    """By docs/architecture.md, "Head geometry", head 2 reads a place of the disc that is α ahead;
-    the mean separation shows this too."""
+    """Head 2 reads a place of the disc that is α ahead, as docs/architecture.md, "Head geometry",
+    states; the mean separation also shows this order."""
     theta = np.linspace(-1.0, 1.0, 20_001)
     table = RotaryTable(two_heads(), (GraduationBump(50 * ARCSEC, 0.2, 0.01),))
     plain = RotaryTable(two_heads())
@@ -96,8 +96,8 @@ def test_both_heads_see_one_error_function_alpha_apart() -> None:
 
 
 def test_head_separation_is_the_mean_over_true_angle_not_over_reading() -> None:
-    # The mean over uniform readings gives a separation that is wrong by (a²/2)·sin α, which is
-    # 0.017″ for 30 µm.
+    # A mean over uniform readings, instead of uniform angles, gives a separation that is wrong by
+    # (a²/2)·sin α, which is 0.017″ for 30 µm.
     table = eccentric(30e-6)
     turn = np.arange(3600) * (2 * np.pi / 3600)
     state = TableState.at_rest(turn)

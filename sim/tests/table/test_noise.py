@@ -1,5 +1,5 @@
-"""Tests of noise in the time domain against closed forms, and of noise that a consumer cannot
-apply."""
+"""Tests that noise in the time domain agrees with closed forms, and that a consumer refuses noise
+that it cannot apply."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_a_spectrum_without_a_variance_is_refused() -> None:
 
 def test_outliers_strike_as_many_rows_as_they_say() -> None:
     struck = Outliers(0.02, 1.0).struck_rad(0, rows(20_000), np.random.default_rng(1))
-    # Six standard deviations of this binomial distribution are 119.
+    # Six standard deviations of the binomial distribution of the outliers' number are 119.
     assert abs(np.count_nonzero(struck) - 400) < 120
 
 

@@ -1,4 +1,4 @@
-"""Diagnose a set with only the paper's model."""
+"""Diagnoses a set with only the paper's model."""
 
 from __future__ import annotations
 

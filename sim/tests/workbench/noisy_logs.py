@@ -1,6 +1,6 @@
-"""Simulate logs of an hour: noise of many kinds with regular lines.
+"""Simulates logs of an hour: noise of many kinds with regular lines.
 
-The module uses plain numpy, and no noise is drawn from a kernel of the workbench.
+The module uses plain numpy, and draws no noise from a kernel of the workbench.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def ornstein_uhlenbeck(random: np.random.Generator, time_s: Float, constant_s: f
 def driven_oscillator(
     random: np.random.Generator, time_s: Float, period_s: float, quality: float
 ) -> Float:
-    """Return the motion of an oscillator that noise drives, x″ + (ω/Q)x′ + ω²x = noise, with a
+    """Return the motion of an oscillator that noise drives, x″ + (ω/Q)x′ + ω²x = noise, scaled to a
     standard deviation of one.
 
     The integration by Euler and Cromer has steps of at most a quarter of a row.
@@ -50,8 +50,8 @@ def driven_oscillator(
 
 
 def flicker(random: np.random.Generator, time_s: Float, slope: float) -> Float:
-    """Return noise with a standard deviation of one and the density f^(−slope), from a transform
-    over twice the length."""
+    """Return noise with a standard deviation of one and the density f^(−slope), from a Fourier
+    transform over twice the length."""
     count = 2 * time_s.size
     frequency = np.fft.rfftfreq(count)
     frequency[0] = frequency[1]
@@ -135,7 +135,7 @@ NULLS: dict[str, Draw] = {
         + 0.3 * random.normal(size=t.size)
     ),
 }
-"""Functions that draw noise without a line, in arcseconds; one for each kind of noise."""
+"""Functions that draw noise in arcseconds, without a line; one function for each kind of noise."""
 
 
 def with_lines(time_s: Float, lines: Sequence[tuple[float, float]], phase: float = 0.4) -> Float:

@@ -1,4 +1,4 @@
-"""Run the commands that a page of the documents shows, and compare their output with the page.
+"""Runs the commands that a page of the documents shows, and compares their output with the page.
 
 A ``console`` block contains commands after ``$`` and lines of their output; ``…`` replaces omitted
 lines. A block with ``title="FILE"`` contains a file to write.
@@ -22,13 +22,13 @@ BLOCK = re.compile(
 )
 NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 RELATIVE = 0.05
-"""Relative difference between figures that another processor or library may cause."""
+"""Relative difference between two numbers that another processor or library may cause."""
 WIDTH = 100
 
 
 @dataclass
 class Command:
-    """A command of a page, with the lines of output that the page shows."""
+    """A command of a page, with the lines of output that the page shows for this command."""
 
     words: list[str]
     shown: list[str] = field(default_factory=list)
@@ -62,7 +62,8 @@ def _commands(text: str) -> list[Command]:
 
 
 def run(command: Command) -> str:
-    """Run an ``arctrue`` command in this process, check that it succeeds, and return its output."""
+    """Run an ``arctrue`` command in this process, check that it succeeds, and return the command's
+    output."""
     assert command.words[0] == "arctrue"
     _loaded_set.console.width = WIDTH
     result = CliRunner().invoke(main, command.words[1:], catch_exceptions=False)
@@ -72,8 +73,8 @@ def run(command: Command) -> str:
 
 
 def assert_shown(command: Command, output: str) -> None:
-    """Assert that the output contains every line of the page, in order and with the same
-    figures."""
+    """Assert that the output contains every line of the page, in the order of the page and with
+    equal figures."""
     lines = iter(output.splitlines())
     for wanted in command.shown:
         passed: list[str] = []

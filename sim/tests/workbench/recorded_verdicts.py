@@ -1,4 +1,4 @@
-"""Compare the output of ``diagnose --json`` for 40 benchmark sets with recorded output.
+"""Compares the output of ``diagnose --json`` for 40 benchmark sets with recorded output.
 
 The record contains verdicts, names, numbers and keys, but no sentences, because these may be
 reworded. ``python -m scripts.record_verdicts`` writes the record.
@@ -24,8 +24,8 @@ from arctrue.workbench.model.model import default_model
 RECORD = Path(__file__).parent / "recorded_verdicts.jsonl"
 SETS = 40
 WHOLE_CANDIDATES = 3
-"""Number of candidates that are recorded in full. Of the others only name and evidence are
-recorded."""
+"""Number of candidates that are recorded in full. Only name and evidence of the other candidates
+are recorded."""
 DIGITS = 7
 RELATIVE = 1e-3
 """Largest relative difference of two numbers that count as equal.
@@ -38,7 +38,8 @@ LEAST = 1e-6
 equal."""
 SMALLEST_P = 1e-300
 EVIDENCE = 0.02
-"""Largest difference of ΔBIC: twice the tolerance of the log likelihood."""
+"""Largest difference of two values of ΔBIC that count as equal: twice the tolerance of the log
+likelihood."""
 SENTENCES = {
     "description",
     "unlike",
@@ -48,7 +49,7 @@ SENTENCES = {
     "unlike_benchmark",
 }
 LACKING = {"cannot_be_tested", "look_alikes"}
-"""Keys under which each effect has a sentence that says what the set lacks."""
+"""Keys under which each effect has a sentence about what the set lacks."""
 
 
 def tasks() -> list[Task]:
@@ -72,13 +73,13 @@ def verdict_of(task: Task) -> dict[str, Any]:
 
 
 def recorded() -> dict[str, dict[str, Any]]:
-    """Return the recorded verdicts by the names of the sets."""
+    """Return the recorded verdicts, keyed by the names of the sets."""
     lines = RECORD.read_text(encoding="utf-8").splitlines()
     return {item["set"]: item for item in map(json.loads, lines)}
 
 
 def line_of(verdict: Mapping[str, Any]) -> str:
-    """Return one line of the record."""
+    """Return the verdict as one line of the record."""
     return json.dumps(_rounded(verdict), separators=(",", ":"), sort_keys=True)
 
 

@@ -1,5 +1,5 @@
-"""Simulate sets of a table with a reversal error that a polygon measures, from the definition of
-the error."""
+"""Simulates sets of a table whose reversal error a polygon measures, from the definition of the
+error."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def reversal_set(
 ) -> MeasurementSet:
     """Return a set that goes up and down over the same stations, with a reversal error.
 
-    Half of the error acts in each direction. The error differs from station to station by a drawn
+    Half of the error acts in each direction. The error at each station is multiplied by a random
     factor with the standard deviation ``varies``.
     """
     random = np.random.default_rng(seed)

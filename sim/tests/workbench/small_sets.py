@@ -1,4 +1,4 @@
-"""Make small measurement sets from their definitions, without the package's own models."""
+"""Makes small measurement sets from their definitions, without the package's own models."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ SAMPLES_A_TURN = 1200
 TURNS = 3
 RUNS = ((30.0, 20.0, 20.0, 0.0), (-30.0, 20.0, 20.0, 60.0), (90.0, 20.0, 20.0, 120.0),
         (30.0, 23.5, 24.5, 1800.0))  # fmt: skip
-"""For each run: speed in deg/s, temperature at the start and at the end, and start time."""
+"""Speed in deg/s, temperature at the start and at the end in °C, and start time in s, for each
+run."""
 CAPTURE_NOISE = 0.1
 REFERENCE_NOISE = 0.15
 

@@ -30,19 +30,20 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 EFFECTS = built_in()
 TESTS = 19
-"""Number of effects that a diagnosis tests: those of the catalogue, except the model's own."""
+"""Number of effects that a diagnosis tests: the effects of the catalogue, except those of the
+model."""
 SETS = 12
 LEAST = 9
-"""Smallest accepted number of sets, of 12, in which the effect is found. At 95 %, fewer occur in 1
-of 450 such tests (binomial)."""
+"""Smallest accepted number of sets, of 12, in which the effect is found. At a rate of 95 %, fewer
+sets occur in 1 of 450 such tests (binomial)."""
 INDEX_ARCSEC = 0.08
 """Standard deviation of a run's offset in arcseconds, about one count of 0.077″."""
 
 
 @pytest.mark.parametrize(("rank", "freedom"), [(1, 10.0), (1, 4.0), (3, 20.0), (23, 60.0)])
 def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> None:
-    """Two sets each draw a χ² of their own: the set that states the size, and the set that contains
-    the effect."""
+    """The needed gain has its power in simulated noise: the set that states the size and the set
+    that contains the effect each draw a χ² of their own."""
     random = np.random.default_rng(5)
     gain = needed_gain(rank, TESTS, freedom)
     size, draws = np.sqrt(gain), 40_000
@@ -57,8 +58,8 @@ def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> 
 
 
 def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
-    """The log of a servo needed an F above 10⁷, for which the series of the noncentral F
-    distribution gives NaN."""
+    """Noise with two degrees of freedom has a bound too: the log of a servo needed an F above 10⁷,
+    at which the series of the noncentral F distribution gives NaN."""
     rank, freedom, threshold, draws = 4, 2.0, 3.8e7, 200_000
     random = np.random.default_rng(7)
     stating, showing = (random.chisquare(freedom, draws) / freedom for _ in range(2))
@@ -72,8 +73,9 @@ def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
 
 @pytest.mark.parametrize("rank", [1, 2, 8])
 def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
-    """Compare with least squares in numpy over four folds: the effect counts if the log predictive
-    density rises by twice its standard error."""
+    """Left-out rows show the effect with the stated power: least squares in numpy over four
+    folds counts the effect if the log predictive density rises by twice the standard error of
+    the rise."""
     random = np.random.default_rng(6)
     rows, draws = 400, 1500
     columns = np.linalg.qr(random.normal(size=(rows, rank)))[0]
@@ -94,8 +96,8 @@ def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
 
 
 def _of_runs(seed: int, added: Callable[[int, Float], Float]) -> MeasurementSet:
-    """Return a set with four runs, whose offsets scatter; ``added`` is called with the run and the
-    place within it (0 … 1), and gives what is added to head 2."""
+    """Return a set with four runs, whose offsets scatter. ``added`` is called with the number of
+    the run and the place within the run (0 … 1); it returns the error that is added to head 2."""
     random = np.random.default_rng([seed, 1])
     offsets = random.normal(0.0, INDEX_ARCSEC, len(RUNS))
     starts = np.array([start for *_, start in RUNS]) / TURNS
@@ -110,7 +112,7 @@ def _of_runs(seed: int, added: Callable[[int, Float], Float]) -> MeasurementSet:
 
 def _wandering(seed: int, added: Callable[[Float, Float], Float]) -> MeasurementSet:
     """Return a set with a reference whose noise is half white and half slow: 0.15″ each; the slow
-    part has a memory of 100 s."""
+    part has a correlation time of 100 s."""
     random = np.random.default_rng([seed, 2])
     made = measurement_set(seed=seed, runs=1, turns=1, cycles=6)
     assert made.reference is not None
@@ -161,8 +163,8 @@ def _residuals(made: MeasurementSet) -> Residuals:
     ],
 )
 def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:
-    """Few runs or slow noise determine the detectable size: one set states this size, and the next
-    set contains an effect of it."""
+    """The diagnosis finds an effect at the bound, where few runs or slow noise determine the
+    detectable size: one set states this size, and the next set contains an effect of this size."""
     found = 0
     for seed in range(SETS):
         of = EFFECTS[effect]()

@@ -47,8 +47,8 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     compared = _run("compare", warm_set, "--out", pictures, "--json", tmp_path / "c.json")
     assert compared.exit_code == 0, compared.output
     assert "temperature × order 1" in compared.output
-    # The residual of the capture contains a missing effect: it is correlated and fails the test.
-    # That of the reference is white noise and passes.
+    # The residual of the capture contains a missing effect: it is correlated and fails the test of
+    # whiteness. The residual of the reference is white noise and passes.
     assert "residual of the capture fails a test: an effect is" in compared.output
     assert _json(tmp_path / "c.json")["noise"]["reference"]["tests"]["normality_p"] > 0.001
     assert {path.name for path in pictures.iterdir()} == {

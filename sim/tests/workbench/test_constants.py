@@ -16,12 +16,13 @@ import arctrue.workbench
 ROOT = Path(arctrue.workbench.__file__).parent
 PACKAGES = ("diagnose", "inference", "noise", "observations")
 LEAST_WORDS = 3
-"""Least number of words of such a docstring; fewer would only repeat the name of the constant."""
+"""Least number of words in the docstring of a constant; fewer would only repeat the name of the
+constant."""
 MODULES = sorted(file for name in PACKAGES for file in (ROOT / name).rglob("*.py"))
 
 
 def _is_number(node: ast.expr) -> bool:
-    """Tell whether an expression is a number, or a sequence or a sum of numbers."""
+    """Tell whether an expression is a number, a sequence of numbers, or a sum of numbers."""
     if isinstance(node, ast.Constant):
         return isinstance(node.value, (int, float)) and not isinstance(node.value, bool)
     if isinstance(node, ast.UnaryOp):

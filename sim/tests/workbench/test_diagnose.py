@@ -1,5 +1,4 @@
-"""Tests of the diagnosis on small sets; this module, not the package, computes the hidden
-effects."""
+"""Tests of the diagnosis on small sets; the tests, not the package, compute the hidden effects."""
 
 from __future__ import annotations
 
@@ -47,7 +46,7 @@ def test_hysteresis_is_named_with_the_reversal_error() -> None:
 
 
 def test_timing_skew_is_named_from_the_speeds() -> None:
-    # A skew of 2 µs is 0.65″ at 90°/s, ten times the scatter of the index.
+    # A skew of 2 µs causes 0.65″ at 90°/s, ten times the scatter of the index.
     result = diagnosis_of(
         measurement_set(head2_only=lambda time, speed: speed * 2e-6 / np.pi * 648_000.0 + 0 * time)
     )
@@ -69,7 +68,8 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
 
 
 def test_too_small_to_matter_is_said_not_named() -> None:
-    # In 480 × 6 rows a small reversal error is significant, although it is less than half a count.
+    # In 480 × 6 rows a small reversal error is significant, although it is less than half a count;
+    # the diagnosis lists the error as negligible.
     result = diagnosis_of(measurement_set(reversal_arcsec=0.05, cycles=60))
     assert result.verdict == "adequate"
     assert [item.name for item in result.negligible] == ["hysteresis"]
@@ -86,7 +86,7 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
 
 
 def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
-    # There are 39.75 periods per turn of 12 s. Three turns resolve 1/6, so that this is no
+    # The line has 39.75 periods per turn of 12 s. Three turns resolve 1/6, so that this is no
     # half-integer order.
     frequency = 39.75 / 12.0
     result = diagnosis_of(

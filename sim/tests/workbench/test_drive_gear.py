@@ -55,8 +55,9 @@ def test_lines_with_the_tooth_count_are_taken_where_they_are_there(lines, expect
 
 
 def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
-    """72 teeth are 3 × 24 and look like a constant. The side lines 71 and 73 both look like order
-    1, as a lean of the polygon does."""
+    """A gear with 72 = 3 × 24 teeth shows itself by its side lines, because the gear itself
+    looks like a constant. The side lines 71 and 73 both look like order 1, as a lean of the
+    polygon does."""
     effect, trials = _narrowed(_with_lines(72, {72: 1.0, 71: 0.3}))
     assert effect.settings["multiples"] == []
     assert sorted([effect.settings["below"], effect.settings["above"]]) == [[], [1]]
@@ -64,8 +65,8 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
 
 
 def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
-    """The side lines have 20 σ of the rows, but are not significant with the noise that is
-    estimated with the gear in the model.
+    """The side lines are 20 σ of the rows' noise, but they are not significant with the noise that
+    is estimated without the gear in the model, because this estimate contains the gear's error.
 
     Without the side lines, errors of the polygon's faces would fit better than the gear.
     """
@@ -77,10 +78,11 @@ def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
 
 
 def test_lines_that_the_stations_cannot_tell_apart_are_not_both_taken() -> None:
-    """On 24 faces 90 teeth look like order 6, and 270 look like order 6 with the opposite sign."""
+    """Only one of two lines is taken if the stations cannot separate them: on 24 faces 90 teeth
+    look like order 6, and 270 teeth look like order 6 with the opposite sign."""
     effect, trials = _narrowed(_with_lines(90, {90: 2.2, 89: 0.3, 91: 0.3}))
     assert effect.settings == {"multiples": [1], "below": [1], "above": [1]}
-    # An eccentric gear makes a wave with a pair of side lines; only these few forms of error were
+    # An eccentric gear makes a wave with a pair of side lines; only this small number of forms was
     # tried.
     assert trials == len(USUAL)
 

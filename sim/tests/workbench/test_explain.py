@@ -1,4 +1,4 @@
-"""Tests of the explanation of sets; this module writes the logs and turns, with causes of known
+"""Tests of ``arctrue explain`` on logs and turns that this module writes, with causes of known
 size."""
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ def test_two_regular_causes_are_added_and_listed_by_size(tmp_path: Path) -> None
     found = _explained(folder, "--model", model)
     assert [cause["effect"] for cause in found["causes"]] == ["drive_gear_error", "periodic_error"]
     worm, gear = (cause["taken_arcsec"]["reference"] for cause in found["causes"])
-    # The RMS of a sine is its amplitude over √2; slow noise of 0.9″ changes it by about a tenth.
+    # The RMS of a sine is its amplitude divided by √2; slow noise of 0.9″ changes the RMS by about
+    # a tenth.
     assert worm == pytest.approx(8.0 / np.sqrt(2.0), rel=0.1)
     assert gear == pytest.approx(3.0 / np.sqrt(2.0), rel=0.1)
     period = found["causes"][1]["parameters"]["period_time"]
@@ -74,7 +75,8 @@ def test_noise_alone_gets_nothing(tmp_path: Path) -> None:
 
 
 def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: Path) -> None:
-    """The set has the paper's error, and order 1 changes by 0.4″/K while the temperature varies."""
+    """The explanation of a warming table leaves an adequate model: the set has the paper's error,
+    and order 1 changes by 0.4″/K while the temperature varies."""
 
     def warm(disc: Any, temperature: Any, speed: Any) -> Any:
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(
@@ -92,7 +94,8 @@ def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: 
 
 
 def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_path: Path) -> None:
-    """At one speed a line of 3.3 Hz may be a line in time or in angle."""
+    """The explanation names the measurement that separates two causes: at one speed a line of 3.3
+    Hz may be a line in time or in angle."""
     folder, model = tmp_path / "line", tmp_path / "model.toml"
     made = measurement_set(
         runs=1,

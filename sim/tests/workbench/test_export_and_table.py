@@ -1,4 +1,5 @@
-"""Tests of orders that are not exported, and of models that belong to another table."""
+"""Tests which orders are not exported, and that a model which belongs to another table is
+refused."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ def _without_table(model: Path, place: Path) -> Path:
 
 
 def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The set has only the orders of ``paper_error``, while the model has twenty."""
+    """Only significant orders have a lane: the set has only the orders of ``paper_error``, while
+    the model has twenty orders."""
     answer = _run("export", folder, "--model", model, "--out", tmp_path)
     assert answer.exit_code == 0, answer.output
     held = read_coefficient_file(tmp_path / "coefficients.toml")
@@ -58,7 +60,8 @@ def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path
 def test_lanes_that_double_the_error_are_refused(
     made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
 ) -> None:
-    """The reference belongs to another disc, whose error the lanes of the model would increase."""
+    """The export refuses lanes that would increase the error, because the reference belongs to
+    another disc."""
     assert made.reference is not None
     assert made.capture is not None
     other = tmp_path / "other"

@@ -53,8 +53,8 @@ def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_reversal_error_is_a_lane_of_order_0(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The lane has half of the error times the direction. The file needs MODULATORS, and it reads
-    back."""
+    """The reversal error becomes a lane of order 0 with half of the error times the direction. The
+    file needs MODULATORS, and the reader reads it back."""
     answer = _run("export", folder, "--model", model, "--out", tmp_path, "--modulators")
     assert answer.exit_code == 0, answer.output
     assert "order 0 × direction" in answer.output
@@ -84,7 +84,7 @@ def test_without_the_flag_it_is_left_and_said_so(folder: Path, model: Path, tmp_
 
 
 def test_a_steep_reversal_is_refused(folder: Path, model: Path, tmp_path: Path) -> None:
-    """50″ within 0.02° are a slope of 0.69; the limit is 0.5."""
+    """The export refuses 50″ within 0.02°, a slope of 0.69; the limit is 0.5."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--modulators")
     answer = _run(*words, "--reversal-width", "0.02")
     assert answer.exit_code != 0
@@ -93,7 +93,8 @@ def test_a_steep_reversal_is_refused(folder: Path, model: Path, tmp_path: Path) 
 
 
 def test_latency_is_order_0_times_speed(made: MeasurementSet) -> None:
-    """A latency gives ε = −ωτ: 20 µs are −4.125″ at 1 rad/s."""
+    """The latency τ becomes a lane of order 0 times speed with ε = −ωτ: 20 µs give −4.125″ at 1
+    rad/s."""
     lanes = Latency().conditioned_lanes(np.array([20.0]), {}, observations_of(made))
     assert [one.condition for one in lanes] == ["speed"]
     assert lanes[0].lane.order == 0
@@ -143,8 +144,8 @@ def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
 def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
     made: MeasurementSet, order: int
 ) -> None:
-    """Without the plain lane the calibration would fit this order itself, and include the direction
-    of the fitted turn."""
+    """The file always has the plain lane of an order with a modulator; otherwise the calibration
+    would fit this order itself, and include the direction of the fitted turn."""
     held = exported(made, order, 4)
     assert held.extension is not None
     ((modulated, name),) = held.extension.modulators
@@ -157,15 +158,15 @@ def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
 
 
 def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet) -> None:
-    """Order 3 × direction and order 1 use both lanes: the file has no room for a plain lane with
-    amplitude 0."""
+    """The file has no plain lane with amplitude 0, because order 3 × direction and order 1 use both
+    lanes."""
     held = exported(made, 3, 2)
     assert held.orders.tolist() == [1, 3]
     assert (held.amplitudes != 0).all()
 
 
 def with_columns(made: MeasurementSet, names: tuple[str, ...]) -> MeasurementSet:
-    """Return the set with a load from 20 to 60 in the reference run, in one column for each
+    """Return the set with a load from 20 to 60 in the reference run, in a separate column for each
     name."""
     assert made.reference is not None
     load = np.linspace(20.0, 60.0, made.reference.target_deg.size)
@@ -194,8 +195,8 @@ def column_export(made: MeasurementSet, names: tuple[str, ...]) -> Export:
 
 
 def test_a_product_with_a_column_follows_a_word_of_the_host(made: MeasurementSet) -> None:
-    """The load is at most 20 from its zero. The word is scaled to 1 at 40 + 30, where the amplitude
-    is 0.5″ · 30."""
+    """A product with a column follows a word of the host. The load differs by at most 20 from its
+    zero at 40. The word has the value 1 at a load of 40 + 30, where the amplitude is 0.5″ · 30."""
     result = column_export(made, ("load_n",))
     held = result.coefficients
     assert held.extension is not None

@@ -53,8 +53,8 @@ def bell(place_deg: float, width_deg: float, height_arcsec: float) -> LocalError
 def test_a_table_takes_bells_off(
     places_deg: list[float], widths_deg: list[float], windows: int, exponent: int
 ) -> None:
-    """Compare the table with the bells in float64, at readings 997 counts apart over the whole
-    turn."""
+    """The table removes the bells: its values equal the bells in float64, at readings 997 counts
+    apart over the whole turn."""
     errors = [bell(p, w, 12.0) for p, w in zip(places_deg, widths_deg, strict=True)]
     table = table_of(errors, TURN)
     assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)
@@ -77,8 +77,8 @@ WEIGHTS = (0.31, 0.22, 0.3, 0.17)
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_a_scratch_is_taken_away_at_every_head_of_the_mean(heads: int) -> None:
-    """With 2²⁴ counts per turn, at most a tenth remains of a bell that is 20″ high and 0.2°
-    wide."""
+    """The table leaves at most a tenth of a bell that is 20″ high and 0.2° wide, with 2²⁴ counts
+    per turn."""
     weights = [round(weight * 65536) for weight in WEIGHTS[:heads]]
     weights[0] += 65536 - sum(weights)
     offsets = [round(place / 360.0 * TURN * 16) for place in OFFSETS_DEG[:heads]]
@@ -127,8 +127,8 @@ def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The file needs LOCAL_TABLE, and its table removes the scratch; the frames of the load contain
-    all points."""
+    """The file with a scratch needs LOCAL_TABLE, and the table in it removes the scratch; the
+    frames of the load contain all points of the table."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--local-table")
     answer = _run(*words, "--json", tmp_path / "e.json")
     assert answer.exit_code == 0, answer.output

@@ -54,7 +54,7 @@ def observations(made: MeasurementSet) -> Observations:
 
 
 def model() -> Model:
-    """Return a model with a belt, an eccentric gear, and a wave that is fixed to the disc."""
+    """Return a model with a belt, an eccentric gear, and a sine that is fixed to the disc."""
     sides = {"multiples": [1], "below": [1], "above": [1]}
     wave = {"orders": [2.75], "fixed_to": "disc"}
     return Model(
@@ -103,8 +103,7 @@ def test_every_line_has_a_lane_with_its_turn_step(observations: Observations) ->
 def test_the_gateware_takes_the_model_away_in_every_turn(
     observations: Observations, turn: int
 ) -> None:
-    """Compare the bit-true pipeline with the equation in each of these turns: the phase must not
-    drift."""
+    """The bit-true pipeline removes the model in each of these turns: the phase must not drift."""
     held = exported(observations, with_real_orders=True).coefficients
     angles = np.arange(0, COUNTS, 4099)
     turns = np.full(angles.size, turn)
@@ -119,18 +118,19 @@ def test_the_gateware_takes_the_model_away_in_every_turn(
 
 
 def test_the_bank_of_another_turn(observations: Observations) -> None:
-    """Turn 0 of the set may be turn 5 of the gateware."""
+    """The bank is right if the first turn of the set is turn 5 of the gateware."""
     held = exported(observations, with_real_orders=True).coefficients
     angles = np.arange(0, COUNTS, 40_009)
     first = compensate(angles, angles, held, turns=np.zeros(angles.size, dtype=np.int64))
     moved = held.from_turn(5)
     later = compensate(angles, angles, moved, turns=np.full(angles.size, 5))
-    # In another turn the offset is rounded twice: 2⁻²⁵ turn, at an amplitude of 12 counts.
+    # In another turn the gateware rounds the offset twice: 2⁻²⁵ turn, at an amplitude of 12 counts.
     assert np.abs(first.correction - later.correction).max() <= 1
 
 
 def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
-    """A pinion with 21 teeth makes 3.4 turns per turn of the table, with an index in each."""
+    """The phase is right at an index of the drive: a pinion with 21 teeth makes 3.4 turns per turn
+    of the table and has an index in each of its turns."""
     gear = export_model(
         Model(model().effects[1:2]),
         observations,
@@ -186,7 +186,8 @@ def test_lines_in_time_and_of_the_capture_have_none(observations: Observations) 
 
 
 def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> None:
-    """The reading of head 1 contains the motion in y, whose coefficients are the last two."""
+    """A ball pass becomes a lane if the motion in y is known, which the reading of head 1 contains;
+    its coefficients are the last two."""
     values = np.array([0.3, 0.1, -2.0, 5.0])
     lanes = BearingBallPass().real_lanes(values, {"order": 7.31}, observations)
     assert lanes == [RealLane(7.31, -2.0, 5.0)]
@@ -199,7 +200,8 @@ def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> N
 
 
 def test_few_counts_a_turn_are_refused(made: MeasurementSet) -> None:
-    """At the highest speed the offset of the next turn would not be ready in time."""
+    """The export refuses too few counts a turn, because at the highest speed the offset of the next
+    turn would not be ready in time."""
     small = replace(made, table=replace(made.table, counts_per_rev=620))
     with pytest.raises(ValueError, match="needs 624 at least"):
         exported(observations_of(small), with_real_orders=True)

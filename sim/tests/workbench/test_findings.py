@@ -1,5 +1,5 @@
-"""Tests of the conditions that the residual follows: the cause comes first, and similar conditions
-are listed as its aliases."""
+"""Tests of the conditions that the residual follows: the diagnosis lists the cause first, and
+similar conditions as its aliases."""
 
 from __future__ import annotations
 
@@ -50,10 +50,11 @@ def test_two_causes_both_stand_by_themselves() -> None:
     assert any("× order 1" in name for name in alone)
     phases = [item for name, item in alone.items() if name.startswith("electrical phase")]
     assert phases
-    # No finding includes the share of another, so that the sum of the shares is about 1 at most.
+    # No finding's share includes the share of another finding, so that the sum of the shares is at
+    # most about 1.
     assert sum(item.share_beyond for item in alone.values()) < 1.1
-    # 0.8″ in each head are 0.64 arcsec² in the difference; the warming causes 1.9″ in one of the
-    # four runs.
+    # An error of 0.8″ in each head is 0.64 arcsec² in the difference; the warming causes 1.9″ in
+    # one of the four runs.
     assert all(item.share_beyond > 0.1 for item in phases)
 
 
@@ -64,7 +65,7 @@ def test_nothing_beyond_chance_is_no_finding() -> None:
 def test_share_of_the_excess() -> None:
     # With a noise of 3 and a whole residual of 5, the excess is 16 of 25.
     assert ExcessOf(100, 5.0, 4.0).share(0.32) == pytest.approx(0.5)
-    # The repeats explain the whole residual of an effect that does not repeat, so that no excess
+    # The repeats explain the whole residual if the effect does not repeat, so that no excess
     # remains; the share then refers to the whole residual.
     assert ExcessOf(100, 5.0, 0.5).share(0.32) == pytest.approx(0.32)
     assert ExcessOf(100, 5.0, 4.0).share(-0.1) == 0.0

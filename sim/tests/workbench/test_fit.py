@@ -1,4 +1,5 @@
-"""Tests of the fit against numpy's least squares, and of its uncertainties against repetition."""
+"""Tests of the fit against numpy's least squares, and of its uncertainties against the scatter of
+repeated fits."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ def _graduation() -> Term:
 
 def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
     observations = observations_of(measurement_set(runs=1, reference=False))
-    # All rows have the same weight here; another test covers weights that follow from the noise.
+    # In this set all rows have equal weights; another test covers weights that follow from the
+    # noise.
     noise = white_noise(observations, (CAPTURE_NOISE, None))
     solution = fit([_graduation()], observations, noise=noise)
     rows = observations.capture
@@ -37,14 +39,15 @@ def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
         for wave in (np.cos, np.sin):
             design.append(wave(order * (rows.angle_rad + ALPHA)) - wave(order * rows.angle_rad))
     expected, *_ = np.linalg.lstsq(np.stack(design, axis=1), rows.difference_arcsec, rcond=None)
-    # The prior of the run's offset changes only the constant, by less than 0.001 of its
+    # The prior of the run's offset changes only the constant, by less than 0.001 of the constant's
     # uncertainty.
     np.testing.assert_allclose(solution.coefficients, expected[1:], atol=1e-6)
 
 
 def test_noise_of_both_channels_and_the_truth_are_found() -> None:
     solution = fit([_graduation()], observations_of(measurement_set()))
-    # The difference has the noise of two heads and the rounding of both to whole counts of 0.0772″.
+    # The difference has the noise of two heads and the rounding of both heads to whole counts of
+    # 0.0772″.
     both_heads = np.sqrt(2.0 * (CAPTURE_NOISE**2 + 0.0772**2 / 12.0))
     assert solution.capture_sigma_arcsec == pytest.approx(both_heads, rel=0.03)
     assert solution.reference_sigma_arcsec == pytest.approx(REFERENCE_NOISE, rel=0.15)

@@ -1,4 +1,4 @@
-"""Tests that readers of damaged files return a set or a model, or one sentence that names the
+"""Tests that a reader of a damaged file returns a set or a model, or one sentence that names the
 fault."""
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _damaged(text: bytes, chance: random.Random) -> bytes:
 
 
 def _check_set(folder: Path, damaged: str) -> None:
-    """Assert that a set has only finite rows, or that its error names the place."""
+    """Assert that a set has only finite rows, or that the error of the reader names the place."""
     found, fault = None, None
     try:
         found = read_measurement_set(folder)

@@ -8,11 +8,10 @@ import pytest
 from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_sum
 
 ANGLE = np.random.default_rng(5).uniform(-2000.0, 2000.0, 20_000)
-"""Angles over several hundred turns; there are enough of them to fill more than two blocks of a
-sum."""
+"""Angles in rad over several hundred turns, enough to fill more than two blocks of a sum."""
 TOLERANCE = 1e-11
-"""Largest error of twenty multiplications of rounded factors; the last bit of the angle is
-2e-13."""
+"""Largest error of twenty multiplications of rounded factors; the last bit of the angle is 2e-13
+rad."""
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,5 @@
-"""Tests of identifiability: coefficients that are undetermined, effects that are similar, and the
-smallest effects that are found."""
+"""Tests of identifiability: undetermined coefficients, similar effects, and the smallest size of an
+effect that is found."""
 
 from __future__ import annotations
 
@@ -83,12 +83,13 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
     base = fit([_graduation()], observations_of(measurement_set(runs=1, cycles=2)))
     smallest = identifiability(base, absent).smallest_arcsec["hysteresis"]["reference"]
     needed = needed_gain(1, 1)
-    # For one column at 1 %, z is 2.576 for the threshold and 1.645 for the power.
+    # For one column at 1 %, the threshold has z = 2.576 and the power adds z = 1.645.
     assert needed == pytest.approx((2.5758 + 1.6449) ** 2, rel=1e-3)
     found = {1.0: 0, 0.4: 0}
     for size in found:
         for seed in range(25):
-            # Half of the reversal error acts in each direction, so that its RMS is half of it.
+            # Half of the reversal error acts in each direction, so that the RMS of the effect is
+            # half of the reversal error.
             made = measurement_set(
                 runs=1, cycles=2, seed=seed, reversal_arcsec=2.0 * smallest * size
             )
@@ -127,8 +128,8 @@ def test_canonical_correlations_against_numpy() -> None:
         columns = columns - base @ np.linalg.lstsq(base, columns, rcond=None)[0]
         bases.append(np.linalg.qr(columns)[0])
     expected = np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)
-    # The prior of the index constrains the offsets of the runs, which causes a difference of 1 in
-    # 10⁴.
+    # The prior of the index constrains the offsets of the runs, which numpy's computation lacks;
+    # this causes a difference of 1 in 10⁴.
     np.testing.assert_allclose(found, expected, atol=2e-3)
     assert 0.3 < found[0] < 0.999
 

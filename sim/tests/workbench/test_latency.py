@@ -1,4 +1,4 @@
-"""Tests of a reading that is late by τ, for the constant and for every order.
+"""Tests of the effect of a reading that is late by τ, on the constant and on every order.
 
 This module integrates the motion itself.
 """
@@ -70,8 +70,8 @@ def _base() -> Term:
 
 @pytest.mark.parametrize("delay_us", [300.0, 5000.0])
 def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: float) -> None:
-    """At 90 °/s a delay of 5 ms changes the phase of order 20 by 9°; a constant per speed cannot
-    describe these 3.9″."""
+    """The delay explains the constant and its coupling to every order: at 90 °/s a delay of 5 ms
+    changes the phase of order 20 by 9°, and a constant per speed cannot describe these 3.9″."""
     observations = _observations([(20.0, 20.0), (90.0, 90.0), (-45.0, -45.0)], delay_us * 1e-6)
     latency = EFFECTS["latency"]()
     solution = fit([_base(), Term(latency, {})], observations)
@@ -85,8 +85,8 @@ def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: 
 
 
 def test_ramps_tell_a_delay_from_a_reversal_error() -> None:
-    """The table accelerates in both directions. At one constant speed the two effects would look
-    the same."""
+    """Ramps separate a delay from a reversal error, because the table accelerates in both
+    directions. At one constant speed the two effects would look the same."""
     found = diagnose(_observations([(10.0, 60.0), (-10.0, -60.0)], 300e-6), [_base()], EFFECTS)
     assert found.verdict == "named"
     assert found.named is not None
@@ -99,8 +99,8 @@ def _fast_log(delay_s: float) -> Observations:
     """Return a log with a row every millisecond: the speed rises to 2,700 °/s, stays constant,
     falls to a fifth, and falls further.
 
-    Between two corners the acceleration a is constant, and the delayed angle is before(t) = θ − ωτ
-    + aτ²/2.
+    Between two corners of the speed the acceleration a is constant, and the delayed angle is
+    before(t) = θ − ωτ + aτ²/2.
     """
     time = np.arange(2000) * 1e-3
     corners, speeds = [0.0, 0.6, 1.0, 1.6, 2.0], [135.0, 2700.0, 2700.0, 540.0, 135.0]
@@ -114,10 +114,11 @@ def _fast_log(delay_s: float) -> Observations:
 
 
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
-    """At 2,700 °/s a delay of 100 µs is 970″, so that a fit without the delay gives wrong orders.
+    """The residual of a delay is judged with corrected orders: at 2,700 °/s a delay of 100 µs is
+    970″, so that a fit without the delay gives wrong orders.
 
-    If the columns of the delay were computed with these wrong orders, an error that no effect
-    causes would exceed the noise of 20″.
+    If the fit used these wrong orders to compute the columns of the delay, a residual that no
+    effect causes would exceed the noise of 20″.
     """
     found = diagnose(_fast_log(100e-6), [_base()], EFFECTS)
     assert found.named is not None, found.decision.unlike

@@ -1,4 +1,4 @@
-"""Tests of a line of integer order with another amplitude and phase in each direction; this module
+"""Tests of a line of integer order whose amplitude and phase depend on the direction; this module
 makes the logs."""
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def test_an_order_that_depends_on_direction_is_a_whole_one(
     assert found["order"].sigma == 0.0
     for way, (amplitude, phase) in (("up", up), ("down", down)):
         # With 1080 rows per direction, σ·√(2/n) is the uncertainty of the amplitude; divided by the
-        # amplitude it is that of the phase. The tolerance is five σ.
+        # amplitude it is the uncertainty of the phase. The tolerance is five σ.
         sigma = NOISE_ARCSEC * np.sqrt(2.0 / 1080.0)
         assert found[f"{way}_amplitude"].value == pytest.approx(amplitude, abs=5.0 * sigma)
         degrees = np.degrees(sigma / amplitude)
@@ -97,15 +97,15 @@ def test_a_line_that_is_the_same_both_ways_stays_one_line(order: float) -> None:
     effect, place, residuals = _found(_log(order, (6.0, 30.0), (6.0, 30.0), seed=2))
     assert effect.settings == {"by_direction": False}
     # The order of one line over one turn has the uncertainty √6·σ/(π·a·√n·turns) (Rife and
-    # Boorstyn). The tolerance covers five σ; the search finds the place to a hundredth of the
-    # resolution of a turn.
+    # Boorstyn). The tolerance contains five σ, and a hundredth of the resolution of a turn, to
+    # which the search finds the order.
     assert place["order"] == pytest.approx(order, abs=0.01)
     assert residuals.score(effect, place).gain > 100.0
 
 
 def test_a_line_of_the_forward_search_is_asked_for_its_directions_too() -> None:
-    """The forward search fits the same wave in both directions; its best rate lies next to the
-    integer order."""
+    """The forward search fits one wave to both directions; the best rate of this wave lies next to
+    the integer order."""
     residuals = Residuals(fit(TERMS, observations_of(_log(72.0, (6.0, 4.0), (6.0, 95.0)))))
     line = Line(72.03, 5.0, 0.0, 3.5, 0.9, 300.0, 200.0, 432.0, 180.0)
     place = {"order": line.rate, "frequency": 0.0, "in_time": 0.0, "in_capture": 0.0}

@@ -45,8 +45,8 @@ def _ball_pass(order: float, size: float = 1.0) -> list[Place]:
 
 
 def test_a_strong_line_is_found_nearer_to_a_whole_order_than_the_turns_resolve() -> None:
-    """Twelve turns resolve 0.042 of an order, but a line of 7 σ per row is located to about 10⁻⁴
-    (Rife and Boorstyn)."""
+    """The search locates a line of 7 σ per row to about 10⁻⁴ (Rife and Boorstyn), although twelve
+    turns resolve only 0.042 of an order."""
     for order in (3.025, 9.53):
         assert abs(_ball_pass(order)[0].nonlinear["order"] - order) < 0.002
 
@@ -57,7 +57,8 @@ def test_a_half_order_is_no_ball_pass() -> None:
 
 
 def test_an_order_that_grows_is_no_vibration_with_it() -> None:
-    """θ·cos 6θ is a line next to order 6; the graduation absorbs most of it, whatever its size."""
+    """An order that grows is no vibration: θ·cos 6θ acts like a line next to order 6, and the
+    graduation absorbs most of it, whatever its size."""
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:
         return paper_error(disc, temperature, speed) + 0.15 * disc * np.cos(6.0 * disc)
@@ -74,7 +75,8 @@ def test_an_order_that_grows_is_no_vibration_with_it() -> None:
 
 
 def test_less_than_its_fewest_periods_is_no_line() -> None:
-    """A curve with 1.2 periods in the record is below the searched range."""
+    """The search finds no line in a curve with 1.2 periods in the record, which is below the
+    searched range."""
     target = np.arange(1080.0)
     time = target / 2.0
     random = np.random.default_rng(5)
@@ -91,8 +93,8 @@ def test_less_than_its_fewest_periods_is_no_line() -> None:
 
 
 def test_a_line_that_is_noise_still_is_found_up_to_where_the_model_takes_it() -> None:
-    """In runs of three turns, a line of order 13.041 is still part of the estimated noise: the
-    model absorbs 97 % of it.
+    """The search finds a line that still counts as noise, up to the place where the model absorbs
+    it: in runs of three turns, the model absorbs 97 % of a line of order 13.041.
 
     The search begins at the place where the model leaves a twentieth of the power. This place is at
     most 1/(4·turns) = 0.083 from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more with the other

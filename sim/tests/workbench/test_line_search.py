@@ -22,8 +22,9 @@ HOUR_S = 3600.0
 SAME_AMPLITUDE = 0.25
 """Relative tolerance of an amplitude.
 
-For lines of 2.5″ or more, it is about three standard uncertainties of √(2·2τσ²/T) = 0.21″, in
-Ornstein–Uhlenbeck noise of 0.9″ and 25 s over half an hour. The small line has a bound of its own.
+For lines of 2.5″ or more, the tolerance is about three standard uncertainties of √(2·2τσ²/T) =
+0.21″, in Ornstein–Uhlenbeck noise of 0.9″ and 25 s over half an hour. The small line has a bound of
+its own.
 """
 
 
@@ -65,8 +66,8 @@ def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
-    """Four lines are far above the scatter of neighbouring rows; the log has four periods of the
-    worm."""
+    """The search finds the largest of four lines first; all are far above the scatter of
+    neighbouring rows, and the log has four periods of the worm."""
     time_s, error = _mount(seed)
     found = search_lines(_record(time_s, error, declared_s=WORM_S))
     periods = _periods(found)
@@ -74,7 +75,7 @@ def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     amplitudes = [line.amplitude_arcsec for line in found.lines[:3]]
     assert amplitudes == pytest.approx([8.5, 4.3, 1.8], rel=SAME_AMPLITUDE)
     assert found.lines[0].multiple == 1
-    # Each line that is found is one of the mount's lines.
+    # The search finds only lines of the mount.
     assert all(min(abs(period / own - 1.0) for _, own in MOUNT) < 0.02 for period in periods)
 
 
@@ -88,8 +89,8 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
 
 
 def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
-    """The oscillation lasts for only a part of the log, so that the other blocks do not predict
-    it."""
+    """The search finds no line in an oscillation that lasts for only a part of the log, because the
+    other blocks do not predict it."""
     random = np.random.default_rng(4)
     time_s = clock(random, 1600, 1.0, "even")
     ringing = np.where(time_s < 500.0, 2.0 * np.sin(2.0 * np.pi * time_s / 50.0), 0.0)
@@ -101,7 +102,8 @@ def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
 
 @pytest.mark.parametrize("kind", NULLS)
 def test_noise_shows_no_line(kind: str) -> None:
-    """The test searches one log of each kind; ``scripts.calibrate_line_search`` searches many."""
+    """The search finds no line in one log of each kind of noise; ``scripts.calibrate_line_search``
+    searches many logs."""
     random = np.random.default_rng((7, list(NULLS).index(kind)))
     time_s = clock(random, 900, 4.0, "jitter")
     assert _periods(search_lines(_record(time_s, NULLS[kind](random, time_s)))) == []
@@ -120,8 +122,8 @@ def test_noise_shows_no_line(kind: str) -> None:
 def test_noise_shows_no_line_next_to_the_orders_of_the_model(
     kind: str, rows: int, orders: int, number: int
 ) -> None:
-    """The log covers 0.95 turns, and the orders of the model have absorbed the noise of lower
-    frequencies."""
+    """The search finds no line in noise, in a log of 0.95 turns in which the orders of the model
+    have absorbed the noise of lower frequencies."""
     random = np.random.default_rng((777, list(NULLS).index(kind), number, rows))
     time_s = clock(random, rows, HOUR_S / rows, ("even", "jitter", "pause")[number % 3])
     error = NULLS[kind](random, time_s)
@@ -132,7 +134,7 @@ def test_noise_shows_no_line_next_to_the_orders_of_the_model(
 
 
 def test_a_long_log_takes_seconds() -> None:
-    """The log has 72,000 rows in an hour; at most 10 s of processor time are allowed."""
+    """The search of 72,000 rows in an hour may take at most 10 s of processor time."""
     random = np.random.default_rng(5)
     time_s = np.arange(72_000) * (HOUR_S / 72_000)
     coarse = time_s[::20]
@@ -147,8 +149,8 @@ def test_a_long_log_takes_seconds() -> None:
 
 
 def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
-    """With six averaged rows per period, averaging multiplies the amplitude by sinc(1/6) = 0.955;
-    the columns allow for this."""
+    """Averaging multiplies the amplitude by sinc(1/6) = 0.955 with six averaged rows per period;
+    the columns contain this factor."""
     time_s = np.arange(8000) * 0.5
     record = _record(time_s, np.cos(2.0 * np.pi * time_s / 15.0))
     columns = record.line_columns(1.0 / 15.0)
@@ -168,8 +170,8 @@ def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
     ids=lambda parts: " ".join(part.kind for part in parts) or "white",
 )
 def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
-    """Compare with the complete covariance matrix, its determinant, and differences of the
-    likelihood."""
+    """The kernel's likelihood equals that of the complete covariance matrix with its determinant,
+    and its slopes equal differences of the likelihood."""
     random = np.random.default_rng(6)
     clock_s = np.sort(random.uniform(0.0, 300.0, 240))
     readings = random.integers(1, 4, clock_s.size).astype(np.float64)
@@ -207,8 +209,8 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
 
 
 def test_drawn_kernel_noise_has_its_covariance() -> None:
-    """The covariance of 4,000 draws agrees within 5 standard uncertainties, each √(2/4000) of a
-    variance."""
+    """The covariance of 4,000 draws agrees with the stated covariance within 5 standard
+    uncertainties, each √(2/4000) of a variance."""
     clock_s = np.array([0.0, 3.0, 10.0])
     noise = KernelNoise(0.1, (Part("oscillator", 1.0, 20.0, 0.05),))
     factor = KernelFactor(clock_s, np.ones(3), noise)
@@ -222,7 +224,7 @@ def test_drawn_kernel_noise_has_its_covariance() -> None:
 
 
 def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise: float) -> Record:
-    """Return a log over a number of turns, with the table's 20 orders in its model."""
+    """Return a log over a number of turns; the model has the table's 20 orders."""
     random = np.random.default_rng(5)
     place = turns * np.arange(rows) / rows
     error = noise * random.normal(size=rows)
@@ -236,10 +238,11 @@ def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise:
 
 
 def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
-    """On 0.3 of a turn, 20 orders leave only a fourth of the amplitude of order 25.
+    """The described line is no larger than the residual on an arc: on 0.3 of a turn, 20 orders
+    leave only a fourth of the amplitude of order 25.
 
-    An order 25 that described the residual would have four times this amplitude, and would cancel
-    against the other orders.
+    An order 25 that described the whole residual would have four times this amplitude, and would
+    cancel against the other orders.
     """
     record = _on_an_arc(0.3, 400, [], 1.0)
     line = record.columns(np.array([25.0]))
@@ -257,8 +260,8 @@ def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
 
 
 def test_a_line_between_two_orders_is_found() -> None:
-    """On 1.3 turns the orders describe half of order 6.5; the residual is still far above the
-    noise."""
+    """The search finds order 6.5 between two orders of the model: on 1.3 turns the orders describe
+    half of it, and the residual is still far above the noise."""
     record = _on_an_arc(1.3, 300, [(30.0, 6.5)], 1.0)
     lines = search_lines(record).lines
     assert lines[0].rate == pytest.approx(6.5, abs=0.1)
@@ -266,7 +269,7 @@ def test_a_line_between_two_orders_is_found() -> None:
 
 
 def test_a_line_takes_no_more_than_there_is() -> None:
-    """Blocks test only the part that a line adds to the model, and not the part that the model
+    """The blocks test only the part that a line adds to the model, and not the part that the model
     would then cancel."""
     record = _on_an_arc(1.3, 400, [(10.0, 6.5)], 1.0)
     columns = record.columns(np.array([6.5]))

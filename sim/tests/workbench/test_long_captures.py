@@ -1,5 +1,5 @@
-"""Tests that a long capture, of which a part is searched and every row is fitted, gives the same
-answer as a search in all rows."""
+"""Tests that a long capture, whose lines are searched in a part and fitted in every row, gives the
+same answer as a search in all rows."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ EFFECTS = built_in()
 TURNS = 12
 ROWS = len(RUNS) * TURNS * SAMPLES_A_TURN
 LIMIT = 20_000
-"""Largest number of searched rows, of 57,600: two pairs of turns from each run."""
+"""Largest number of rows, of 57,600, that the diagnosis searches: two pairs of turns from each
+run."""
 
 
 def _warm_error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -59,7 +60,7 @@ def _graduation() -> Term:
 def _within_sigma(first: dict[str, object], other: dict[str, object]) -> None:
     for name, item in first.items():
         there = other[name]
-        # Part and whole share rows: they differ by less than the part's own uncertainty.
+        # Part and whole share rows: their values differ by less than the uncertainty from the part.
         assert abs(item.value - there.value) < 4.0 * max(item.sigma, there.sigma), name  # type: ignore[attr-defined]
 
 
@@ -72,8 +73,8 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
     assert 0.9 * LIMIT < rows.run.size <= LIMIT
     assert set(np.unique(rows.run)) == set(range(len(RUNS)))
     _, counts = np.unique(rows.revolution, return_counts=True)
-    # The steps are free of noise; the angle of the first sample decides whether a turn has one row
-    # more.
+    # The steps are free of noise; the angle of the first sample determines whether a turn has one
+    # row more.
     assert np.all(np.abs(counts - SAMPLES_A_TURN) <= 1)
     again = observations_of(warm).capture
     assert again is not None
@@ -82,7 +83,7 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: int) -> None:
-    """Compare with one fit of all rows, with the noise of the part.
+    """The fit in blocks equals one fit of all rows, with the noise of the part.
 
     In one block, both compute the same sum. With two blocks the correlation is cut once in 57,600
     rows. This may lose one time constant (at most 108 s) of 576 s of slow noise, here 0.4 % of a σ.
@@ -176,7 +177,8 @@ def test_a_fault_that_the_part_does_not_show_is_reported(in_part: None) -> None:
 def test_a_vibration_is_found_window_by_window(
     monkeypatch: pytest.MonkeyPatch, in_part: None
 ) -> None:
-    """The search has windows of 9 s in runs of 144 s, of which only a part is kept."""
+    """The search finds a vibration in windows of 9 s, in runs of 144 s of which only a part is
+    kept."""
     monkeypatch.setattr(scan, "LONGEST_WINDOW", 900)
     made = measurement_set(
         turns=TURNS,
@@ -227,7 +229,7 @@ def test_many_short_runs_all_stay_in_the_part(monkeypatch: pytest.MonkeyPatch) -
 
 def test_dense_turns_are_thinned_evenly() -> None:
     # A run has 2 turns of 100,000 rows. A pair of whole turns exceeds the limit, but every eighth
-    # row of it does not.
+    # row of the pair does not.
     revolution = np.repeat([0, 1], 100_000).astype(np.int32)
     pieces = part._stretches(revolution, 0, 25_000, np.random.default_rng(1))
     assert pieces == [(0, 200_000, 8)]
@@ -265,7 +267,7 @@ def test_the_command_judges_all_rows_and_tells_how_far_it_is(
     channel = json.loads(out.read_text(encoding="utf-8"))["channels"]["capture"]
     assert channel["rows"] == ROWS
     # The stored figures also come from every row and the same coefficients. Only the noise, which
-    # weights the offsets of the runs, is estimated again.
+    # determines the weights of the runs' offsets, is estimated again.
     assert read_model(model).history[-1].rms_arcsec["capture"] == pytest.approx(
         channel["rms_arcsec"], rel=1e-3
     )

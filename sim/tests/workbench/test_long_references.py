@@ -1,5 +1,5 @@
-"""Tests that a long reference, of which a part is searched and every row is fitted, gives the same
-answer as a search in all rows."""
+"""Tests that a long reference, whose lines are searched in a part and fitted in every row, gives
+the same answer as a search in all rows."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_the_part_is_stretches_of_every_run() -> None:
     assert rows.row is not None
     assert 0.8 * LIMIT <= rows.run.size <= LIMIT
     assert set(np.unique(rows.run)) == {0, 1}
-    # Rows keep their numbers in the whole reference, so that the noise is not continuous over a
+    # Rows keep their numbers in the whole reference, so that the noise does not continue over a
     # gap.
     np.testing.assert_array_equal(rows.target_rad, whole.target_rad[rows.row])
     noise = fit([_base()], observations).noise.reference
@@ -108,8 +108,8 @@ def _estimator(whole: Solution, blocks: Iterable[slice]) -> Float:
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
-    """In one block both fits are the same sum; with more blocks the correlation is cut at the end
-    of each block.
+    """The fit in blocks equals the fit of all rows in one block, where both compute the same sum;
+    with more blocks the correlation is cut at the end of each block.
 
     The cut changes the weights of the rows: it changes the coefficients by D·rows, where D is the
     difference of both estimators. White noise of ``NOISE_ARCSEC`` gives this change the standard
@@ -141,7 +141,7 @@ def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
     np.testing.assert_array_less(np.abs(moved), 4.0 * moved_sigma + rounding)
     assert (moved_sigma.max() > rounding.max()) == (block_rows < ROWS)
     np.testing.assert_allclose(np.sqrt(np.diag(streamed.covariance)), sigma, rtol=0.01)
-    # The part has a quarter of the rows, and therefore twice the uncertainty.
+    # The part has a quarter of the rows, so that its uncertainty is twice as large.
     assert np.median(np.sqrt(np.diag(searched.covariance)) / sigma) == pytest.approx(2.0, rel=0.1)
 
 

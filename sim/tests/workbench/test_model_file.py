@@ -104,8 +104,8 @@ def test_a_model_that_was_never_fitted_is_said_to_be_so() -> None:
 
 
 def test_which_differences_of_tables_count() -> None:
-    """A difference within ±50″, the mounting tolerance of the heads, does not count. A value that a
-    set does not state cannot contradict."""
+    """A difference of the head separation within ±50″, the mounting tolerance, does not count. A
+    value that a set does not state cannot contradict the model."""
     table = ModelTable(1 << 24, 33.0)
     assert table.differences(table) == []
     assert table.differences(ModelTable()) == []

@@ -1,5 +1,5 @@
-"""Tests that a model which was moved together with its own effects still works, and that its steps
-state their origin."""
+"""Tests that a model which was moved together with its own effects still works, and that the steps
+of the model state their origin."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ def test_a_model_with_its_effects_can_be_moved(tmp_path: Path) -> None:
         assert re.fullmatch(r"[0-9a-f]{64}", step.measurement_sha256)
         assert step.measurement_sha256 == set_digest(there / "set")
 
-    # A further step keeps the earlier statements, and does not list the folder a second time.
+    # A further step keeps the statements of earlier steps, and does not list the folder a second
+    # time.
     earlier = read_model(moved).history
     _run("add", "hysteresis", there / "set", "--effects", there / "effects", "--model", moved)
     later = read_model(moved)

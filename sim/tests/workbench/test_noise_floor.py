@@ -1,5 +1,5 @@
-"""Tests that the ladder states one noise for a set, which equals the simulated noise whatever the
-model is."""
+"""Tests that the ladder states one noise for a set, and that this noise equals the simulated noise,
+whatever the model is."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from tests.workbench.small_sets import (
 )
 
 ROWS_A_TURN = 6_000.37
-"""Rows per turn. They are 2.7 lines apart, so that the signal phase varies and never repeats
+"""Rows per turn. Rows are 2.7 lines apart, so that the signal phase varies and never repeats
 exactly."""
 NOISE = 0.1
 ROW_NOISE = NOISE * np.sqrt(2.0)
-"""Noise of R₂ − R₁ in arcseconds."""
+"""Standard deviation of the noise of R₂ − R₁ in arcseconds."""
 HIDDEN = 0.63
 KNOWN_TO = 0.1
-"""Relative tolerance.
+"""Relative tolerance of the noise.
 
 The scatter comes from about 6,000 differences that share rows; four standard deviations of it are 5
 %. Phases that differ by up to 0.02 of a period leave 2π·0.02·0.63″/√3, another 5 % of the noise.
@@ -101,8 +101,8 @@ def test_it_does_not_lie_above_what_an_adequate_model_leaves(after: Analysis) ->
 
 
 def test_a_few_rows_leave_no_less_than_the_noise() -> None:
-    """With many coefficients the residual of a fit may be smaller than the noise of a row; the
-    stated noise must not exceed it."""
+    """The stated noise must not exceed the residual of a fit, although with many coefficients this
+    residual may be smaller than the noise of a row."""
     for seed in range(1, 5):
         made = measurement_set(paper_error, seed=seed, runs=1, cycles=2, turns=1)
         seen = analyse(made, "", default_model(), built_in())
@@ -171,6 +171,6 @@ def test_steps_on_another_set_have_its_own_noise() -> None:
     assert [item.noise_arcsec["capture"] for item in with_one_floor(history)] == [
         0.3, 0.2, 0.3, 0.3,
     ]  # fmt: skip
-    # A set that has changed, but has the same name, counts as another set.
+    # A changed set with an unchanged name counts as another set.
     changed = [*history[:3], structs.replace(history[3], measurement_sha256="3")]
     assert floor_of(changed) == {"capture": 0.4}

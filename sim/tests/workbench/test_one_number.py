@@ -1,5 +1,5 @@
-"""Tests that *left* and *held out* have the same figures in every output, and that these equal the
-figures after the effect is added."""
+"""Tests that the values *left* and *held out* are equal in every output, and that they equal the
+values after the effect is added."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from arctrue.workbench.model.model import default_model
 from arctrue.workbench.observations.build import observations_of
 
 SAME = 1e-9
-"""Relative tolerance of sums over the same rows in the same order."""
+"""Relative tolerance of two sums over the same rows in the same order."""
 
 
 def _warm(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -52,10 +52,10 @@ SETS = {
     "drift of a head": {"head2_only": lambda time, speed: 1e-3 * time},
     "no reference": {"error": _warm, "reference": False},
 }
-"""Twelve sets with at most 6,400 rows each."""
+"""Twelve sets with at most 6,400 rows each, keyed by name."""
 LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
 """Sets that only ``make test-large`` runs. The other sets have one linear effect in the capture,
-one in the reference, one effect whose place is searched, and no effect."""
+one linear effect in the reference, one effect whose place is searched, and no effect."""
 
 
 def _made(name: str) -> MeasurementSet:
@@ -79,7 +79,7 @@ def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None
     data = json.loads((tmp_path / "d.json").read_text("utf-8"))
     _run("compare", str(folder), "--json", str(tmp_path / "c.json"))
     compared = json.loads((tmp_path / "c.json").read_text("utf-8"))["channels"]
-    # This is the set as it was written, rounded to the digits of the file.
+    # The test reads the set as it was written, rounded to the digits of the file.
     seen = analyse(read_measurement_set(folder), "", default_model(), built_in())
     first = seen.model.history[-1]
     ranking = {"diagnosis": data, "sentences": []}
@@ -131,7 +131,8 @@ def _card(ranking, name, seen):  # type: ignore[no-untyped-def]
 
 
 def test_left_is_the_rms_of_measured_less_predicted() -> None:
-    """Compare with plain least squares; this test writes the columns of the paper's 20 orders."""
+    """The stated *left* is the residual of plain least squares; this test writes the columns of the
+    paper's 20 orders."""
     made = measurement_set(runs=1, turns=2, cycles=2, reference=False)
     observations = observations_of(made)
     grown, _ = fitted(default_model(), observations, built_in())
@@ -149,6 +150,6 @@ def test_left_is_the_rms_of_measured_less_predicted() -> None:
     )
     measured = rows.difference_arcsec
     left = measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0]
-    # With white noise all rows have the same weight. The readings serve as angles, which changes an
+    # With white noise all rows have equal weights. The readings serve as angles, which changes an
     # order by 90″ in 10⁶.
     assert step.rms_arcsec["capture"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-3)

@@ -1,4 +1,4 @@
-"""Tests that an error or a wrong result of a user's effect is reported with file, method and
+"""Tests that an error or a wrong result of a user's own effect is reported with file, method and
 line."""
 
 from __future__ import annotations
@@ -110,14 +110,14 @@ def test_a_fault_of_columns_is_named(
     place = re.escape(f"{tmp_path / 'mine.py'}: capture_columns, line ")
     line = re.match(place + r"(\d+): ", str(caught.value))
     assert line is not None, caught.value
-    # A wrong result is found after the call; therefore the stated line is that of the method.
+    # The check finds a wrong result after the call; therefore it states the line of the method.
     assert int(line.group(1)) in (COLUMNS_LINE, COLUMNS_LINE - 1)
 
 
 ENDLESS = {
     "while True: pass": "capture_columns, line 13",
     "[0 for _ in iter(int, 1)]": "capture_columns, line 13",
-    # A bare except catches every error that is raised to end the loop.
+    # The bare except in this effect catches every error that is raised to end the loop.
     "import threading\n        while not threading.end_of_test.is_set():\n"
     "            try: rows.run.sum()\n            except: pass": "capture_columns, line 1[4567]",
     # No error can be raised in a thread that waits.
@@ -160,7 +160,7 @@ def test_a_loop_at_loading_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_no_error_comes_after_the_call(tmp_path: Path, observations: Observations) -> None:
-    """If a call ends near its time limit, it either raises the error of the limit or returns its
+    """A call that ends near its time limit either raises the error of the limit or returns its
     columns; no error comes later."""
     limit = 0.15
     text = f"import time; time.sleep({limit}); return np.ones((rows.run.size, 2))"
@@ -205,8 +205,8 @@ def test_ctrl_c_within_an_effect_is_no_fault_of_it(
     effect = _effect(tmp_path, columns="import _thread; _thread.ctrl_c()\n        while True: pass")
     # The effect sends the signal of Ctrl-C while it runs.
     monkeypatch.setattr(_thread, "ctrl_c", _thread.interrupt_main, raising=False)
-    # Tests that a shell starts in the background inherit an ignored SIGINT; the default handler is
-    # set.
+    # Tests that a shell starts in the background inherit an ignored SIGINT; therefore this test
+    # sets the default handler.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):

@@ -1,5 +1,5 @@
-"""Tests of lines without a known cause: they may have any order or frequency, and σ is stated only
-if the data determine it."""
+"""Tests of lines without a known cause: a line may have any order or frequency, and the effect
+states σ only if the data determine it."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def _reference(
     teeth: float | None = None,
     step_deg: float = 1.0,
 ) -> Observations:
-    """Return one head against a moving reference; the error has orders with amplitudes, and one
-    line in time."""
+    """Return a set of one head against a moving reference; the error has orders with amplitudes,
+    and one line in time."""
     random = np.random.default_rng(11)
     targets, times, runs = [], [], []
     start = 0.0
@@ -76,7 +76,7 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
     assert parameters["amplitude"].value == pytest.approx(
         size, abs=4.0 * NOISE_ARCSEC * np.sqrt(2.0 / rows)
     )
-    # At the only speed, 2 °/s, there are 37.43 periods in 180 s.
+    # At 2 °/s, the only speed, the line has 37.43 periods in 180 s.
     assert parameters["period_time"].value == pytest.approx(180.0 / order, rel=1e-3)
     assert parameters["frequency"].value == pytest.approx(order / 180.0, rel=1e-3)
     relative = parameters["order"].sigma / parameters["order"].value
@@ -84,8 +84,8 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
 
 
 def test_without_a_disc_nothing_is_said_of_one() -> None:
-    """In a set with only a reference, an integer order may come from the encoder, a gear or a
-    motor."""
+    """An integer order in a set with only a reference may come from the encoder, a gear or a motor,
+    so that the answer must not name the disc."""
     said = " ".join(sentences(_diagnosed(_reference([(40.0, 0.6)]))))
     assert "Missing: periodic_error." in said
     assert "disc" not in said
@@ -121,7 +121,8 @@ def test_it_is_added_again_for_the_next_line() -> None:
 
 
 def test_a_drive_of_a_broken_tooth_count_has_its_own_name() -> None:
-    """Worm, belt and motor together make 53.71 periods per turn, as the set states."""
+    """The drive has its own name if worm, belt and motor together make 53.71 periods per turn, as
+    the set states."""
     found = _diagnosed(_reference([(53.71, 0.6)], teeth=53.71))
     assert found.named is not None
     assert found.named.name == "drive_gear_error"
@@ -134,7 +135,8 @@ def test_nothing_is_named_in_noise_alone() -> None:
 
 
 def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
-    """A sine so slow that it only fits the offsets of runs half an hour apart must be excluded."""
+    """The search excludes a sine that is so slow that it only fits the offsets of runs half an hour
+    apart."""
     observations = observations_of(measurement_set(turns=2, reference=False))
     rows = observations.capture
     assert rows is not None

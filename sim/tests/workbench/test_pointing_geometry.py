@@ -1,7 +1,7 @@
 """Tests of leaning axes of a mount against rotations of the line of sight in three dimensions.
 
 The tests use no formula of the effect: the axes of the mount turn a unit vector, and the angles of
-this vector in the frame of the ground are those of the stars.
+this vector in the frame of the ground are the angles of the stars.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ EFFECTS = built_in()
 ARCSEC = np.pi / 648_000.0
 NOISE_ARCSEC = 0.5
 LEAN_X, LEAN_Y, SQUARENESS, COLLIMATION = -10.0, 4.0, 6.0, -8.0
-"""Errors in arcseconds: of the first axis about x and y, of the angle between the axes from a right
-angle, and of the line of sight."""
+"""Errors in arcseconds: tilt of the first axis about x and about y, deviation of the angle between
+the axes from a right angle, and deviation of the line of sight."""
 
 
 def _sky(azimuth: Float, elevation: Float) -> tuple[Float, Float]:
@@ -89,8 +89,8 @@ def test_a_mount_that_leans_is_named(axis: int, column: str) -> None:
 
 
 def test_the_columns_take_the_rotations_away() -> None:
-    """The residual of 80 stars with 0.5″ of noise is a χ² with 75 degrees of freedom; the bound is
-    its 99.9 % point."""
+    """The columns remove the rotations: the residual of 80 stars with 0.5″ of noise is a χ² with 75
+    degrees of freedom, and the bound is the 99.9 % point of χ²."""
     effect = EFFECTS["pointing_geometry"]()
     observations = observations_of(_set(0, ("elevation_deg",)))
     solution = fit([Term(effect, {})], observations)
@@ -101,7 +101,7 @@ def test_the_columns_take_the_rotations_away() -> None:
     left = rows.error_arcsec - columns @ solution.coefficients - solution.reference_offset_arcsec
     assert np.sum((left / NOISE_ARCSEC) ** 2) < 118.6
     values = {name: item.value for name, item in solution.parameters()[0].items()}
-    # The lean is a vector: its size is the same in every frame in which the angle is counted.
+    # The lean is a vector: its length is equal in every frame in which the angle is counted.
     lean = np.hypot(values["tilt_cosine"], values["tilt_sine"])
     assert lean == pytest.approx(np.hypot(LEAN_X, LEAN_Y), abs=0.5)
     assert abs(values["squareness"]) == pytest.approx(SQUARENESS, abs=2.0)
@@ -115,6 +115,7 @@ def test_a_table_without_such_a_column_is_not_asked_about_it() -> None:
 
 
 def test_one_elevation_cannot_tell() -> None:
-    """At a single elevation, a lean looks like order 1 of the azimuth."""
+    """The diagnosis cannot tell at a single elevation, where a lean looks like order 1 of the
+    azimuth."""
     found = _diagnosed(_set(0, ("elevation_deg",), level=True))
     assert "over 20° of the mount's other axis" in found.untestable["pointing_geometry"][0]

@@ -52,11 +52,12 @@ def test_source_and_licence_are_with_the_data(name: str) -> None:
 
 @pytest.mark.large
 def test_motor_reversal_error(motor: Observations) -> None:
-    """Up and down differ by 1,200″, which the means of the two directions show without a fit."""
+    """Upward and downward readings differ by 1,200″, which the means of the two directions show
+    without a fit."""
     lines = [_line(order) for order in (126, 108, 72, 42)]
     found = diagnose(motor, [_base(), *lines], EFFECTS)
-    # All rows have the same speed, so that a delay of the reference would look the same and cannot
-    # be tested.
+    # All rows have one speed, so that a delay of the reference would look like the reversal error
+    # and cannot be tested.
     assert found.verdict == "ambiguous"
     assert found.effect_class == ["hysteresis", "latency"]
     assert found.candidates[0].name == "hysteresis"
@@ -92,7 +93,7 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
 @pytest.mark.large
 def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
     """Each step adds the effect that the verdict names: both families of lines, then the difference
-    of up and down. At the end an error remains."""
+    between the directions. At the end an error remains that has no name."""
     terms, named, orders = [_base()], [], []
     for _ in range(12):
         found = diagnose(motor, terms, EFFECTS)
@@ -114,7 +115,8 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
 
 @pytest.mark.large
 def test_motor_lack_of_fit_is_reported_without_repeats(motor: Observations) -> None:
-    """No station repeats, but order 126 is still recognised as a lack of fit and is named."""
+    """The diagnosis recognises order 126 as a lack of fit and names it, although no station
+    repeats."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
     lack_of_fit_p = found.channels["reference"].lack_of_fit_p
@@ -152,10 +154,10 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
 
 
 def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
-    """Over 9°, order 30 has only three quarters of a period: such a finding is a slow curve and no
-    property of the axis.
+    """The diagnosis names only lines of the worm's gears. Over 9°, order 30 has only three quarters
+    of a period: such a finding is a slow curve and no property of the axis.
 
-    The second record of such a mount, from another night, shows the same 16 periods per tooth.
+    Another record of such a mount, from another night, also shows 16 periods per tooth.
     """
     terms = [
         Term(EFFECTS["reference_drift"](degree=2), {}),

@@ -1,4 +1,4 @@
-"""Tests which rows of a reference run were read in motion; the rows are like those of a test
+"""Tests which rows of a reference run were read in motion; the rows resemble those of a test
 bench."""
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ def _steady(targets: np.ndarray, deg_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("cycles", [True, False])
 def test_stations_of_a_polygon_stand_still(cycles: bool) -> None:
-    """Every pass takes four seconds per station, so that the times do not depend on a speed."""
+    """The stations of a polygon stand still: every pass takes four seconds per station, so that the
+    times do not depend on a speed of the table."""
     assert reference_speed(_reference([_stops(FACES), _stops(FACES[::-1])] * 3, cycles)) is None
 
 
@@ -62,21 +63,22 @@ def test_faces_passed_at_several_speeds_are_on_the_move() -> None:
 
 
 def test_a_hurried_hand_is_no_speed() -> None:
-    """The operator stops for three to seven seconds at each station: the times do not follow the
-    distances."""
+    """An operator who stops for three to seven seconds at each station shows no speed: the times do
+    not follow the distances."""
     passes = [_stops(FACES), _stops(FACES, 2.5), _stops(FACES)]
     assert reference_speed(_reference(passes, jitter_s=1.0)) is None
 
 
 def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
-    """The speed rises to 40°/s and falls again within a minute, with ten rows per second: rows are
-    up to 4° apart."""
+    """The rows of a ramp that a clock sampled are in motion: the speed rises to 40°/s and falls
+    again within a minute, with ten rows per second, up to 4° apart."""
     time = np.arange(0.0, 60.0, 0.1)
     wanted = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
     angle = np.cumsum(wanted) * 0.1
     speed = reference_speed(_reference([(angle, time)]))
     assert speed is not None
-    # The slope over 65 rows, 32 on each side, is exact unless the rows include the top or an end.
+    # The slope over 65 rows, 32 on each side, is the exact speed unless the rows include the top or
+    # an end of the ramp.
     away = np.abs(np.degrees(speed) - wanted)
     inner = (np.abs(time - 30.0) > 3.3) & (time > 3.3) & (time < 56.7)
     assert away[inner].max() < 0.1
@@ -84,15 +86,15 @@ def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
 
 
 def test_stations_at_unequal_distances_stand_still() -> None:
-    """Stars from east to west take a minute each, while their distances vary with the places of the
-    stars."""
+    """Stations at unequal distances stand still: stars from east to west take a minute each, while
+    the distances between the stars vary."""
     stars = np.sort(np.random.default_rng(5).uniform(0.0, 360.0, 60))
     assert reference_speed(_reference([(stars, np.arange(60) * 60.0)])) is None
 
 
 def test_fast_passes_of_a_log_are_on_the_move() -> None:
-    """A clock of 50 Hz samples 19°/s every 0.4° and 56°/s every 1.1°; both passes belong to one
-    log."""
+    """The fast passes of a log are in motion: a clock of 50 Hz samples 19°/s every 0.4° and 56°/s
+    every 1.1°."""
 
     def sampled(deg_s: float) -> tuple[np.ndarray, np.ndarray]:
         since = np.arange(400) * 0.02
@@ -105,7 +107,8 @@ def test_fast_passes_of_a_log_are_on_the_move() -> None:
 
 
 def test_stations_next_to_a_log_of_other_times_stand_still() -> None:
-    """A clock of 0.5 s logs the pass in motion; it did not sample the stops of 4 s."""
+    """Stations next to a log stand still: a clock of 0.5 s logs the pass in motion and did not
+    sample the stops of 4 s."""
     log = np.arange(100) * 0.5
     speed = reference_speed(_reference([_stops(FACES), (log, log), _stops(FACES[::-1])]))
     assert speed is not None

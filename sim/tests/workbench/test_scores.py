@@ -1,5 +1,5 @@
-"""Tests of score tests of several effects at once, of maxima between grid points, and of the noise
-that is kept."""
+"""Tests of score tests: several effects at once, maxima between grid points, and noise estimates
+that are kept."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ SOLUTION = fit([Term(EFFECTS["graduation_harmonics"](), {})], OBSERVATIONS)
 
 
 def test_scores_of_several_effects_are_those_of_each_alone() -> None:
-    """The effects act in one channel or in both, and together have more columns than one group can
-    hold."""
+    """The scores of several effects equal those of each effect alone; the effects act in one
+    channel or in both, and together have more columns than one group can hold."""
     names = ["hysteresis", "polygon_face_error", "subdivision_error", "thermal_head_drift"]
     asked = [(EFFECTS[name](), {}) for name in names]
     asked += [
@@ -42,7 +42,8 @@ def test_scores_of_several_effects_are_those_of_each_alone() -> None:
 
 
 def test_score_is_the_fall_of_generalised_least_squares() -> None:
-    """Compare with the fall of χ² when the columns are added, from dense covariance matrices."""
+    """The score equals the fall of χ² when the columns are added, computed from dense covariance
+    matrices."""
     residuals = Residuals(SOLUTION)
     effect = EFFECTS["thermal_head_drift"]()
     score = residuals.score(effect, {})
@@ -71,8 +72,8 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
 
 
 def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
-    """A gain of 1 % changes ε and therefore its own column, so that the residual is not that of a
-    least-squares fit.
+    """The score of columns that moved with the model equals that of a fit. A gain of 1 % changes ε
+    and therefore the column of the gain, so that the residual is not that of a least-squares fit.
 
     The gain has absorbed all but 1 % of one direction of order 1; in this direction the small
     residual would look like a large wave. The score and the fit are compared with the same noise
@@ -96,8 +97,8 @@ def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> No
 
 @pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])
 def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) -> None:
-    """The grid has steps of a quarter of the record's resolution; the found place is right to 0.001
-    of the resolution."""
+    """The search finds a line between and beyond the points of its grid to 0.001 of the record's
+    resolution; the grid has steps of a quarter of the resolution."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     step = 0.25 / OBSERVATIONS.longest_run_s
@@ -116,7 +117,7 @@ def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) ->
 
 
 def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
-    """Only the noise of the channel that the effect changes is estimated again."""
+    """The score estimates only the noise of the channel again that the effect changes."""
     turned = observations_of(measurement_set(reversal_arcsec=1.0))
     solution = fit(SOLUTION.terms, turned)
     residuals = Residuals(solution)
@@ -130,8 +131,8 @@ def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
 
 
 def test_scales_that_a_missing_effect_made_go_with_it() -> None:
-    """2″/K increase the scatter of the only warm run; with the effect in the model, no run scatters
-    more than the others.
+    """The scales that a missing effect caused become 1 with the effect in the model: an effect of
+    2″/K increases the scatter of the only warm run.
 
     The score test's estimate of the noise with the effect equals that of a fit with the effect
     within 1 %; 14,400 rows determine it to 1/√(2·14,400) = 0.6 %.
@@ -157,7 +158,8 @@ def test_scales_that_a_missing_effect_made_go_with_it() -> None:
 
 
 def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
-    """The first product that is found is a wave of order 12.5."""
+    """The search tries products of parts at every half order: the first product that it finds is a
+    wave of order 12.5."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     wave = SOLUTION.noise.capture.draw(np.random.default_rng(2))  # type: ignore[union-attr]
@@ -168,8 +170,8 @@ def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
 
 @pytest.mark.parametrize("order", [48.3072, 200.3])
 def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None:
-    """The errors of free faces absorb any wave over the stations, so that only the noise of the
-    angles remains.
+    """The noise of the angles explains no noise of the rows: the errors of free faces absorb any
+    wave over the stations, so that only the noise of the angles remains.
 
     The two columns of the capture remain; in white noise their gain exceeds 18.4 in 10⁻⁴ of the
     sets.
@@ -184,8 +186,8 @@ def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None
 
 
 def test_a_score_with_coefficients_away_from_the_maximum_is_that_of_the_fit() -> None:
-    """This also holds in the dropped directions of a block: two of its four columns belong to the
-    faces.
+    """The score equals the gain of a fit, also in the dropped directions of a block: two of its
+    four columns belong to the faces.
 
     Without a column that depends on the model, the score test is quadratic, so that the values of
     the model's coefficients have no influence.

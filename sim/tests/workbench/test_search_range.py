@@ -1,5 +1,5 @@
 """Tests that a search ends at the range that the effect declares, even if the maximum lies outside
-it."""
+this range."""
 
 from __future__ import annotations
 
@@ -61,7 +61,8 @@ def test_places_outside_the_range_are_not_scored() -> None:
 
 
 def test_a_refinement_ends_where_the_settings_end_the_range() -> None:
-    """The setting narrows the declared range of ball passes from order 60 to order 10."""
+    """The refinement ends where the setting ends the range: the setting narrows the declared range
+    of ball passes from order 60 to order 10."""
     term = Term(BearingBallPass(highest_order=10), {"order": 9.9})
     assert _moved(term, np.array([0.05])).nonlinear["order"] == pytest.approx(9.95)
     assert _moved(term, np.array([0.5])).nonlinear["order"] == 10.0

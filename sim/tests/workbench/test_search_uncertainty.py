@@ -25,7 +25,8 @@ TRUTH = {"frequency": FREQUENCY, "order": ORDER, "place": PLACE, "width": WIDTH}
 
 
 def _error(disc, temperature, speed):  # type: ignore[no-untyped-def]
-    # The orders are small, so that reading and true angle differ by less than 0.001°.
+    # The amplitudes of the orders are small, so that reading and true angle differ by less than
+    # 0.001°.
     away = np.degrees((disc - np.radians(PLACE) + np.pi) % (2.0 * np.pi) - np.pi)
     return 1.0 * np.cos(disc) + HEIGHT * np.exp(-0.5 * (away / WIDTH) ** 2)
 
@@ -121,8 +122,8 @@ def test_instant_of_a_slip_is_within_its_uncertainty(repeats: int) -> None:
         )
         grown, _ = fitted(model, observations, EFFECTS)
         found = grown.effects[1].parameters["instant"]
-        # For a step of 0.35″ in noise of 0.15″, σ is below two samples. It is never smaller than
-        # that of a uniform distribution over one sample.
+        # For a step of 0.35″ in noise of 0.15″, σ is below two samples. The stated σ is never
+        # smaller than that of a uniform distribution over one sample.
         assert period / np.sqrt(12.0) <= found.sigma < 2.0 * period
         scaled.append((found.value - instant) / found.sigma)
     low, high = chi2.ppf([0.0001, 0.9999], len(scaled))

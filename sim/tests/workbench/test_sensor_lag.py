@@ -26,7 +26,8 @@ from arctrue.workbench.observations.build import observations_of
 
 LAG_S = 60.0
 ARCSEC_K = 0.9e-6 / 0.053975 * 648_000 / np.pi
-"""Error in arcseconds per kelvin when the centre shifts by 0.9 µm/K, at the radius of the disc."""
+"""Amplitude in arcseconds per kelvin when the centre shifts by 0.9 µm/K, at the radius of the
+disc."""
 
 
 def _simulated(noise: list[Wanted]) -> SimulatedSet:
@@ -75,15 +76,15 @@ def test_one_temperature_tells_no_lag(lagging: SimulatedSet) -> None:
 
 
 def _fitted_default(made: SimulatedSet) -> tuple[Model, Observations]:
-    """Fit a model that has no thermal effect."""
+    """Fit the default model, which has no thermal effect, to the set."""
     observations = observations_of(made.measurement)
     model, _ = fitted(default_model(), observations, built_in())
     return model, observations
 
 
 def test_the_lag_is_taken_off_against_the_exact_course() -> None:
-    """The lagging temperature T_s of a course with corners is computed exactly. The parabola has no
-    error on a straight part."""
+    """The temperature without the lag equals the true course. The lagging temperature T_s of a
+    course with corners is computed exactly. The parabola has no error on a straight part."""
     course = TemperatureCourse((0.0, 100.0, 400.0), (20.0, 20.0, 26.0))
     time_s = np.arange(110.0, 390.0, 0.25)
     shown = course.lagging(time_s, LAG_S)
@@ -96,8 +97,8 @@ def test_the_lag_is_taken_off_against_the_exact_course() -> None:
 
 
 def test_export_fits_the_lag_and_the_rate_with_it(lagging: SimulatedSet, tmp_path: Path) -> None:
-    """The file contains the lag for the firmware; the rate in it refers to the temperature of the
-    table, not to that of the thermometer."""
+    """The export fits the lag and the rate together: the file contains the lag for the firmware,
+    and the rate in it refers to the temperature of the table, not to that of the thermometer."""
     write_measurement_set(tmp_path / "set", lagging.measurement)
     observations = observations_of(lagging.measurement)
     model, _ = fitted(_model(), observations, built_in())

@@ -1,4 +1,5 @@
-"""Tests that a stored thermal effect keeps its own T₀ when it is compared with another set."""
+"""Tests that a stored thermal effect keeps its own reference temperature T₀ when it is compared
+with another set."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ def warming(disc: Float, temperature: Float, speed: float) -> Float:
 
 
 def warmer_set() -> MeasurementSet:
-    """Return a set of the same table, measured on a warmer day."""
+    """Return a set of the same table that was measured on a warmer day."""
     fresh = measurement_set(lambda disc, t, speed: warming(disc, t + WARMER_K, speed), seed=2)
     capture, reference = fresh.capture, fresh.reference
     assert capture is not None
@@ -58,8 +59,8 @@ def test_a_stored_model_holds_on_a_warmer_day(tmp_path: Path) -> None:
         assert residual is not None
         return float(np.std(residual))
 
-    # The noise of both heads and their rounding to counts have this RMS; 5 % are added for the
-    # finite sample.
+    # The noise of both heads and the rounding of both heads to counts have this RMS; the test adds
+    # 5 % for the finite sample.
     noise = np.hypot(np.sqrt(2.0) * CAPTURE_NOISE, 0.0772 / np.sqrt(6.0))
     assert left(stored.reference_temperature_c) < 1.05 * noise
     # With the T₀ of this set, the effect would lack 6 K of 2″/K, which the heads show multiplied by

@@ -1,4 +1,4 @@
-"""Tests that pages with commands show the real output of these commands."""
+"""Tests that the pages that show commands also show the real output of these commands."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 def _follow(page: Path) -> int:
-    """Run all commands of a page and write all its files in the working folder; return the number
-    of commands."""
+    """Run all commands of a page and write all files of the page in the working folder; return the
+    number of commands."""
     commands = 0
     for step in steps(page):
         if isinstance(step, FileToWrite):
@@ -51,7 +51,8 @@ def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.large
 def test_tutorial() -> None:
-    """``test_commands.py`` tests the same steps and the adopted effect on other sets."""
+    """The tutorial shows the real output; ``test_commands.py`` tests these steps and the adopted
+    effect on other sets."""
     assert _follow(DOCS / "tutorial.md") >= 12
     hidden = json.loads(Path("monday.truth.json").read_text(encoding="utf-8"))
     assert hidden["hidden"] == "thermal_eccentricity"
@@ -63,15 +64,15 @@ def test_first_own_table() -> None:
 
 @pytest.mark.large
 def test_own_effect() -> None:
-    """``test_effects.py``, ``test_commands.py`` and ``test_effect_check.py`` also test these
-    commands."""
+    """The page about own effects shows the real output; ``test_effects.py``, ``test_commands.py``
+    and ``test_effect_check.py`` also test these commands."""
     assert _follow(DOCS / "own-effect.md") >= 6
 
 
 @pytest.mark.large
 def test_real_data() -> None:
-    """``test_real_data.py`` tests the findings that the page shows for these sets, without the
-    commands."""
+    """The page about real data shows the real output; ``test_real_data.py`` tests the findings for
+    these sets without the commands."""
     assert _follow(DOCS / "real-data.md") >= 12
 
 

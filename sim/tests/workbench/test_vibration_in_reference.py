@@ -1,5 +1,5 @@
-"""Tests that the vibration of head 1's bracket is also found in the reference, at the alias of its
-frequency."""
+"""Tests that the diagnosis finds a vibration of head 1's bracket also in the reference, at the
+alias of its frequency."""
 
 from __future__ import annotations
 
@@ -42,16 +42,15 @@ def _fitted(*, head1: bool, in_time: bool = True) -> Solution:
 
 
 def test_nothing_of_it_is_left_in_the_reference() -> None:
-    """In an earlier version the whole vibration stayed in the reference, where a second finding
-    then named it a line without a cause."""
+    """No part of the vibration remains in the reference; in an earlier version the whole vibration
+    stayed there, and a second finding named it a line without a cause."""
     solution = _fitted(head1=True)
     left = solution.reference_residual_arcsec()
     assert left is not None
-    # 288 rows with at most 23 coefficients determine the scatter to 5 %; the tolerance is three
-    # times as large.
+    # 288 rows with at most 23 coefficients determine the scatter to 5 %; the tolerance is 15 %.
     assert float(np.std(left)) == pytest.approx(REFERENCE_NOISE, rel=0.15)
-    # A sine in white noise has σ = √(6/n)·(noise/amplitude)/(π·T) with T = 1,152 s; the tolerance
-    # is five times σ.
+    # The frequency of a sine in white noise has σ = √(6/n)·(noise/amplitude)/(π·T) with T = 1,152
+    # s; the tolerance is five times σ.
     sigma_hz = np.sqrt(6.0 / 288) * (REFERENCE_NOISE / SIZE_ARCSEC) / (np.pi * 1152.0)
     found = solution.terms[-1].nonlinear["frequency"]
     assert found == pytest.approx(FREQUENCY_HZ, abs=5.0 * sigma_hz)
@@ -67,7 +66,7 @@ def test_a_bracket_of_head_2_leaves_the_reference_alone() -> None:
     )
     size = reported["reference_amplitude"]
     assert size.value < 4.0 * size.sigma
-    # In 14,400 rows of R₂ − R₁ the amplitude has an uncertainty of √(2/n) of the noise of two
+    # In 14,400 rows of R₂ − R₁ the uncertainty of the amplitude is √(2/n) times the noise of two
     # heads; the tolerance is five times this.
     assert reported["amplitude"].value == pytest.approx(
         SIZE_ARCSEC, abs=5.0 * 0.15 * np.sqrt(2 / 14_400)
@@ -75,7 +74,7 @@ def test_a_bracket_of_head_2_leaves_the_reference_alone() -> None:
 
 
 def test_columns_of_a_run_act_in_that_run_alone() -> None:
-    """column_runs names the runs in which a column has capture rows that are not zero."""
+    """``column_runs`` names the runs in which a column has capture rows that are not zero."""
     solution = _fitted(head1=True)
     vibration, rows = solution.terms[-1].effect, solution.observations.capture
     assert rows is not None

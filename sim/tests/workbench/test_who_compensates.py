@@ -1,5 +1,5 @@
-"""Tests that the workbench's statements about the gateware agree with what ``arctrue export`` can
-write."""
+"""Tests that the workbench's statements about correction by the gateware agree with what ``arctrue
+export`` can write."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 
 
 def test_effects_with_lanes_by_condition_name_the_bitstream() -> None:
-    """Effects whose lanes follow a condition need a bitstream with MODULATORS, and say so."""
+    """Effects whose lanes follow a condition state that they need a bitstream with MODULATORS."""
     followed = {
         name
         for name, kind in built_in().items()
@@ -27,7 +27,7 @@ def test_effects_with_lanes_by_condition_name_the_bitstream() -> None:
 
 
 def test_effects_of_the_local_table_name_the_bitstream() -> None:
-    """Effects with a local error need a bitstream with LOCAL_TABLE, and say so."""
+    """Effects with a local error state that they need a bitstream with LOCAL_TABLE."""
     local = {name for name, kind in built_in().items() if "local_error" in vars(kind)}
     said = {name for name, kind in built_in().items() if kind.compensation == "local_table"}
     assert local == said == {"graduation_defect"}

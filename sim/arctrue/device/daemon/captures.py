@@ -1,4 +1,4 @@
-"""Captures as measurement sets in a folder, taken through the daemon's own console."""
+"""Captures turns as measurement sets in a folder, through the daemon's own console."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ _NAME = re.compile(r"\d{8}T\d{6}Z(-\d+)?-(schedule|alarm|asked)")
 
 
 def take_capture(daemon: Announcement, folder: Path, why: str, timeout_s: float) -> Path:
-    """Write the next turn as a set and return its folder; the call blocks during the transfer.
+    """Capture the next turn, write it as a measurement set, and return the set's folder; the call
+    blocks during the transfer.
 
     Raises ConsoleError, OSError, MeasurementError or ValueError.
     """
@@ -36,7 +37,8 @@ def take_capture(daemon: Announcement, folder: Path, why: str, timeout_s: float)
 
 
 def drop_oldest(folder: Path, most: int) -> None:
-    """Delete the oldest sets of the daemon until ``most`` remain; other sets are not deleted."""
+    """Delete the oldest sets that the daemon made until ``most`` of them remain; other sets are not
+    deleted."""
     made = sorted(path for path in folder.iterdir() if _NAME.fullmatch(path.name))
     for path in made[: max(len(made) - most, 0)]:
         shutil.rmtree(path, ignore_errors=True)

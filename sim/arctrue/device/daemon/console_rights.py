@@ -1,4 +1,5 @@
-"""Console lines that change nothing in the device: a read-only daemon forwards only these."""
+"""Lists the console lines that change nothing in the device; a read-only daemon forwards only these
+lines."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ _READS = re.compile(
 
 
 def refusal_of(line: bytes) -> str | None:
-    """Return None for a line that only reads; otherwise the reason why the daemon rejects it."""
+    """Return None for a line that only reads; otherwise return the reason why the daemon refuses
+    the line."""
     if _READS.fullmatch(line):
         return None
     return "read-only; start arctrue device run with --allow-control to change the device"

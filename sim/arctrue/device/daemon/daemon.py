@@ -1,4 +1,4 @@
-"""The daemon: its serial link, record, captures and server in one event loop."""
+"""Runs the daemon: its serial link, record, captures and server share one event loop."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from arctrue.device.recorder import RecordedTurn, Recorder, last_turn, read_turn
 from arctrue.measurement import MeasurementError
 
 SILENCE_S = 30.0
-"""Time without a line after which the daemon switches telemetry on again: a board that was switched
-off may have telemetry off."""
+"""Time in seconds without a line after which the daemon switches telemetry on again, because a
+board that was switched off may have started with telemetry off."""
 RETRY_RECORD_S = 5.0
-"""Time between two attempts to open the record after a failure."""
+"""Time in seconds between two attempts to open the record after a failure."""
 _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
 
 class Daemon:
-    """The daemon of one device. ``report`` gets a sentence for the log at each event."""
+    """The daemon of one device. ``report`` receives a sentence for the log at each event."""
 
     def __init__(self, settings: DaemonSettings, report: Callable[[str], None]) -> None:
         """Open the record. Raises OSError or sqlite3.Error."""
@@ -71,7 +71,8 @@ class Daemon:
         self._self: Announcement | None = None
 
     async def run(self) -> None:
-        """Serve until SIGINT or SIGTERM. Raises ConsoleError or OSError if it cannot start."""
+        """Serve clients until SIGINT or SIGTERM. Raises ConsoleError or OSError if the daemon
+        cannot start."""
         self._link.open()
         host, tcp_port = await self._server.start()
         settings = self._settings
@@ -136,7 +137,8 @@ class Daemon:
             self._capture_for_alarm()
 
     def _record(self, turn: TelemetryLine) -> int | None:
-        """Write a turn to the record and return its id; None if it could not be written."""
+        """Write a turn to the record and return its id; return None if the turn could not be
+        written."""
         try:
             if self._recorder is None:
                 if time.monotonic() < self._record_retry_s:
@@ -155,7 +157,7 @@ class Daemon:
         return identifier
 
     def _opened_record(self) -> Recorder:
-        """Open the record; its retention deletes no turn that the daily files lack."""
+        """Open the record; its retention deletes no turn that is missing in the daily files."""
         recorder = Recorder(self._settings.record, self._settings.retention)
         recorder.deletable = self._in_files
         return recorder
@@ -202,7 +204,7 @@ class Daemon:
             self._link.write(b"\rtelemetry on\r")
 
     async def _wake(self) -> None:
-        """Switch telemetry on again after silence, unless an operator has the console."""
+        """Switch telemetry on again after silence; wait while an operator has the console."""
         while True:
             await asyncio.sleep(SILENCE_S / 4.0)
             silent_s = time.monotonic() - self._last_line_s
@@ -210,7 +212,7 @@ class Daemon:
                 self._link.write(b"\rtelemetry on\r")
 
     async def _watch_probe(self) -> None:
-        """Ask for events of probe and compare while no operator has the console."""
+        """Request the events of probe and compare; wait while an operator has the console."""
         every_s = self._settings.probe_every_s
         while every_s > 0.0:
             await asyncio.sleep(every_s)
@@ -220,7 +222,7 @@ class Daemon:
                 self._probe.look(time.monotonic())
 
     def _probed(self, latches: Sequence[Latch]) -> None:
-        """Record events of probe or compare and send them to the watchers."""
+        """Record the events of probe or compare, and send them to the watchers."""
         self.state.probe_edges += len(latches)
         self.state.probe_missed += sum(latch.missed for latch in latches)
         for latch in latches:
@@ -237,7 +239,7 @@ class Daemon:
             await self._capture("schedule")
 
     async def _write_files(self) -> None:
-        """Update the files of the days from the record, now and after each interval."""
+        """Update the daily files from the record, at the start and after each interval."""
         settings = self._settings
         while settings.files is not None:
             try:
@@ -254,8 +256,8 @@ class Daemon:
             await asyncio.sleep(settings.files_every_s)
 
     def _life(self, alarms: Any) -> dict[str, Any]:
-        """Replace the earlier alarms of ``arctrue life`` by ``alarms``; return the answer to the
-        request."""
+        """Replace the alarms that ``arctrue life`` sent earlier by ``alarms``; return the answer to
+        the request."""
         try:
             given = checked_machine_alarms(alarms)
             write_machine_alarms(self._settings.machine_alarms, given)
@@ -276,8 +278,8 @@ class Daemon:
             self._start(self._capture("alarm"))
 
     async def _capture(self, why: str) -> dict[str, Any]:
-        """Take a capture as soon as the console is free; return the answer, whose key ``capture``
-        is the set's folder."""
+        """Capture a turn as soon as the console is free; return the answer, whose key ``capture``
+        is the folder of the set."""
         settings = self._settings
         assert self._self is not None
         async with self._capturing:

@@ -1,4 +1,5 @@
-"""Alarms of a machine's history, which ``arctrue life`` sends: checked, and kept in a file."""
+"""Checks the alarms of a machine's history, which ``arctrue life`` sends, and keeps them in a
+file."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ _Alarms = Annotated[dict[_Name, _Text], msgspec.Meta(max_length=100)]
 
 
 def checked_machine_alarms(alarms: Any) -> dict[str, str]:
-    """Return the alarms of a request: a sentence for each parameter. Raises ValueError."""
+    """Return the alarms of a request, a sentence for each parameter. Raises ValueError."""
     try:
         return msgspec.convert(alarms, _Alarms)
     except msgspec.ValidationError as error:
@@ -23,7 +24,8 @@ def checked_machine_alarms(alarms: Any) -> dict[str, str]:
 
 
 def read_machine_alarms(file: Path) -> dict[str, str]:
-    """Read the alarms of an earlier daemon; none if the file is missing or damaged."""
+    """Return the alarms that an earlier daemon kept; return none if the file is missing or
+    damaged."""
     try:
         return msgspec.json.decode(file.read_bytes(), type=_Alarms)
     except (OSError, msgspec.MsgspecError):
@@ -31,5 +33,5 @@ def read_machine_alarms(file: Path) -> dict[str, str]:
 
 
 def write_machine_alarms(file: Path, alarms: dict[str, str]) -> None:
-    """Keep the alarms for the next daemon. Raises OSError."""
+    """Write the alarms to the file, for a later daemon. Raises OSError."""
     write_whole_text(file, msgspec.json.encode(alarms).decode())

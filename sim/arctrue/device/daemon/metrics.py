@@ -1,4 +1,5 @@
-"""The state of a daemon and the latest turn in Prometheus' text format, version 0.0.4."""
+"""Formats the state of a daemon and the latest turn as metrics in Prometheus' text format, version
+0.0.4."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ _OF_ORDER = {
 
 
 def metrics_text(state: DaemonState) -> str:
-    """Write all metrics with the label ``port``; omit values that the device did not send."""
+    """Return all metrics with the label ``port``; values that the device did not send are
+    omitted."""
     port = {"port": state.port}
     values = state.as_dict()
     lines: list[str] = []

@@ -1,4 +1,5 @@
-"""Events of probe and compare: the daemon asks the device while no operator has the console."""
+"""Collects the events of probe and compare: the daemon requests them from the device while no
+operator has the console."""
 
 from __future__ import annotations
 
@@ -8,20 +9,22 @@ from collections.abc import Callable, Sequence
 from arctrue.device.probe import EVENTS_COMMAND, Latch, event_of, missed_before
 
 ANSWER_S = 2.0
-"""Longest time for an answer: a calibration takes 0.3 s."""
+"""Longest time in seconds to wait for an answer; a calibration delays it by 0.3 s."""
 
 
 class ProbeWatch:
-    """Sends the new events of each answer to ``found``; ``send`` sends to the device.
+    """Requests events with ``send``, which sends to the device, and passes the new events of each
+    answer to ``found``.
 
-    It asks for the queue of events, and for the latch of the probe if the device has no queue.
-    Events that an operator takes from the queue are found in the lines of the answer as well.
+    The requests read the queue of events, or the latch of the probe if the device has no queue.
+    Events that an operator reads from the queue are found as well, in the lines of the operator's
+    answer.
     """
 
     def __init__(
         self, send: Callable[[bytes], None], found: Callable[[Sequence[Latch]], None]
     ) -> None:
-        """Start without any values of the device."""
+        """Begin without any values from the device."""
         self._send, self._found = send, found
         self._asked_s: float | None = None
         self._answer: dict[str, float] = {}
@@ -29,7 +32,8 @@ class ProbeWatch:
         self.forget()
 
     def forget(self) -> None:
-        """Ask again for clock and counts: the port was lost, or the board was restarted."""
+        """Discard clock and counts, so that they are requested again after the port was lost or the
+        board was restarted."""
         self._clock_hz = self._counts_per_rev = 0.0
         self._edge: int | None = None
         self._asked_s = None
@@ -39,7 +43,7 @@ class ProbeWatch:
         """Whether the device may have a queue; False after it has refused the command."""
 
     def look(self, now_s: float) -> None:
-        """Ask for missing values, else for events, unless an answer is still open."""
+        """Request missing values, or else events, unless an answer is still expected."""
         if self._asked_s is not None and now_s < self._asked_s + ANSWER_S:
             return
         self._asked_s, self._answer = now_s, {}
@@ -55,11 +59,11 @@ class ProbeWatch:
             self._send(b"probe\r")
 
     def interrupted(self) -> None:
-        """Stop waiting for an answer: an operator has the console."""
+        """Stop waiting for an answer, because an operator has the console."""
         self._asked_s = None
 
     def line(self, text: str) -> None:
-        """Process a line of the device that is not telemetry."""
+        """Process a line from the device that is no telemetry."""
         if text.startswith("event "):
             self._take_event(text)
             return

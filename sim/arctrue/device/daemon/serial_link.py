@@ -1,4 +1,5 @@
-"""The serial port in the event loop, opened exclusively and reopened when it vanishes."""
+"""Connects the serial port to the event loop: opens it exclusively and opens it again after it
+vanished."""
 
 from __future__ import annotations
 
@@ -9,14 +10,14 @@ from collections.abc import Callable
 from arctrue.device.port import ConsoleError, SerialTransport
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0
-"""Shortest and longest wait between attempts to open the port again; each wait is twice the
-previous one."""
+"""Shortest and longest wait in seconds between attempts to open the port again; each wait is twice
+the previous one."""
 MOST_UNSENT_BYTES = 65_536
 _BLOCK = 65_536
 
 
 class SerialLink:
-    """Passes received bytes to ``received`` and changes of the connection to ``changed``."""
+    """Passes received bytes to ``received``, and changes of the connection to ``changed``."""
 
     def __init__(
         self,
@@ -25,7 +26,7 @@ class SerialLink:
         received: Callable[[bytes], None],
         changed: Callable[[bool, str], None],
     ) -> None:
-        """Take the callbacks; ``changed`` gets whether the port is open, and a sentence."""
+        """Store the callbacks; ``changed`` receives whether the port is open, and a sentence."""
         self._port, self._baud = port, baud
         self._received, self._changed = received, changed
         self._transport: SerialTransport | None = None
@@ -33,7 +34,7 @@ class SerialLink:
         self._lost = asyncio.Event()
 
     def open(self) -> None:
-        """Open the port. Raises ConsoleError, also where another program has it."""
+        """Open the port. Raises ConsoleError, also if another program has the port open."""
         loop = asyncio.get_running_loop()
         transport = SerialTransport(self._port, 0.0, self._baud)
         try:
@@ -48,7 +49,7 @@ class SerialLink:
         self._changed(True, f"{self._port}: open")
 
     async def keep_open(self) -> None:
-        """Open the port again whenever it is lost; runs until it is cancelled."""
+        """Open the port again whenever it is lost; this method runs until it is cancelled."""
         while True:
             await self._lost.wait()
             wait_s = FIRST_WAIT_S
@@ -62,7 +63,8 @@ class SerialLink:
                     break
 
     def write(self, data: bytes) -> None:
-        """Send the data as soon as the port accepts them; without a port they are dropped."""
+        """Send the data as soon as the port accepts it; while no port is open, the data is
+        discarded."""
         if self._transport is None:
             return
         waiting = bool(self._unsent)
@@ -109,7 +111,7 @@ class SerialLink:
         self._changed(False, f"{self._port}: lost: {why}")
 
     def close(self) -> None:
-        """Close the port for good."""
+        """Close the port; it is not opened again."""
         if self._transport is None:
             return
         loop = asyncio.get_running_loop()

@@ -1,8 +1,8 @@
-"""The TCP server: events for any number of watchers, the console for one operator at a time.
+"""Serves events to any number of watchers, and the console to one operator at a time, over TCP.
 
 The first line of a client is JSON: ``ask`` (``watch``, ``console``, ``status``, ``capture``,
 ``life``) and ``token``. The first line of the answer is JSON too: ``{"error": …}`` or the requested
-data. ``GET /metrics`` of HTTP is answered on the same port.
+data. The same port answers the HTTP request ``GET /metrics``.
 """
 
 from __future__ import annotations
@@ -22,21 +22,22 @@ from arctrue.device.recorder import RecordedTurn
 
 FIRST_LINE_S = 5.0
 MOST_REQUEST_BYTES = 65_536
-"""Largest length of a request in bytes; the longest request has the alarms of a machine's
+"""Largest length of a request in bytes; the longest request contains the alarms of a machine's
 history."""
 MOST_UNREAD_BYTES = 1_000_000
-"""Most unread bytes; a client with more is disconnected, so that the daemon never waits."""
+"""Largest number of unread bytes; a client with more is disconnected, so that the daemon never
+waits for it."""
 MOST_CLIENTS = 64
 MOST_HEADERS = 100
 MOST_LATEST = 5_000
 _LATEST_S = 10.0
-"""Longest time in which a watcher reads the earlier turns."""
+"""Longest time in seconds in which a watcher may read the earlier turns."""
 Answer = Callable[[], Awaitable[dict[str, Any]]]
 Writer = asyncio.StreamWriter
 
 
 class Server:
-    """Serves one device."""
+    """Serves the clients of one device."""
 
     def __init__(
         self,
@@ -47,7 +48,7 @@ class Server:
         capture: Answer,
         life: Callable[[Any], dict[str, Any]],
     ) -> None:
-        """``write`` sends to the device; ``capture`` takes a capture.
+        """Store the callbacks: ``write`` sends bytes to the device; ``capture`` captures a turn.
 
         ``life`` takes the alarms of a machine's history and returns the answer.
 
@@ -64,7 +65,7 @@ class Server:
         self.console_free = asyncio.Condition()
 
     async def start(self) -> tuple[str, int]:
-        """Listen; return host and port. Raises OSError."""
+        """Open the listening socket; return host and port. Raises OSError."""
         self._server = await asyncio.start_server(
             self._serve, self._settings.host, self._settings.tcp_port, limit=MOST_REQUEST_BYTES
         )
@@ -80,7 +81,7 @@ class Server:
     def to_operator(self, data: bytes) -> None:
         """Send the device's bytes to the operator's console.
 
-        Waiting refusals are sent at the first end of a line: within a line they would damage it.
+        Refusals wait for the next end of a line, because within a line they would damage it.
         """
         line, end, others = data.partition(b"\n")
         if self._refusals and end:
@@ -90,11 +91,12 @@ class Server:
             self._send(self._operator, data)
 
     def forget_begun(self) -> None:
-        """Treat the next byte of the device as the first one of a line: the port was lost."""
+        """Treat the next byte from the device as the first byte of a line, because the port was
+        lost."""
         self._line_begun = False
 
     def _refuse(self, operator: Writer, text: str) -> None:
-        """Send the operator a refusal of a line, between two lines of the device."""
+        """Send the operator the refusal of a line, between two lines from the device."""
         line = f"error: {text}\r\n".encode()
         if self._line_begun:
             self._refusals += line
@@ -114,7 +116,7 @@ class Server:
         try:
             await self._serve_client(reader, writer)
         except (OSError, TimeoutError, ValueError, asyncio.LimitOverrunError):
-            pass  # the client has gone, or sent no request
+            pass  # the client has disconnected, or has sent no request
         finally:
             self._clients -= 1
             self._watchers.discard(writer)
@@ -154,7 +156,7 @@ class Server:
     async def _http(
         self, line: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
     ) -> None:
-        """Answer ``GET /metrics`` with the token as ``Authorization: Bearer``."""
+        """Answer ``GET /metrics`` if the header ``Authorization: Bearer`` contains the token."""
         given = b""
         for _ in range(MOST_HEADERS):
             header = await asyncio.wait_for(reader.readline(), FIRST_LINE_S)
@@ -194,12 +196,12 @@ class Server:
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
                 last = turn.id
             await asyncio.wait_for(writer.drain(), _LATEST_S)
-            for turn in self._turns(MOST_LATEST, last):  # recorded in the meantime
+            for turn in self._turns(MOST_LATEST, last):  # turns recorded in the meantime
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
         self._watchers.add(writer)
         self._state.watchers = len(self._watchers)
         while await reader.read(MOST_REQUEST_BYTES):
-            pass  # a watcher sends nothing more
+            pass  # a watcher sends no further bytes
 
     async def _console(self, reader: asyncio.StreamReader, writer: Writer) -> None:
         if self._operator is not None:
@@ -214,7 +216,7 @@ class Server:
         writer.write(_line({"console": self._settings.port}))
         begun = b""
         while data := await reader.read(MOST_REQUEST_BYTES):
-            # Lines end with CR or LF; an incomplete line waits here for its end.
+            # A line ends with CR or LF; an incomplete line stays in ``begun`` until it is complete.
             *lines, begun = (begun + data).replace(b"\n", b"\r").split(b"\r")
             if len(begun) > MOST_REQUEST_BYTES:
                 return
@@ -228,13 +230,13 @@ class Server:
     async def _release(self) -> None:
         self._operator, self._refusals = None, b""
         self._state.console_in_use = False
-        # The operator may have switched telemetry off, or left an incomplete line.
+        # The operator may have switched telemetry off or left an incomplete line.
         self._write(b"\rtelemetry on\r")
         async with self.console_free:
             self.console_free.notify_all()
 
     async def close(self) -> None:
-        """End all connections."""
+        """Close all connections."""
         if self._server is not None:
             self._server.close()
         for client in [*self._watchers, *filter(None, [self._operator])]:
@@ -242,7 +244,7 @@ class Server:
 
 
 def turn_event(recorded_s: float, identifier: int | None, fields: dict[str, Any]) -> dict[str, Any]:
-    """Make the event of one line of telemetry; without an id it is not in the record."""
+    """Return the event for one line of telemetry; an event without an id is not in the record."""
     return {"event": "turn", "recorded_s": recorded_s, "id": identifier, "telemetry": fields}
 
 
@@ -251,7 +253,7 @@ def _line(content: dict[str, Any]) -> bytes:
 
 
 def _request(line: bytes) -> dict[str, Any]:
-    """Read a request. Raises ValueError."""
+    """Read the first line of a client, a request. Raises ValueError."""
     found = json.loads(line)
     if not isinstance(found, dict):
         raise ValueError("expected an object")

@@ -1,4 +1,4 @@
-"""Notifies systemd that the service is ready, what it does and that it is alive (sd_notify)."""
+"""Notifies systemd by sd_notify that the service is ready, what it does, and that it is alive."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import socket
 
 
 def notify(state: str) -> None:
-    """Send ``state``, for example ``READY=1``; without systemd nothing happens."""
+    """Send ``state``, for example ``READY=1``, to systemd; without systemd the function does
+    nothing."""
     address = os.environ.get("NOTIFY_SOCKET", "")
     if not address:
         return
@@ -19,11 +20,11 @@ def notify(state: str) -> None:
             manager.setblocking(False)
             manager.sendto(state.encode(), address)
     except OSError:
-        return  # a service manager that does not receive must not stop the daemon
+        return  # a service manager that does not receive the message must not stop the daemon
 
 
 async def keep_alive() -> None:
-    """Send the watchdog's message at half of the interval that systemd asks for."""
+    """Send the watchdog's message at half of the interval that systemd requires."""
     microseconds = int(os.environ.get("WATCHDOG_USEC", "0"))
     while microseconds:
         notify("WATCHDOG=1")

@@ -1,4 +1,4 @@
-"""The settings of ``arctrue device run``."""
+"""Holds the settings of ``arctrue device run``."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from arctrue.device.recorder import Retention
 
 @dataclass(frozen=True)
 class DaemonSettings:
-    """``port``: the serial port; ``store``: folder of the record and of the captures.
+    """Settings of the daemon. ``port``: the serial port; ``store``: folder of the record and of the
+    captures.
 
-    ``capture_every_s``: 0 means no schedule. ``token``: what every client must send.
+    ``capture_every_s``: time between scheduled captures, 0 for none. ``token``: token that every
+    client must send.
     """
 
     port: str
@@ -27,10 +29,10 @@ class DaemonSettings:
     capture_every_s: float = 0.0
     capture_on_alarm: bool = True
     capture_pause_s: float = 600.0
-    """Shortest time between two captures for alarms."""
+    """Shortest time in seconds between two captures that alarms cause."""
     most_captures: int = 500
     probe_every_s: float = 0.0
-    """Time between two reads of the latch of probe_in; 0: no reads."""
+    """Time in seconds between two reads of the latch of probe_in; 0: no reads."""
     files: Path | None = None
     """Folder of the daily NeXus files; None: no files."""
     files_every_s: float = 3600.0
@@ -38,12 +40,13 @@ class DaemonSettings:
 
     @property
     def record(self) -> Path:
-        """Return the SQLite file of the telemetry."""
+        """Return the path of the SQLite file with the telemetry."""
         return self.store / "telemetry.sqlite"
 
     @property
     def machine_alarms(self) -> Path:
-        """Return the file that keeps the alarms of ``arctrue life`` over a restart."""
+        """Return the path of the file that keeps the alarms of ``arctrue life`` during a
+        restart."""
         return self.store / "machine_alarms.json"
 
     @property

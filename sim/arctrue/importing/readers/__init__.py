@@ -1,1 +1,1 @@
-"""The readers of this package, one file per format; pyproject.toml registers them."""
+"""Contains the readers of this package, one file per format; pyproject.toml registers them."""

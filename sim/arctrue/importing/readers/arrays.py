@@ -1,4 +1,4 @@
-"""Makes columns from arrays in memory, for NumPy, Parquet and HDF5 files."""
+"""Makes columns from arrays in memory; the readers of NumPy, Parquet and HDF5 files use it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from arctrue.measurement import MeasurementError
 
 
 def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]]) -> FileContent:
-    """Return a recording with equally long columns; a matrix gives numbered columns (``name.1``).
+    """Return a recording with equally long columns; a matrix becomes numbered columns (``name.1``).
 
     Raises MeasurementError if there is no array, and for arrays of unequal length or of more than
     two dimensions.

@@ -1,4 +1,5 @@
-"""Reads text in columns: commas, semicolons, tabs or spaces; decimal point or comma."""
+"""Reads text files with columns, separated by commas, semicolons, tabs or spaces, with decimal
+point or comma."""
 
 from __future__ import annotations
 
@@ -31,12 +32,13 @@ Line = tuple[int, str]
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether the file may be text: its first bytes contain no zero."""
+    """Tell whether the file may be text: its first bytes contain no zero byte."""
     return b"\0" not in head
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read the columns under the names of the header; without a header they are ``1``, ``2`` …
+    """Return the columns under the names of the header; without a header they are named ``1``,
+    ``2`` …
 
     Lines that begin with #, % or // are comments; the last comment before the rows is the header if
     it has as many words as the rows have fields. A row of units under the header is added to the
@@ -82,13 +84,13 @@ def _is_row(text: str, shape: RowShape) -> bool:
 
 @dataclass
 class _Rows:
-    """Collects rows; it holds back lines of words until the next line shows whether a row
-    follows."""
+    """Collects the rows of a table; lines of words are held back until a later line shows whether
+    the table continues."""
 
     path: Path
     shape: RowShape
     above: set[str]
-    """The lines above the rows; if they occur again, another log was appended."""
+    """Lines above the rows; if one of them occurs again, a second log was appended to the file."""
     notes: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -98,7 +100,8 @@ class _Rows:
         self._repeated: list[int] = []
 
     def add(self, block: Sequence[Line]) -> None:
-        """Add the lines that are rows. Raises MeasurementError for a line with a wrong field."""
+        """Add those lines of the block that are rows. Raises MeasurementError for a line with a
+        wrong field."""
         lines = [line for line in block if not line[1].startswith(COMMENT)]
         if not lines:
             return
@@ -114,8 +117,8 @@ class _Rows:
         self._places.append(np.array([line for line, _ in lines], dtype=np.int64))
 
     def _plain(self, fields: Sequence[Iterable[object]]) -> bool:
-        """Tell whether the first field of each line is a number, so that no line is a line of
-        words."""
+        """Tell whether the first number field of every line is a number; then the block contains no
+        line of words."""
         form = self.shape.form
         return all(form.weight(str(text)) for text in fields[min(self.shape.numeric)])
 
@@ -137,8 +140,8 @@ class _Rows:
             yield line, text
 
     def _kept_back(self) -> Iterable[Line]:
-        """Give the lines that were held back before a row. Raises MeasurementError if one of them
-        is no row."""
+        """Yield the lines that were held back, because a row follows them. Raises MeasurementError
+        if one of them is no row."""
         for line, text in self._back:
             self._refuse_other_width(line, text)
             yield line, text
@@ -159,7 +162,7 @@ class _Rows:
         )
 
     def finish(self, *, ended: bool) -> NDArray[np.int64]:
-        """Give the line number of each row; a note reports what follows the last row."""
+        """Return the line number of each row; add a note about lines after the last row."""
         name = self.path.name
         if self._back and not ended:
             line, text = self._back[-1]
@@ -191,7 +194,7 @@ def _shown(text: str) -> str:
 
 
 def _header(path: Path, above: Sequence[Line], shape: RowShape) -> tuple[list[str], list[str]]:
-    """Give the columns' names (numbers if there are none) and the notes about them."""
+    """Return the columns' names (numbers if the file has no names) and the notes about them."""
     numbers = [str(number) for number in range(1, shape.width + 1)]
     lines = [(line, text) for line, text in above if not _RULER.match(text)]
     if not lines:
@@ -229,15 +232,16 @@ def _unit_of(word: str) -> str:
 
 
 def _is_units(words: Sequence[str], units: Sequence[str]) -> bool:
-    """Tell whether at least half of the words are known units, and at least one is."""
+    """Tell whether the line is a row of units: at least half of the words, and at least one, are
+    known units."""
     said = [unit for word, unit in zip(words, units, strict=True) if word not in ("", "-")]
     known = sum(any_unit(unit) for unit in said)
     return known > 0 and 2 * known >= len(said)
 
 
 def _unique(names: Sequence[str]) -> list[str]:
-    """Make names unique: append the column's number to a repeated name, and use it for a missing
-    one."""
+    """Make the names unique: a repeated name gets its column's number appended, a missing name
+    becomes the number."""
     found: list[str] = []
     for number, name in enumerate(names, start=1):
         own = name or str(number)

@@ -20,18 +20,19 @@ _NOT_THERE = re.compile(r"\S+\s+\*\*\* ")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether the first line has this form."""
+    """Tell whether the first line has the form NAME DATE TIME VALUE."""
     text = head.decode("utf-8", "replace")
     return any(_LINE.match(line) for line in text.splitlines()[:3])
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read one column per variable at the times of one variable; interpolate the others.
+    """Return one column per variable, at the times of one of the variables; the others are
+    interpolated.
 
-    EPICS posts a variable when it changes, so each variable has its own times. ``settings.group``
-    names the variable whose times are used; the user is asked for it if the times differ. Rows
-    outside the times of another variable are left out. Raises MeasurementError naming the row,
-    AmbiguousError.
+    EPICS records a variable when its value changes, so each variable has its own times.
+    ``settings.group`` names the variable whose times are used; the user is asked for it if the
+    times differ. Rows outside the times of another variable are left out. Raises MeasurementError
+    naming the row, AmbiguousError.
     """
     times: dict[str, list[float]] = {}
     values: dict[str, list[float]] = {}

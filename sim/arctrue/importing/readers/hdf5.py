@@ -1,4 +1,4 @@
-"""Reads HDF5 files; needs h5py (``pip install 'arctrue[files]'``)."""
+"""Reads HDF5 files with the package h5py (``pip install 'arctrue[files]'``)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read the datasets of one group as columns, or one table (compound or two-dimensional).
+    """Return the datasets of one group as columns, or the columns of one table (compound or
+    two-dimensional dataset).
 
     ``settings.group`` names the group or the dataset; without it, the user is asked if several
     contain data.
@@ -39,7 +40,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
                 if isinstance(item, h5py.Dataset) and item.ndim in (1, 2):
                     refuse_other_files(path, name, item)
                     parent, _, own = name.rpartition("/")
-                    # A table counts as a group; any other dataset is a column of its parent group.
+                    # A table is selected like a group; any other dataset is a column of the group
+                    # that contains it.
                     table = item.ndim == 2 or item.dtype.names
                     found.setdefault(name if table else parent, {})["" if table else own] = item
 
@@ -55,7 +57,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 def refuse_other_files(path: Path, name: str, item: Any) -> None:
     """Raise MeasurementError for a dataset whose values are in another file.
 
-    A file from another machine must not make the import read other files of this machine.
+    Without this check a file from another machine could make the import read any file of this
+    machine.
     """
     if item.external or item.is_virtual:
         raise MeasurementError(

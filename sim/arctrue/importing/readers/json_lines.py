@@ -1,4 +1,4 @@
-"""Reads JSON lines: one object or one list per line."""
+"""Reads files of JSON lines: each line is one object or one list."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read a column per key, or ``1``, ``2`` … for lists; an absent key is a missing value.
+    """Return one column per key, or the columns ``1``, ``2`` … for lists; an absent key is a
+    missing value.
 
     Raises MeasurementError naming the row.
     """

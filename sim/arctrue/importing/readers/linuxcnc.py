@@ -19,12 +19,14 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether a line says ``overrun``; other files of this format need --format linuxcnc."""
+    """Tell whether one of the first lines says ``overrun``; files of halsampler without this word
+    need --format linuxcnc."""
     return any(line.strip() == b"overrun" for line in head.splitlines())
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read columns ``1``, ``2`` … and ``time_s``, the sample's number times the thread's period.
+    """Return the columns ``1``, ``2`` … and ``time_s``, the number of the sample times the thread's
+    period.
 
     A file with an overrun and without sample numbers is refused, because the number of lost samples
     is unknown. Raises MeasurementError naming the row, AmbiguousError if the period is not stated.

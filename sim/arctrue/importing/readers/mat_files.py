@@ -21,10 +21,10 @@ from arctrue.measurement import MeasurementError
 
 LEVEL_5, LEVEL_73 = b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"
 MOST_ROWS_LYING = 16
-"""Limit of rows: a matrix with fewer rows than this, and fewer rows than columns, has one quantity
-per row."""
+"""Number of rows from which a matrix has one quantity per column; a matrix with fewer rows, and
+with fewer rows than columns, has one quantity per row."""
 NUMBER_BYTES = 8
-"""Bytes of a number in memory; in the file a number may need only one byte."""
+"""Bytes of a number in memory; the file may store a number in one byte."""
 TOP = "/"
 _NUMBERS = ("int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64",
             "single", "double", "logical", "char")  # fmt: skip
@@ -34,7 +34,7 @@ _OBJECTS = (
 )
 
 Tree = dict[str, Any]
-"""Arrays, or nested structs, by name."""
+"""Arrays by name, or structs of arrays, nested."""
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -48,9 +48,10 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the vectors of the file, or of one struct (``settings.group``), as columns.
 
-    Vectors of another length, texts and cells are left out, with a note. The user is asked if
-    several structs hold columns. Raises MeasurementError for a damaged file, an unknown struct or a
-    file above the limit, AmbiguousError, ValueError if level 7.3 needs h5py.
+    Only vectors of the most frequent length become columns; other vectors, texts and cells are left
+    out, with a note. The user is asked if several structs hold columns. Raises MeasurementError for
+    a damaged file, an unknown struct or a file above the limit, AmbiguousError, ValueError if level
+    7.3 needs h5py.
     """
     left_out: list[str] = []
     with path.open("rb") as file:
@@ -86,7 +87,7 @@ def _leaves(tree: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
 
 
 def _as_rows(array: NDArray[Any]) -> NDArray[Any] | None:
-    """Give an array as (rows,) or (rows, columns); None if it cannot be a column."""
+    """Return an array as (rows,) or (rows, columns); None if it cannot be a column."""
     if array.dtype.kind not in "iufbU" or array.ndim > 2 or array.size == 0:
         return None
     if array.ndim < 2 or 1 in array.shape:
@@ -120,7 +121,7 @@ def _group(
 def _equally_long(
     columns: Mapping[str, NDArray[Any]], left_out: list[str]
 ) -> dict[str, NDArray[Any]]:
-    """Select the columns of the most frequent length; leave out scalars."""
+    """Return the columns of the most frequent length; a scalar is no column."""
     lengths = Counter(len(array) for array in columns.values() if len(array) > 1)
     rows = max(lengths, key=lambda length: (lengths[length], length))
     for name, array in columns.items():
@@ -140,7 +141,8 @@ def _level_5(path: Path, left_out: list[str]) -> Tree:
         left_out += [f"{name or 'an object'} ({kind})" for name, _, kind in held
                      if name not in wanted]  # fmt: skip
         numbers = sum(math.prod(shape) for _, shape, kind in held if kind in _NUMBERS)
-        # The sizes inside a struct are unknown; at worst each byte becomes a number in memory.
+        # The sizes of arrays inside a struct are unknown; each byte of the file may become a number
+        # in memory.
         structs = total if any(kind == "struct" for _, _, kind in held) else 0
         refuse_above_limit(path, NUMBER_BYTES * max(numbers, structs))
         loaded = loadmat(path, variable_names=wanted, simplify_cells=True)
@@ -179,7 +181,7 @@ def _level_73(path: Path, left_out: list[str]) -> Tree:
                     continue
                 size += item.size * NUMBER_BYTES
                 refuse_above_limit(path, size)
-                # MATLAB stores its columns as the rows of HDF5.
+                # In HDF5, MATLAB stores each column of a matrix as a row.
                 values = np.asarray(item[()]).T
                 found[name] = _letters(values) if kind == "char" else values
             else:
@@ -198,5 +200,5 @@ def _text(value: Any) -> str:
 
 
 def _letters(codes: NDArray[Any]) -> NDArray[np.str_]:
-    """Join the rows of a matrix of characters."""
+    """Join each row of a matrix of characters to one text."""
     return np.array(["".join(map(chr, row)).rstrip() for row in np.atleast_2d(codes).tolist()])

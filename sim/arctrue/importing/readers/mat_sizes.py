@@ -1,4 +1,4 @@
-"""Finds the unpacked size of a level-5 MAT file before the file is read.
+"""Computes the unpacked size of a level-5 MAT file before the file is read.
 
 A packed element of a few kilobytes may hold gigabytes of zeros.
 """
@@ -14,12 +14,13 @@ from arctrue.measurement import MeasurementError
 
 _HEADER_BYTES = 128
 _PACKED = 15
-"""Number of the type miCOMPRESSED in the description of the format."""
+"""Number of the data type miCOMPRESSED in MathWorks' description of the format."""
 _READ, _UNPACKED = 1 << 16, 1 << 20
 
 
 def unpacked_bytes(path: Path) -> int:
-    """Unpack each packed element once, discard it, and sum the sizes; stated sizes are not trusted.
+    """Return the sum of the elements' unpacked sizes. Each packed element is unpacked once and
+    discarded, because a stated size may be wrong.
 
     Raises MeasurementError for a damaged file, and as soon as the sum exceeds the limit.
     """

@@ -20,14 +20,15 @@ MAGIC = np.lib.format.MAGIC_PREFIX
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether the file begins with the magic bytes of .npy, or is a .npz archive."""
+    """Tell whether the file begins with the magic bytes of .npy, or is a .npz archive (ZIP)."""
     return head.startswith(MAGIC) or (
         head.startswith(b"PK\x03\x04") and path.suffix.lower() == ".npz"
     )
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read the columns of an array (rows, columns) or structured array, or an archive's arrays.
+    """Return the columns of an array (rows, columns), of a structured array, or of an archive's
+    arrays.
 
     Raises MeasurementError for a damaged file, for pickled objects (never unpickled), for arrays
     that are no columns, and for a size above the limit.
@@ -46,7 +47,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
 
 def _unpacked_bytes(path: Path) -> int:
-    """Sum the sizes that the arrays' headers state: numpy allocates that memory before it reads."""
+    """Return the sum of the sizes that the arrays' headers state, because numpy allocates this
+    memory before it reads."""
     if not zipfile.is_zipfile(path):
         with path.open("rb") as file:
             return _array_bytes(file)
@@ -59,8 +61,8 @@ def _unpacked_bytes(path: Path) -> int:
 
 
 def _array_bytes(file: IO[bytes]) -> int:
-    """Give the size that the header states; 0 without a header, because numpy refuses such a
-    file."""
+    """Return the size that the array's header states; 0 without a header, because numpy refuses
+    such a file."""
     if file.read(len(MAGIC)) != MAGIC:
         return 0
     file.seek(0)

@@ -1,4 +1,4 @@
-"""Reads Apache Parquet files."""
+"""Reads Apache Parquet files with the package pyarrow."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read the columns of the table.
+    """Return the columns of the table.
 
     Raises MeasurementError for a damaged file or a size above the limit, MissingExtraError without
     pyarrow.

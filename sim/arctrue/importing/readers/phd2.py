@@ -1,9 +1,9 @@
-"""Reads guide logs of PHD2: the error of a telescope axis against a guide star.
+"""Reads guide logs of PHD2, which contain the error of a telescope axis relative to a guide star.
 
 Distances in the log are camera pixels from the lock position and include the effect of the guiding
 corrections. Without guiding, the error of the axis would be the distance plus all earlier
-corrections, times the pixel scale, divided by the cosine of the star's declination. Format: the
-project's wiki, "PHD2 Guide Log Format".
+corrections, times the pixel scale, divided by the cosine of the star's declination. The page "PHD2
+Guide Log Format" of the project's wiki describes the format.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _RATE = re.compile(r"\bxRate = ([\d.]+)")
 
 @dataclass
 class _Section:
-    """One stretch of guiding without a change of the lock position."""
+    """One stretch of guiding during which the lock position does not change."""
 
     scale: float | None
     declination_deg: float | None
@@ -44,12 +44,12 @@ class _Section:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether the first line is that of a guide log."""
+    """Tell whether the first line is the first line of a PHD2 guide log."""
     return head.lstrip(b"\xef\xbb\xbf").startswith(b"PHD2 version")
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read ``error_arcsec`` over ``target_deg``, the sidereal rotation since guiding began.
+    """Return ``error_arcsec`` over ``target_deg``, the sidereal rotation since guiding began.
 
     Each stretch of guiding is a run; a dither or a new lock position begins a new run. The zero of
     a run is unknown, so its mean is subtracted. The sign of the error depends on the camera, so the
@@ -145,8 +145,8 @@ def _sections(path: Path) -> tuple[list[_Section], int]:
 def _error(
     path: Path, section: _Section, choices: Choices, notes: list[str]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Compute the time in seconds and the error that the axis would have without guiding,
-    arcseconds."""
+    """Return the time in seconds and the error in arcseconds that the axis would have without
+    guiding."""
     time_s = _numbers(path, section, "Time")
     raw = _numbers(path, section, "RARawDistance")
     guide = _numbers(path, section, "RAGuideDistance")

@@ -1,4 +1,4 @@
-"""Converts lines to columns of numbers or text block by block, without keeping the lines."""
+"""Converts lines to columns of numbers or text, block by block; the lines are not kept."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ _BYTES_A_LETTER = 4
 
 
 class TextColumns:
-    """Columns of rows with ``width`` fields; rows are added block by block."""
+    """Columns of rows with ``width`` fields; the reader adds the rows block by block."""
 
     def __init__(self, path: Path, form: Form, width: int) -> None:
-        """Begin with empty columns."""
+        """Create empty columns."""
         self._path, self._form = path, form
         self._parts: list[list[NDArray[Any] | pa.Array]] = [[] for _ in range(width)]
         self.rows = 0
 
     def fields(self, texts: Sequence[str]) -> list[pa.Array] | None:
-        """Split lines into columns of text; return None if a line has another number of fields."""
+        """Divide lines into columns of text; return None if a line has another number of fields."""
         if any('"' in text for text in texts):
             return self._of_lists([self._form.split(text) for text in texts])
         lines = pa.array(texts, pa.large_string())
@@ -56,15 +56,16 @@ class TextColumns:
         return [pa.array(column, pa.large_string()) for column in zip(*rows, strict=True)]
 
     def add(self, columns: Sequence[pa.Array]) -> None:
-        """Add the columns of a block. Raises MeasurementError if they exceed the memory limit."""
+        """Add a block's fields to the columns. Raises MeasurementError if the columns exceed the
+        memory limit."""
         self.rows += len(columns[0])
         refuse_above_limit(self._path, self.rows * len(columns) * 8)
         for parts, texts in zip(self._parts, columns, strict=True):
             parts.append(self._converted(texts))
 
     def _converted(self, texts: pa.Array) -> NDArray[Any] | pa.Array:
-        """Convert texts to whole numbers, or to numbers with NaN for missing fields; else return
-        the texts."""
+        """Return the texts as whole numbers, or as numbers with NaN for missing fields; if one is
+        no number, return the texts."""
         if pc.all(pc.match_substring_regex(texts, _WHOLE)).as_py():
             try:
                 return pc.cast(_without_plus(texts), pa.int64()).to_numpy()
@@ -81,7 +82,7 @@ class TextColumns:
         return pc.cast(plain, pa.float64()).to_numpy(zero_copy_only=False)
 
     def finished(self) -> list[NDArray[Any]]:
-        """Give the columns (int64, float64 or text) and free the memory of the blocks."""
+        """Return the columns (int64, float64 or text), and free the memory of the blocks."""
         found = []
         while self._parts:
             found.append(self._joined(self._parts.pop(0)))
@@ -106,6 +107,6 @@ def _without_plus(texts: pa.Array) -> pa.Array:
 
 def _as_text(part: NDArray[Any] | pa.Array) -> NDArray[np.str_]:
     if isinstance(part, np.ndarray):
-        # The block held numbers only, but a later block showed that the column holds text.
+        # This block has only numbers, but another block of the column has text.
         return np.array(["" if value != value else repr(value) for value in part.tolist()])
     return np.array(part.to_pylist(), dtype=np.str_)

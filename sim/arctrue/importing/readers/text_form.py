@@ -1,4 +1,5 @@
-"""Determines the form of a text table: separator, decimal sign, and form of a row."""
+"""Determines the form of a text table: separator, decimal sign, and which fields of a row are
+numbers."""
 
 from __future__ import annotations
 
@@ -25,13 +26,13 @@ _POINT, _COMMA, _THOUSANDS = (re.compile(rf"{form}\Z") for form in (POINT, COMMA
 
 @dataclass(frozen=True)
 class Form:
-    """Separator and decimal sign of a file."""
+    """Separator of columns and decimal sign of a file."""
 
     delimiter: str
     decimal: str
 
     def split(self, line: str) -> list[str]:
-        """Split a line into its fields."""
+        """Divide a line into its fields."""
         sign = DELIMITERS[self.delimiter]
         if sign is None:
             return line.split()
@@ -52,7 +53,7 @@ class Form:
         return bool(_POINT.match(text) or (self.delimiter != "comma" and _THOUSANDS.match(text)))
 
     def weight(self, text: str) -> int:
-        """Count the numbers in a field; a sexagesimal angle or time has three."""
+        """Count the numbers in a field; a sexagesimal angle or time counts as three."""
         if self.is_number(text):
             return 1
         return 3 if is_sexagesimal(text, spaces=self.delimiter != "space") else 0
@@ -60,18 +61,19 @@ class Form:
 
 @dataclass(frozen=True)
 class RowShape:
-    """The form of a row: it has ``width`` fields; the columns ``numeric`` hold numbers or missing
-    values."""
+    """The form of a row: the row has ``width`` fields, and the columns ``numeric`` hold numbers or
+    missing values."""
 
     form: Form
     width: int
     numeric: frozenset[int]
 
     def is_words(self, fields: Sequence[str]) -> bool:
-        """Tell whether the fields are a line of words: a heading, a remark, statistics after the
-        rows.
+        """Tell whether the fields form a line of words, for example a heading, a remark, or
+        statistics after the rows.
 
-        A row that begins correctly and has a wrong field is a fault, not a line of words.
+        A row whose first fields are correct and that has a wrong field later is faulty; it is not a
+        line of words.
         """
         if len(fields) != self.width:
             return any(field and not self.form.weight(field) for field in fields)
@@ -85,7 +87,7 @@ class RowShape:
 
 
 def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
-    """Find the form in which the file has rows of numbers; ask the user if several forms match.
+    """Return the form in which most lines are rows of numbers; ask the user if several forms match.
 
     Raises MeasurementError if no form matches, AmbiguousError, ValueError for an unknown setting.
     """
@@ -134,10 +136,11 @@ def _has_comma(form: Form, data: Sequence[str]) -> bool:
 
 
 def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
-    """Rate a form by the lines of the most common width; None if no line has numbers in this form.
+    """Rate a form by its lines with the most common number of fields; return None if no line has a
+    number in this form.
 
-    Returns the number of numbers less the number of other fields in these lines, and the number of
-    lines.
+    Returns, for these lines, the number of numbers minus the number of other fields, and the number
+    of lines.
     """
     widths: dict[int, int] = {}
     numbers: dict[int, int] = {}
@@ -146,8 +149,8 @@ def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
         weights = [form.weight(field) for field in fields]
         if any(weights):
             widths[len(fields)] = widths.get(len(fields), 0) + 1
-            # In "1,5;2,5" a comma as delimiter gives a field that is not a number; this counts
-            # against the comma.
+            # In "1,5;2,5" a comma as delimiter gives the field "5;2", which is not a number and
+            # lowers the rating of the comma.
             others = sum(not weight for weight in weights)
             numbers[len(fields)] = numbers.get(len(fields), 0) + sum(weights) - others
     if not widths:
@@ -157,7 +160,7 @@ def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
 
 
 def row_shape(lines: Sequence[str], form: Form) -> RowShape | None:
-    """Find the form of most lines with numbers; None if no line has a number."""
+    """Return the form of row that most lines with numbers have; None if no line has a number."""
     shapes: dict[tuple[int, tuple[int, ...]], int] = {}
     for text in lines:
         if text.startswith(COMMENT):

@@ -1,4 +1,4 @@
-"""Reads the lines of a text file in the encoding in which its program wrote it."""
+"""Reads the lines of a text file in the file's own encoding."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from arctrue.measurement import MeasurementError
 
 _BLOCK = 1 << 20
 LONGEST_LINE = 1_000_000
-"""Largest number of characters of a line; a longer line is no row of a table."""
-_MARKS = (  # UTF-32 comes first, because its mark begins like that of UTF-16
+"""Largest number of characters in a line; a longer line is not a row of a table."""
+_MARKS = (  # UTF-32 comes before UTF-16, because its byte order mark begins with the mark of UTF-16
     (codecs.BOM_UTF32_LE, "utf-32"),
     (codecs.BOM_UTF32_BE, "utf-32"),
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-_OTHER_FILES = {  # message by the first bytes of the file
+_OTHER_FILES = {  # message for a file that begins with these bytes
     b"PK\x03\x04": "is an archive or a workbook: of a workbook, save the sheet as CSV; unpack an "
     "archive first",
     b"\xd0\xcf\x11\xe0": "is a workbook of an old Excel version: save the sheet as CSV",
@@ -31,14 +31,15 @@ _OTHER_FILES = {  # message by the first bytes of the file
 
 @dataclass(frozen=True)
 class Encoding:
-    """The encoding of a file, and a note for people ("" for UTF-8)."""
+    """Encoding of a file, and a note about it for the user ("" for UTF-8)."""
 
     name: str
     note: str
 
 
 def encoding_of(path: Path) -> Encoding:
-    """Find the encoding by the byte order mark; without one it is UTF-8, or else Windows-1252.
+    """Find the encoding by the byte order mark; a file without a mark is UTF-8 if it is valid
+    UTF-8, otherwise Windows-1252.
 
     Windows-1252 has all letters of Latin-1. Raises MeasurementError for a file that is no text.
     """
@@ -79,17 +80,18 @@ def _decodes(path: Path, name: str) -> bool:
 
 
 class TextLines:
-    """The non-empty lines with their numbers; ``ended``: the last line ends with a line feed."""
+    """The non-empty lines of a file with their numbers; ``ended`` tells whether the last line ends
+    with a line feed."""
 
     def __init__(self, path: Path, encoding: Encoding) -> None:
-        """Begin at the first line."""
+        """Prepare to read from the first line."""
         self._path = path
         self._encoding = encoding.name
         self.ended = True
 
     def __iter__(self) -> Iterator[tuple[int, str]]:
-        """Yield number and stripped text of each line. Raises MeasurementError for a line that is
-        too long."""
+        """Yield the number and the stripped text of each line. Raises MeasurementError for a line
+        that is too long."""
         try:
             with self._path.open(encoding=self._encoding) as file:
                 number = 0

@@ -1,4 +1,4 @@
-"""Limits the memory that a packed file of arrays may take.
+"""Limits the memory into which a packed file of arrays may be unpacked.
 
 Ten kilobytes can unpack to ten megabytes of zeros, and a header may state any number of rows. A
 file that came by mail or was dropped into the page must not exhaust the machine's memory.
@@ -11,7 +11,7 @@ from pathlib import Path
 from arctrue.measurement import MeasurementError
 
 MOST_BYTES = 2_000_000_000
-"""Limit of the memory, the size of 10⁷ rows of 25 columns."""
+"""Largest size in memory, bytes: the size of 10⁷ rows of 25 columns."""
 
 
 def refuse_above_limit(path: Path, size: int) -> None:
@@ -26,11 +26,11 @@ def refuse_above_limit(path: Path, size: int) -> None:
 
 
 OBJECT_BYTES = 100
-"""Memory of a field, or of an empty row, that Python holds as an object."""
+"""Bytes that Python needs for a field, or for an empty row, stored as an object."""
 
 
 def refuse_many_fields(path: Path, fields: int) -> None:
-    """Raise MeasurementError if ``fields`` objects take more than MOST_BYTES."""
+    """Raise MeasurementError if ``fields`` objects need more memory than MOST_BYTES."""
     refuse_above_limit(path, fields * OBJECT_BYTES)
 
 

@@ -1,7 +1,8 @@
-"""Tables by which other controllers correct a rotary axis, and their interpolation between rows.
+"""Writes correction tables for other controllers of rotary axes, and models the controllers'
+interpolation between rows.
 
-Each format is written from the controller's public sources, which docs/reports.md names. A model of
-the controller's own interpolation reads it back.
+Each format follows the controller's public sources, which docs/reports.md names. A model of the
+controller's interpolation reads each table back.
 """
 
 from collections.abc import Mapping

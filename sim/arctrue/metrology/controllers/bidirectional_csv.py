@@ -1,4 +1,4 @@
-"""The correction table for a program of the user's own."""
+"""Writes a correction table for a program of the user's own."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ Float = NDArray[np.float64]
 
 
 class Bidirectional(TableOfReading):
-    """CSV with the reading and two values, for an approach from below and from above.
+    """CSV table with the reading and two values to subtract, one for an approach from below and one
+    from above.
 
-    The program subtracts the value of its direction from the reading, and interpolates linearly
-    between rows.
+    The program subtracts the value of the present direction from the reading, and interpolates
+    linearly between rows.
     """
 
     name = "csv"

@@ -1,4 +1,4 @@
-"""The encoder look-up table of EPICS ecmc."""
+"""Writes the encoder look-up table of EPICS ecmc."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ Float = NDArray[np.float64]
 
 
 class Ecmc(TableOfReading):
-    """Encoder correction of EPICS ecmc: position and subtracted value, linear between rows."""
+    """Look-up table of EPICS ecmc: encoder position and value that ecmc subtracts, interpolated
+    linearly between rows."""
 
     name = "ecmc"
     file_name = "correction.lut"

@@ -1,4 +1,4 @@
-"""The compensation file of LinuxCNC."""
+"""Writes the compensation file of LinuxCNC."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ Float = NDArray[np.float64]
 
 
 class LinuxCnc(TableOfCommand):
-    """COMP_FILE of type 0: commanded position, actual position moving up, actual position moving
-    down.
+    """Table for COMP_FILE of type 0: commanded position, actual position moving up, actual position
+    moving down.
 
-    The controller commands the servo to the position nominal + (nominal − actual), linear between
-    rows.
+    The controller commands the servo to the position nominal + (nominal − actual), interpolated
+    linearly between rows.
     """
 
     name = "linuxcnc"

@@ -1,4 +1,4 @@
-"""The compensation tables of a moteus motor controller."""
+"""Writes the compensation tables of a moteus motor controller."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ Float = NDArray[np.float64]
 
 
 class _Moteus(TableOfReading):
-    """Compensation table of a moteus position source; its entries are fractions of a turn that are
-    added."""
+    """Compensation table of a moteus position source; the controller adds its entries, fractions of
+    a turn, to the position."""
 
     knows_direction = False
     key = "motor_position.sources.0.compensation_"
 
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:
-        """Calculate like the firmware: entry i is the value at i/size of a turn, and the table is
+        """Interpolate like the firmware: entry i is the value at i/size of a turn, and the table is
         periodic.
 
-        The firmware calculates in single precision; this model contains only the rounding of the
-        table.
+        The firmware calculates in single precision; this model includes the rounding of the table
+        but not of the calculation.
         """
         entries: dict[int, float] = {}
         scale = 1.0
@@ -48,7 +48,8 @@ class _Moteus(TableOfReading):
 
 
 class Moteus32(_Moteus):
-    """Table of 32 numbers, for firmware with a configuration version up to 0x0108."""
+    """Table of 32 floating-point numbers, for firmware with a configuration version up to
+    0x0108."""
 
     name = "moteus"
     file_name = "moteus.cfg"
@@ -62,8 +63,8 @@ class Moteus32(_Moteus):
 
 
 class Moteus256(_Moteus):
-    """Table of 256 whole numbers within ±127 and their scale, for configuration version 0x0109 and
-    later."""
+    """Table of 256 whole numbers within ±127 and their common scale, for configuration version
+    0x0109 and later."""
 
     name = "moteus-256"
     file_name = "moteus.cfg"

@@ -1,4 +1,4 @@
-"""The periodic error correction table of OnStepX, for the worm of a telescope mount."""
+"""Writes the periodic error correction table of OnStepX for the worm of a telescope mount."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 SECONDS_A_TURN = 86_400
-"""Sidereal seconds in which a tracking mount makes one turn."""
+"""Sidereal seconds in which a mount that follows the stars makes one turn."""
 LEAST_WORM_S = 61
 """Shortest turn of a worm that OnStepX accepts, sidereal seconds."""
 MOST_STEPS = 127
@@ -30,11 +30,11 @@ ENTRY = re.compile(r":WR(\d+),([+-]\d+)#")
 
 @dataclass(frozen=True)
 class OnStep(TableFormat):
-    """Commands ``:WRn,s#``: motor steps added to the tracking in each sidereal second of the worm's
-    turn.
+    """List of commands ``:WRn,s#``: motor steps that are added to the tracking in each sidereal
+    second of the worm's turn.
 
-    The table corrects a rate only: a constant error remains, and the mount's alignment absorbs it.
-    The sum of the steps is rounded, so that the table never differs from the error by more than
+    The table corrects a rate only: a constant error remains, and the alignment of the mount removes
+    it. The sum of the steps is rounded, so that the table never differs from the error by more than
     half a step.
     """
 
@@ -69,7 +69,8 @@ class OnStep(TableFormat):
         return replace(self, teeth=teeth, steps_per_second=steps_per_second)
 
     def part_of(self, correction: Correction) -> Correction:
-        """Return the harmonics of the worm, with the other orders listed as left out."""
+        """Return the part of the correction in harmonics of the worm; list the other orders as left
+        out."""
         assert self.teeth is not None
         harmonic = np.mod(correction.orders, self.teeth) == 0
         others = ", ".join(map(str, correction.orders[~harmonic]))
@@ -84,8 +85,8 @@ class OnStep(TableFormat):
 
     def text(self, correction: Correction, points: int, title: str) -> str:
         seconds = np.arange(self._worm_s() + 1, dtype=np.float64)
-        # The motor is at its zero in second 0, and tracks so that the reading R satisfies R(t) −
-        # ε(R(t)) = t − ε(0).
+        # The worm motor is at its zero in second 0, and then tracks so that the reading R satisfies
+        # R(t) − ε(R(t)) = t − ε(0).
         start_deg = float(correction.error_arcsec(np.zeros(1), None)[0]) / 3600.0
         wanted = wanted_deg(correction, seconds * (360.0 / SECONDS_A_TURN) - start_deg, 0)
         steps = np.rint((wanted - wanted[0]) / self._step_deg()).astype(np.int64)

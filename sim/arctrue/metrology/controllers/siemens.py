@@ -1,4 +1,4 @@
-"""The measuring system error compensation of Siemens SINUMERIK 840D sl and 828D."""
+"""Writes the measuring system error compensation of Siemens SINUMERIK 840D sl and 828D."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ VALUE = re.compile(r"\$AA_ENC_COMP\[0,(\d+),AX1\]=(\S+)")
 
 
 class Siemens(TableOfReading):
-    """$AA_ENC_COMP of encoder 0, machine axis AX1: degrees added to the actual position."""
+    """Table $AA_ENC_COMP of encoder 0, machine axis AX1: degrees that the controller adds to the
+    actual position."""
 
     name = "siemens"
     file_name = "AX1_EEC.INI"
     points = 360
     most_points = 4999
-    """Largest number of rows: MD38000 permits 5,000 interpolation points, and 360° takes one of
-    them."""
+    """Largest number of rows: MD38000 permits 5,000 interpolation points, and the row at 360° needs
+    one of them."""
     knows_direction = False
 
     def text(self, correction: Correction, points: int, title: str) -> str:

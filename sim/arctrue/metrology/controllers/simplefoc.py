@@ -1,4 +1,4 @@
-"""The look-up table of SimpleFOC's CalibratedSensor."""
+"""Writes the look-up table of SimpleFOC's CalibratedSensor."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ Float = NDArray[np.float64]
 
 
 class SimpleFoc(TableOfReading):
-    """C array of angles in radians that the library subtracts from the sensor's angle, linear
-    between entries.
+    """C array of angles in radians that the library subtracts from the sensor's angle, interpolated
+    linearly between entries.
 
-    The library calculates in single precision. Its rounding, 0.1″ near a full turn, is not part of
-    the remaining error that the command states.
+    The library calculates in single precision. The remaining error that the command states does not
+    include the library's rounding, 0.1″ near a full turn.
     """
 
     name = "simplefoc"
@@ -29,7 +29,7 @@ class SimpleFoc(TableOfReading):
         reading = np.radians(turn_deg(points)[:-1])
         rows = correction.by_reading(reading) * RAD_PER_ARCSEC
         values = "".join(f"    {value:.9e}f,\n" for value in rows)
-        comment = title.replace("\\", "/")  # a backslash at the end would continue the comment
+        comment = title.replace("\\", "/")  # a backslash at the end would continue the C comment
         return f"// {comment}\nfloat calibrationLut[{points}] = {{\n{values}}};\n"
 
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:

@@ -1,4 +1,5 @@
-"""Defines the interface of every controller's table: its text, and the error that remains."""
+"""Defines the interface of the controllers' tables: the text of the file, and the error that
+remains with the table."""
 
 from __future__ import annotations
 
@@ -14,12 +15,13 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 GRID = 36_000
-"""Number of angles at which a table is tested: 36″ apart, also between the rows of every table."""
+"""Number of angles at which a table is tested: they are 36″ apart and thus lie between the rows of
+every table too."""
 
 
 @dataclass(frozen=True)
 class Left:
-    """Error that remains after the controller's correction.
+    """The error that remains after the controller's correction.
 
     Parameters
     ----------
@@ -34,20 +36,20 @@ class Left:
 
 
 class TableFormat(ABC):
-    """A kind of table: it writes the file and models the controller that reads it."""
+    """A format of table: it writes the file and models the controller that reads the file."""
 
     name: ClassVar[str]
     file_name: ClassVar[str]
-    """Default name of the file."""
+    """Default name of the controller's file."""
     points: ClassVar[int]
     """Default number of rows per turn."""
     least_points: ClassVar[int] = 3
     most_points: ClassVar[int] = 100_000
     knows_direction: ClassVar[bool]
-    """Whether the table distinguishes an approach from below from one from above."""
+    """Whether the table has separate values for an approach from below and from above."""
 
     def for_axis(self, teeth: float | None, steps_per_second: float | None) -> TableFormat:
-        """Return the format for one axis; most formats do not depend on the axis.
+        """Return the table format for one axis; most formats do not depend on the axis.
 
         Parameters
         ----------
@@ -71,7 +73,8 @@ class TableFormat(ABC):
         return self
 
     def part_of(self, correction: Correction) -> Correction:
-        """Return the part of a correction that the table can hold; most formats hold all parts.
+        """Return that part of a correction which the table can represent; most formats represent
+        all of it.
 
         Parameters
         ----------
@@ -87,7 +90,7 @@ class TableFormat(ABC):
 
     @abstractmethod
     def text(self, correction: Correction, points: int, title: str) -> str:
-        """Write the content of the file.
+        """Return the content of the file.
 
         Parameters
         ----------
@@ -108,7 +111,7 @@ class TableFormat(ABC):
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
     ) -> Float:
-        """Calculate the error that remains with the table.
+        """Compute the error that remains when the controller uses the table.
 
         Parameters
         ----------
@@ -128,7 +131,8 @@ class TableFormat(ABC):
         """
 
     def left(self, text: str, correction: Correction) -> Left:
-        """Find the remaining error on a fine grid of angles, approached from below and from above.
+        """Return the error that remains on a fine grid of angles, approached from below and from
+        above.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""A table by which a controller changes the command of an axis and not its reading."""
+"""Handles a table by which a controller changes the command of an axis, not its reading."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 ROUNDS = 20
-"""Number of iterations of e ← g(θ + e); each one reduces the remaining difference by the factor g′,
-below 0.01."""
+"""Number of iterations of e ← g(θ + e); each iteration multiplies the remaining difference by g′,
+which is below 0.01."""
 
 
 class TableOfCommand(TableFormat):
-    """A table of values that the controller adds to the command; the servo then moves the reading
-    to the sum."""
+    """A table of values that the controller adds to the command; the servo moves the reading to the
+    sum."""
 
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
@@ -35,7 +35,7 @@ class TableOfCommand(TableFormat):
 
 
 def wanted_deg(correction: Correction, nominal_deg: Float, direction: int) -> Float:
-    """Return ε(θ), by which the reading exceeds ``nominal_deg`` when the table is at
+    """Return ε(θ): the excess of the reading over ``nominal_deg`` when the table's true angle is
     ``nominal_deg``."""
     angle = np.radians(nominal_deg)
     error = np.zeros_like(angle)

@@ -1,4 +1,5 @@
-"""The leadscrew error compensation of the TwinCAT CNC (TF5200), one table for each direction."""
+"""Writes the leadscrew error compensation of the TwinCAT CNC (TF5200), one table for each
+direction."""
 
 from __future__ import annotations
 
@@ -12,11 +13,13 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 UNITS_PER_DEG = 10_000
-"""Number of units in a degree: the file states angles of rotary axes in whole 0.0001° (0.36″)."""
+"""Number of file units in a degree: the file states angles of rotary axes in whole units of 0.0001°
+(0.36″)."""
 
 
 class TwinCat(TableOfCommand):
-    """Compensation value list of a modulo axis: actual minus nominal position, up and down.
+    """Compensation value list of a modulo axis: actual minus nominal position, for upward and
+    downward motion.
 
     The controller subtracts the value from the command, linearly interpolated between rows; the row
     at 360° equals the row at 0°. The rounding to 0.0001° causes most of the remaining error.
@@ -26,7 +29,7 @@ class TwinCat(TableOfCommand):
     file_name = "achskw1.lis"
     points = 360
     most_points = 1500
-    """Largest number of entries, unless P-COMP-00059 is set to a larger one."""
+    """Largest number of entries with the default value of P-COMP-00059."""
     knows_direction = True
 
     def text(self, correction: Correction, points: int, title: str) -> str:

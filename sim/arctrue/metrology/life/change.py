@@ -1,11 +1,11 @@
 """Finds changes of a series: steps and the beginnings of drifts, with a stated false-alarm rate.
 
 The statistic is the generalised likelihood ratio: the largest value of N·log(RSS₀/RSS₁) over all
-places between two sets. RSS₀ is the weighted sum of squares about a constant, RSS₁ that about a
+places between two sets. RSS₀ is the weighted sum of squares about a constant, RSS₁ the sum about a
 constant with a step or a drift that begins at the place. The weight of a set is 1/(u² + s²); u
 comes from its fit, and s is the scatter between sets by Paule and Mandel (1982).
 
-The null distribution is that of the same statistic for normal random numbers with these weights. A
+The null distribution is computed from the statistic of normal random numbers with these weights. A
 common factor of the variance cancels, so the true scatter need not be known. The p-value of a
 series is its rank among these draws; multiplied by the number of series (Bonferroni) it bounds the
 probability of any false alarm in one evaluation of the whole machine.
@@ -25,28 +25,31 @@ from arctrue.metrology.life.series import Series
 Float = NDArray[np.float64]
 Kind = Literal["step", "drift"]
 Shape = tuple[Kind, int, float]
-"""Kind, place and exponent of a change."""
+"""Kind, place and exponent that define a change."""
 Random = np.random.Generator
 
 FEWEST_SETS = 7
-"""Least number of sets: two on either side of a change, and three degrees of freedom for the
+"""Smallest number of sets: two on either side of a change, and three degrees of freedom for the
 scatter."""
 ON_A_SIDE = 2
-"""Least number of sets on each side of a change, so that a single outlying set is not a change."""
+"""Smallest number of sets on each side of a change; a single outlying set is therefore not a
+change."""
 MOST_CHANGES = 4
-"""Largest number of changes that are searched in one series."""
+"""Largest number of changes that the search finds in one series."""
 FEWEST_DRAWS, MOST_DRAWS = 199, 19_999
 DRAWS_OF_ALPHA = 10.0
-"""Number of draws for each series, times α: the smallest adjusted p-value is then a tenth of α."""
+"""Number of draws for each series, multiplied by α: the smallest adjusted p-value is then a tenth
+of α."""
 EXPONENTS = (0.5, 1.0, 2.0)
 """Exponents of the time since a drift began: with 0.5 the drift slows down, with 1 it keeps its
 rate, with 2 it speeds up. The search for changes uses 1; date, size and forecast are averaged over
 all three."""
 LEVEL = 0.95
-"""Probability that the stated interval of the date contains the true date."""
+"""Probability that the stated interval of dates contains the true date."""
 DAYS_A_YEAR = 365.25
 LARGEST_ALPHA = 0.05
-"""Upper limit of the false-alarm probability of one evaluation, which applies if sets are rare."""
+"""Upper limit of the false-alarm probability of one evaluation; it applies if there are few sets a
+year."""
 BISECTIONS = 40
 """Number of bisections in the search for the scatter; the square of the scatter is then exact to
 10⁻¹²."""
@@ -54,7 +57,7 @@ BISECTIONS = 40
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A kind of change at one place, with its posterior probability."""
+    """One kind of change at one place, with its posterior probability."""
 
     kind: Kind
     index: int
@@ -65,13 +68,13 @@ class Place:
 
     @property
     def shape(self) -> Shape:
-        """Kind, place and exponent as :func:`basis` takes them."""
+        """Kind, place and exponent in the form that :func:`basis` takes."""
         return self.kind, self.index, self.exponent
 
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A change of a series."""
+    """One change of a series."""
 
     series: Series
     kind: Kind
@@ -81,8 +84,8 @@ class Change:
     drift."""
     latest_day: float
     p_value: float
-    """Probability that any series of an unchanged machine shows a change of this size in one
-    evaluation."""
+    """Probability that at least one series of an unchanged machine shows a change of this size in
+    one evaluation."""
     size: float
     """Size of the change up to the last set, in the unit of the series."""
     u: float
@@ -91,7 +94,7 @@ class Change:
 
 
 def basis(days: Float, kind: Kind, index: int, exponent: float = 1.0) -> Float:
-    """Return the shape of a change, (sets,): 0 before it, and 1 at the last set."""
+    """Return the shape of a change, (sets,): it is 0 before the change and 1 at the last set."""
     if kind == "step":
         return (np.arange(days.size) >= index).astype(np.float64)
     begin = days[index]
@@ -99,7 +102,7 @@ def basis(days: Float, kind: Kind, index: int, exponent: float = 1.0) -> Float:
 
 
 def places(sets: int) -> list[tuple[Kind, int]]:
-    """List kind and place of every change that is tried, (kind, index)."""
+    """Return kind and place of every change that the search tries, (kind, index)."""
     steps: list[tuple[Kind, int]] = [
         ("step", index) for index in range(ON_A_SIDE, sets - ON_A_SIDE + 1)
     ]
@@ -109,9 +112,9 @@ def places(sets: int) -> list[tuple[Kind, int]]:
 def weights(values: Float, u: Float, design: Float) -> Float:
     """Return the weights 1/(u² + s²), (sets,).
 
-    The scatter s is that of Paule and Mandel: it makes the weighted sum of squared residuals equal
-    to its degrees of freedom. ``values`` (sets, components); ``design`` (sets, columns) is the
-    design matrix of the model that gives the residuals.
+    Paule and Mandel's scatter s makes the weighted sum of squared residuals equal to its degrees of
+    freedom. ``values`` (sets, components); ``design`` (sets, columns) is the design matrix of the
+    model that gives the residuals.
     """
     freedom = int((values.shape[0] - design.shape[1]) * values.shape[1])
     if freedom <= 0:
@@ -133,14 +136,15 @@ def weights(values: Float, u: Float, design: Float) -> Float:
 
 
 def weighted_rss(values: Float, weight: Float, design: Float) -> float:
-    """Return the weighted sum of squared residuals of a fit of ``design``, over all components."""
+    """Return the weighted sum of squared residuals of a fit with the design matrix ``design``, over
+    all components."""
     root = np.sqrt(weight)[:, None]
     solution, *_ = np.linalg.lstsq(root * design, root * values, rcond=None)
     return float(np.sum((root * (values - design @ solution)) ** 2))
 
 
 def ratios(days: Float, weight: Float, values: Float) -> Float:
-    """Return the likelihood ratio of each row of values, (rows,).
+    """Return the largest likelihood ratio of each row of values, (rows,).
 
     ``weight`` (rows, sets) or (1, sets), ``values`` (rows, sets, components); ``days`` (sets,). A
     change reduces RSS₀ by (Σw·h·r)²/(Σw·h² − (Σw·h)²/Σw), where r are the residuals about the mean.
@@ -160,8 +164,8 @@ def ratios(days: Float, weight: Float, values: Float) -> Float:
 
 
 def look_probability(days: Float, false_alarms_a_year: float) -> float:
-    """Return the permitted false-alarm probability of one evaluation, if every set is followed by
-    one."""
+    """Return the false-alarm probability permitted for one evaluation, if the machine is evaluated
+    after every set."""
     between = float(np.median(np.diff(days))) if days.size > 1 else DAYS_A_YEAR
     return float(min(false_alarms_a_year * between / DAYS_A_YEAR, LARGEST_ALPHA))
 
@@ -169,8 +173,8 @@ def look_probability(days: Float, false_alarms_a_year: float) -> float:
 def adjusted_p_values(
     series: Sequence[Series], values: Sequence[Float], alpha: float, random: Random
 ) -> Float:
-    """Return for each series the probability that an unchanged machine shows as large a change in
-    any series.
+    """Return for each series the probability that any series of an unchanged machine shows a change
+    as large as the series' own.
 
     ``values``: (sets, components) of each series, minus the known changes.
     """
@@ -192,8 +196,8 @@ def find_changes(
     """Find the changes of all series, earliest first; return none for fewer than ``FEWEST_SETS``
     sets.
 
-    All series have the same days. Each change that is found is subtracted and the series is tested
-    again, at most ``MOST_CHANGES`` times.
+    All series have the same days. After each found change, the function subtracts this change and
+    tests the series again, at most ``MOST_CHANGES`` times.
     """
     if not series or series[0].days.size < FEWEST_SETS:
         return []
@@ -220,12 +224,12 @@ def find_changes(
 
 
 def design_of(days: Float, known: Sequence[Shape]) -> Float:
-    """Return the design matrix of a constant and of the known changes, (sets, 1 + changes)."""
+    """Return the design matrix of a constant and the known changes, (sets, 1 + changes)."""
     return np.stack([np.ones(days.size), *(basis(days, *place) for place in known)], axis=1)
 
 
 def _of_changes(series: Series, known: Sequence[Shape]) -> Float:
-    """Return the sum of the fitted known changes, (sets, components)."""
+    """Return the sum of the known changes with their fitted sizes, (sets, components)."""
     design = design_of(series.days, known)
     root = np.sqrt(weights(series.values, series.u, design))[:, None]
     solution, *_ = np.linalg.lstsq(root * design, root * series.values, rcond=None)
@@ -233,7 +237,8 @@ def _of_changes(series: Series, known: Sequence[Shape]) -> Float:
 
 
 def _located(series: Series, known: Sequence[Shape], p_value: float) -> Change:
-    """Return kind, date and size of one change in addition to the ``known`` ones."""
+    """Return kind, date and size of the most probable further change, given the ``known``
+    changes."""
     probable = posterior(series, known)
     best = max(probable, key=lambda place: place.probability)
     days = series.days
@@ -274,8 +279,8 @@ def posterior(series: Series, known: Sequence[Shape]) -> list[Place]:
     probabilities.
 
     Coefficients and variance are integrated out under Jeffreys' prior: the integrated likelihood is
-    |X'WX|^(−d/2) · RSS^(−(n − p)·d/2). The shapes reach 1 at the last set, so that step and drift
-    have the same prior for the whole change.
+    |X'WX|^(−d/2) · RSS^(−(n − p)·d/2). All shapes reach 1 at the last set; the prior of the whole
+    change is therefore the same for a step and a drift.
     """
     days, values = series.days, series.values
     size, parts = values.shape

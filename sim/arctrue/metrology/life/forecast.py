@@ -1,4 +1,4 @@
-"""The day on which the size of an effect passes its limit, with an interval.
+"""Forecasts the day on which the size of an effect passes its limit, with an interval.
 
 The values follow a constant and the changes that were found. The last change continues: a step
 stays, a drift slows down, keeps its rate or speeds up. Each draw of the posterior (kind, place and
@@ -28,15 +28,15 @@ from arctrue.metrology.life.series import Series
 Float = NDArray[np.float64]
 
 DRAWS = 1_000
-"""Number of draws of the posterior; the ends of the interval are the 25th draws from either side.
-"""
+"""Number of draws of the posterior; the ends of the interval are the 25th draws from the lower and
+the upper end."""
 GRID = 160
-"""Number of future days at which a course is evaluated; each is 6 % farther away than the previous
-one."""
+"""Number of future days for which the size is computed; each day is 6 % farther away than the one
+before it."""
 NEAREST_DAYS = 1.0
 LEVEL = 0.95
 FARTHEST_DAYS = 36_525.0
-"""Largest number of days ahead, a hundred years; a later day counts as never."""
+"""Largest number of days ahead, a hundred years; a later day counts as infinite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,13 +49,14 @@ class Forecast:
     changed: bool
     """Whether a change was found; without a change the size stays constant."""
     earliest_day: float
-    """Day before which 2.5 % of the draws pass the limit."""
+    """Day before which 2.5 % of the draws have passed the limit."""
     day: float
-    """Median of the draws."""
+    """Median of the draws' days."""
     latest_day: float
-    """Day before which 97.5 % of the draws pass the limit."""
+    """Day before which 97.5 % of the draws have passed the limit."""
     passing_days: Float
-    """Day on which each draw passes the limit, (draws,), ascending."""
+    """Day on which each draw passes the limit, (draws,), ascending; infinite if a draw never
+    does."""
 
     def probability(self, day: float) -> float:
         """Return the probability that the limit is passed on or before ``day``."""
@@ -63,13 +64,14 @@ class Forecast:
 
     @property
     def passed(self) -> bool:
-        """Whether the limit is already passed with a probability above one half."""
+        """Whether the limit is already passed, with a probability above one half."""
         return self.probability(float(self.series.days[-1])) > 0.5
 
     def alarm(self, horizon_days: float) -> bool:
         """Tell whether the limit is passed, or a change may lead to it within ``horizon_days``.
 
-        A change may lead to it if the earlier end of the interval lies within the horizon.
+        A change may lead to the limit if the earlier end of the forecast's interval lies within the
+        horizon.
         """
         within = self.earliest_day <= float(self.series.days[-1]) + horizon_days
         return self.passed or (self.changed and within)
@@ -105,8 +107,8 @@ def forecast(series: Series, changes: Sequence[Change], limit: float, random: Ra
 def _days_of(
     series: Series, known: Sequence[Shape], limit: float, number: int, random: Random
 ) -> Float:
-    """Return the days on which ``number`` draws of one course of changes pass the limit,
-    (number,)."""
+    """Return the days, (number,), on which ``number`` draws of one combination of changes pass the
+    limit."""
     days, values = series.days, series.values
     design = design_of(days, known)
     weight = weights(values, series.u, design)
@@ -114,7 +116,7 @@ def _days_of(
     mean, *_ = np.linalg.lstsq(root * design, root * values, rcond=None)
     parts = values.shape[1]
     freedom = max((days.size - design.shape[1]) * parts, 1)
-    # Variance of a value with weight 1: at least 1, the variance that u alone states.
+    # Variance of a value with weight 1. It is at least 1, the variance if only u contributes.
     square = max(weighted_rss(values, weight, design), float(freedom)) / random.chisquare(
         freedom, number
     )

@@ -15,30 +15,31 @@ from arctrue.metrology.life.machine import FittedSet, Machine
 from arctrue.metrology.life.series import Series, series_of
 
 FALSE_ALARMS_A_YEAR = 0.5
-"""Expected number of false changes a year if a machine is evaluated after every set."""
+"""Expected number of false changes a year of a machine that is evaluated after every set."""
 HORIZON_DAYS = 30.0
-"""Time in days; a change that may lead to the limit within this time raises an alarm."""
+"""Time in days; a change that may lead to the limit within this time causes an alarm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A set from which a calibration was made, and the changes that outdate this calibration."""
+    """A measurement set from which a calibration was made, and the changes that make this
+    calibration invalid."""
 
     of: FittedSet
     broken_by: tuple[Change, ...]
-    """Changes after the set, and drifts that continued after it, earliest first; empty if the
-    calibration holds."""
+    """Changes that began after the set, and drifts that continued after it, earliest first; empty
+    if the calibration is still valid."""
 
     @property
     def broken_since_day(self) -> float:
         """Day on which the first of these changes begins, at the earliest the day of the set;
-        infinite if the calibration holds."""
+        infinite if the calibration is still valid."""
         return max(min((one.day for one in self.broken_by), default=np.inf), self.of.day)
 
 
 @dataclass(frozen=True, eq=False)
 class LifeHistory:
-    """One machine's history."""
+    """The history of one machine."""
 
     machine: Machine
     series: tuple[Series, ...]
@@ -50,16 +51,16 @@ class LifeHistory:
 
     @property
     def look_probability(self) -> float:
-        """Probability of any false change in this evaluation."""
+        """Probability that this evaluation reports at least one false change."""
         return look_probability(self.machine.days, self.false_alarms_a_year)
 
     @property
     def alarms(self) -> tuple[Forecast, ...]:
-        """Forecasts that call for action."""
+        """Forecasts for which the user should act."""
         return tuple(one for one in self.forecasts if one.alarm(self.horizon_days))
 
     def changes_of(self, series: Series) -> list[Change]:
-        """List the changes of one series, earliest first."""
+        """Return the changes of one series, earliest first."""
         return [one for one in self.changes if one.series.name == series.name]
 
 
@@ -73,9 +74,9 @@ def history_of(
 ) -> LifeHistory:
     """Find the changes of every parameter, and forecast when each limit of ``limits`` is passed.
 
-    ``limits``: a limit by effect (for each of its amplitudes, arcseconds) or by effect and
-    parameter, in the parameter's unit. ``seed``: seed of the random draws. Raises ValueError for an
-    unknown name.
+    ``limits``: limits by the name of an effect (for each of its amplitudes, arcseconds) or by the
+    names of effect and parameter (in the parameter's unit). ``seed``: seed of the random draws.
+    Raises ValueError for an unknown name.
     """
     random = np.random.default_rng(seed)
     series = series_of(machine.days, [one.parameters for one in machine.sets])
@@ -104,8 +105,8 @@ def history_of(
 def _breaks(change: Change, number: int) -> bool:
     """Tell whether this change makes the calibration from set ``number`` invalid for the last set.
 
-    It does if it may be later than set ``number``, or if it is a drift that has since continued by
-    more than ``COVERAGE`` standard uncertainties of the two fits.
+    A change does so if it may be later than set ``number``, or if it is a drift that has since
+    grown by more than ``COVERAGE`` standard uncertainties of the two fits.
     """
     series = change.series
     if change.latest_day > float(series.days[number]):

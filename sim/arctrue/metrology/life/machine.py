@@ -26,7 +26,7 @@ DAY_S = 86_400.0
 
 @dataclass(frozen=True, eq=False)
 class FittedSet:
-    """A set of the machine with its fitted parameters."""
+    """A measurement set of the machine with the fitted parameters."""
 
     name: str
     """Folder of the set, relative to the machine's folder."""
@@ -36,13 +36,13 @@ class FittedSet:
 
     @property
     def day(self) -> float:
-        """Time of the set in days since 1970."""
+        """Time of the measurement set in days since 1970."""
         return self.date.timestamp() / DAY_S
 
 
 @dataclass(frozen=True)
 class RefusedSet:
-    """A set that the history does not use, and the reason."""
+    """A measurement set that the history does not use, and the reason."""
 
     name: str
     reason: str
@@ -50,7 +50,7 @@ class RefusedSet:
 
 @dataclass(frozen=True, eq=False)
 class Machine:
-    """Every set of a machine: the fitted ones by date, and the refused ones."""
+    """All measurement sets of a machine: the fitted ones by date, and the refused ones."""
 
     model: Model
     sets: tuple[FittedSet, ...]
@@ -63,8 +63,8 @@ class Machine:
 
 
 def set_folders(folder: Path) -> list[Path]:
-    """List the folders of sets below ``folder``, sorted by name. Raises ValueError if there is
-    none."""
+    """Return the folders of measurement sets below ``folder``, sorted by name. Raises ValueError if
+    there is none."""
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder; expected a folder of measurement sets")
     found = sorted(path.parent for path in folder.rglob(FILE_NAME) if path.parent != folder)

@@ -1,4 +1,4 @@
-"""The size of an effect over time, one point per measurement set."""
+"""Holds the size of an effect over time, with one point per measurement set."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ AMPLITUDE, PHASE = "amplitude", "phase"
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """A parameter of the model over time; an amplitude and its phase form one point of a plane.
+    """One parameter of the model over time; an amplitude and its phase form one point of a plane.
 
-    In the plane a change of the phase alone is a change too, and the noise of a small amplitude has
-    mean 0.
+    In the plane a change of only the phase also moves the point, and the noise of a small amplitude
+    has mean 0.
     """
 
     name: str
-    """Effect and parameter, such as ``hysteresis.reversal_error``."""
+    """Name of effect and parameter, such as ``hysteresis.reversal_error``."""
     unit: str
     days: Float
     """Times of the sets, (sets,), days since 1970, ascending."""
@@ -36,7 +36,7 @@ class Series:
 
     @property
     def size(self) -> Float:
-        """Absolute value of each point, or amplitude, (sets,)."""
+        """Absolute value (or amplitude) of each point, (sets,)."""
         return np.asarray(np.linalg.norm(self.values, axis=1))
 
     def until(self, sets: int) -> Series:
@@ -45,7 +45,7 @@ class Series:
 
 
 def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Series]:
-    """Make the series of every parameter that all sets determine.
+    """Return the series of every parameter that all sets determine.
 
     ``days`` (sets,) ascend; ``found`` contains the parameters of each set by name. A phase is used
     only together with its amplitude; a parameter has a series only if some set states its
@@ -73,7 +73,7 @@ def _plane(amplitudes: Sequence[Parameter], phases: Sequence[Parameter]) -> tupl
     """Return cosine and sine of each amplitude, (sets, 2), and the mean uncertainty of a component,
     (sets,).
 
-    The uncertainty along the amplitude is that of the amplitude; the uncertainty across is
+    Along the amplitude the uncertainty is u(amplitude); at right angles to it the uncertainty is
     amplitude · u(phase). The stated u(phase) is at most that of a uniform phase; if the amplitude
     is below its own u, the uncertainty along the amplitude is therefore used for both.
     """

@@ -1,6 +1,7 @@
-"""Figures of the page, of ``arctrue report`` and of the demo's pages, one figure per file.
+"""Makes the figures of the page, of ``arctrue report`` and of the demo's pages; each module makes
+one figure.
 
-Each file converts results to a :class:`Chart`, which describes axes with units, and the layers
-drawn on them, as data. ``matplotlib_chart`` makes SVG and PNG from it, ``plotly_chart`` an
+Each module converts results to a :class:`Chart`, which describes axes with units and the layers
+drawn on them as data. ``matplotlib_chart`` converts a chart to SVG and PNG, ``plotly_chart`` to an
 interactive figure.
 """

@@ -1,4 +1,4 @@
-"""Determines the measured part of the turn, to which the axis of angles is limited."""
+"""Finds the part of the turn that was measured; the axis of angles shows only this part."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Float = NDArray[np.float64]
 
 WHOLE_DEG = 360.0
 _PLACES = 3600
-"""Number of places of the turn, in steps of 0.1°, by which gaps between the rows are found."""
+"""Number of places of the turn, 0.1° apart, that are searched for gaps between the rows."""
 _ARC_DEG = 180.0
-"""Largest gap between rows that cover the whole turn; rows with a larger gap cover an arc, and the
-axis shows this arc only."""
+"""Largest gap between rows that cover the whole turn; if a gap is larger, the rows cover an arc,
+and the axis shows only this arc."""
 _EDGE, _LEAST_SPAN_DEG = 0.03, 0.1
-"""Margin at each end of an arc, as a share of the arc; and the span of the axis if all rows are at
-one place."""
+"""Margin at each end of an arc, as a share of the arc; and the span of the axis in degrees if all
+rows are at one place."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class AngleWindow:
         step = WHOLE_DEG / _PLACES
         if gaps[largest] * step <= _ARC_DEG:
             return cls()
-        # Cut the turn in the middle of the largest gap, where there is no row.
+        # The window begins in the middle of the largest gap, where there is no row.
         cut = (places[largest] + 0.5 * gaps[largest]) * step
         past = np.mod(np.degrees(angle_rad) - cut, WHOLE_DEG)
         low, high = cut + float(past.min()), cut + float(past.max())
@@ -61,14 +61,14 @@ class AngleWindow:
         return self.start_deg + self.span_deg
 
     def degrees(self, angle_rad: Float) -> Float:
-        """Convert angles to places on the axis, degrees."""
+        """Convert angles to places on the axis of the window, degrees."""
         if self.is_whole:
             return np.asarray(np.mod(np.degrees(angle_rad), WHOLE_DEG))
         middle = self.start_deg + 0.5 * self.span_deg - 0.5 * WHOLE_DEG
         return np.asarray(middle + np.mod(np.degrees(angle_rad) - middle, WHOLE_DEG))
 
     def group(self, angle_rad: Float, bins: int) -> Integer:
-        """Return the number of the bin for each angle."""
+        """Return the number of the window's bin for each angle."""
         if self.is_whole:
             return turn_group(angle_rad, bins)
         part = (self.degrees(angle_rad) - self.start_deg) / max(self.span_deg, 1e-12)
@@ -79,8 +79,8 @@ class AngleWindow:
         return np.asarray(self.start_deg + (np.arange(bins) + 0.5) * self.span_deg / bins)
 
     def bins(self, angle_rad: Float, values: Float, bins: int) -> Bins:
-        """Average rows in bins of the angle; a bin of an arc is drawn at the mean angle of its
-        rows."""
+        """Return the means of rows in bins of the angle; in an arc, each mean is drawn at the mean
+        angle of its rows."""
         group, centres = self.group(angle_rad, bins), self.centres(bins)
         if not self.is_whole:
             rows = np.maximum(np.bincount(group, minlength=bins), 1)
@@ -88,7 +88,8 @@ class AngleWindow:
         return of_groups(values, group, centres)
 
     def axis(self, label: str = "angle of the table") -> Axis:
-        """Return the axis of the window; the axis of an arc ends near the first and last row."""
+        """Return the axis of the window; the axis of an arc ends near the arc's first and last
+        row."""
         if self.is_whole:
             return angle_axis(label)
         edge = max(_EDGE * self.span_deg, _LEAST_SPAN_DEG / 2.0)

@@ -1,4 +1,5 @@
-"""Draws the axis' orbit that the heads measured: every sample, and the mean of the turns."""
+"""Draws the orbit of the axis that the heads measured: every sample, and the mean over the
+turns."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ _BASE = 1.5
 
 
 def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
-    """Draw on the left the path of the axis, on the right polar plots of x and y about a base
-    circle."""
+    """Draw the path of the axis on the left, and polar plots of its x and y about a base circle on
+    the right."""
     every = max(1, orbit.angle_rad.size // _MOST_POINTS)
     found = [error_motion(orbit.angle_rad, values) for values in (orbit.x_arcsec, orbit.y_arcsec)]
     closed = [np.append(item.mean, item.mean[0]) for item in found]

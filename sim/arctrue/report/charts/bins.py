@@ -1,4 +1,4 @@
-"""Averages rows in bins, so that a picture can show 72,000 rows."""
+"""Averages rows in bins, so that a picture of 72,000 rows is readable."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 TURN_BINS = 180
-"""Number of bins of a turn, two degrees each."""
+"""Number of bins in a turn; each bin is two degrees wide."""
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,13 @@ class Bins:
     low: Float
     high: Float
     standard_error: Float
-    """Standard error of the mean if the rows are independent; 0 for a single row."""
+    """Standard error of each mean if the rows are independent; 0 in a bin with a single row."""
     rows: Integer
 
 
 def of_groups(values: Float, group: Integer, centres: Float) -> Bins:
-    """Make bins from rows; ``group``, shape (rows,), is the number of the bin of each row."""
+    """Return the means of the rows in each bin; ``group``, shape (rows,), is the number of the bin
+    of each row."""
     size = centres.size
     rows = np.bincount(group, minlength=size)
     there = rows > 0
@@ -43,27 +44,27 @@ def of_groups(values: Float, group: Integer, centres: Float) -> Bins:
 
 
 def of_turn(angle_rad: Float, values: Float, bins: int = TURN_BINS) -> Bins:
-    """Make equal bins over the turn, with their centres in degrees."""
+    """Return the means of the rows in equal bins over the turn, at the bins' centres in degrees."""
     group = turn_group(angle_rad, bins)
     return of_groups(values, group, (np.arange(bins) + 0.5) * 360.0 / bins)
 
 
 def turn_group(angle_rad: Float, bins: int) -> Integer:
-    """Return the number of the bin for each angle."""
+    """Return the number of the turn's bin for each angle."""
     part = np.mod(angle_rad / (2.0 * np.pi), 1.0)
     return np.minimum((part * bins).astype(np.int64), bins - 1)
 
 
 def of_values(condition: Float, values: Float, bins: int = 24) -> Bins:
-    """Make bins over a condition: one bin per value if there are few values, else bins of equal
-    width."""
+    """Return the means of the rows in bins over a condition: one bin per value if there are few
+    values, otherwise bins of equal width."""
     names, group = np.unique(condition, return_inverse=True)
     if names.size <= bins:
         return of_groups(values, group.astype(np.int64), names.astype(np.float64))
     low, high = float(condition.min()), float(condition.max())
     step = (high - low) / bins
     group = np.minimum(((condition - low) / step).astype(np.int64), bins - 1)
-    # The rows of a bin may all lie at one end of it, so their mean is drawn at the mean of their
-    # condition.
+    # All rows of a bin may lie at one end of the bin, so each mean is drawn at the mean condition
+    # of its rows.
     rows = np.maximum(np.bincount(group, minlength=bins), 1)
     return of_groups(values, group, np.bincount(group, condition, bins) / rows)

@@ -1,4 +1,4 @@
-"""Draws the residual over the angle, separately for each run and direction."""
+"""Draws the residual over the angle, with one curve for each run or direction."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ Float = NDArray[np.float64]
 
 _MOST_RUNS = 12
 _FEW_STATIONS, _APART, _EDGE = 60, 1.6 / 360.0, 3.0 / 360.0
-"""Largest number of stations at which the two directions are drawn next to each other. Then, as
-shares of the axis, their distance and the margin at the ends."""
+"""Largest number of stations for which the two directions are drawn side by side; then, as shares
+of the axis, the distance between the directions, and the margin at the ends."""
 _DASHES: tuple[Dash, ...] = ("solid", "dash", "dot")
 _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
 
 def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
-    """Draw the capture as means of two degrees for each run, and the reference as stations for each
-    direction.
+    """Draw the capture as one mean per two degrees for each run, and the reference as one value per
+    station for each direction.
 
     ``noise_arcsec``: standard deviation of the repeats, by channel.
     """

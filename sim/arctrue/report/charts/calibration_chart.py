@@ -1,4 +1,5 @@
-"""The picture of ``arctrue calibrate``: error before and after, and orders with their limits."""
+"""Draws the picture of ``arctrue calibrate``: the error before and after, and the orders with their
+limits."""
 
 from __future__ import annotations
 
@@ -27,11 +28,11 @@ from arctrue.report.svg import AFTER, BEFORE, INK
 Float = NDArray[np.float64]
 
 _CURVE_POINTS = 1441
-"""Number of points of the fitted error over the turn, one for each quarter of a degree."""
+"""Number of points of the fitted error over the turn, four per degree."""
 _FLOOR_ARCSEC = 1e-5
-"""Lower limit of the start of the logarithmic axis of amplitudes."""
+"""Lowest start of the logarithmic axis of amplitudes."""
 _ROOM = 3.0
-"""Factor by which the axis extends below and above the amplitudes."""
+"""Factor by which the axis extends below the smallest and above the largest amplitude."""
 _DIRECTIONS: tuple[tuple[int, str, str, Marker], ...] = (
     (1, "up", AFTER, "circle"),
     (-1, "down", QUIET, "diamond"),
@@ -56,7 +57,7 @@ def calibration_chart(calibration: Calibration, title: str) -> Chart:
 
 
 def reference_calibration_chart(comparison: ReferenceComparison, title: str) -> Chart:
-    """Draw the errors of a reference run before and after the correction by the gateware."""
+    """Draw the errors of a reference run before and after the gateware's correction."""
     panels = [_error_panel([_before(comparison, BEFORE)], title), _after(comparison)]
     words = f"Error of head 1 at the reference run's targets, before and after: {title}."
     return Chart("calibration", words, panels)

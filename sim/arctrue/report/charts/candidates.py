@@ -1,4 +1,4 @@
-"""Draws the evidence for each candidate: ΔBIC as bars."""
+"""Draws the evidence for each candidate effect: ΔBIC as bars."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ Float = NDArray[np.float64]
 
 _MOST = 10
 LINEAR_TO = 10.0
-"""Largest |ΔBIC| on the linear part of the axis, odds of 150 to 1; the axis is logarithmic
-beyond."""
+"""Largest |ΔBIC| on the linear part of the axis (odds of 150 to 1); beyond it the axis is
+logarithmic."""
 _ROOM = 0.4
-"""Space for the figures next to the longest bars, in decades of the axis."""
+"""Space for the numbers next to the longest bars, in decades of the axis."""
 
 
 def candidates_chart(result: Diagnosis) -> Chart:
-    """Draw ΔBIC of the leading candidates; colours mark the named effect and the effects of its
-    class."""
+    """Draw ΔBIC of the leading candidates; colours mark the named effect and the effects that
+    belong to its class."""
     shown = result.candidates[:_MOST]
     named = None if result.named is None else result.named.name
 
@@ -46,7 +46,7 @@ def candidates_chart(result: Diagnosis) -> Chart:
         if rows:
             value = np.array([shown[row].delta_bic for row in rows])
             texts = [f"{one:,.0f}".replace("-", "−") for one in value]
-            # The chart shows the first candidate at the top.
+            # The first candidate is drawn at the top of the chart.
             place = -np.array(rows, dtype=np.float64)
             layers.append(Bars(place, along(value), label, colour, lying=True, labels=texts))
     if shown:

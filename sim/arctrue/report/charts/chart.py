@@ -1,4 +1,4 @@
-"""Describes a figure as data: panels, axes with units, and the layers drawn on them."""
+"""Defines a figure as data: panels, axes with units, and the layers drawn on them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arctrue.base.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.floating[Any]]
 Angle = Literal["arcsec", "urad"]
-"""Unit in which a reader wants to see small angles."""
+"""Unit in which the reader wants small angles."""
 
 Dash = Literal["solid", "dash", "dot"]
 Marker = Literal["circle", "square", "diamond", "hollow"]
@@ -22,27 +22,29 @@ ARCSEC: Angle = "arcsec"
 URAD: Angle = "urad"
 URAD_PER_ARCSEC = RAD_PER_ARCSEC * 1e6
 SYMBOLS = {ARCSEC: "″", URAD: "µrad", "deg": "°", "deg/s": "°/s", "1": ""}
-"""Symbols of the units whose symbol differs from their key."""
+"""Symbols of those units whose symbol differs from the unit's key."""
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
-"""Colours of up to six series, after Okabe and Ito: distinct for every kind of colour vision."""
+"""Colours of up to six series, by Okabe and Ito: people with any type of colour vision can
+distinguish them."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
 QUIET = "#8a94a0"
-"""Colour of elements that matter little to the reader."""
+"""Colour of elements of minor importance."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis; ``unit`` "1" means no unit, and ``arcsec`` may be shown as µrad."""
+    """One axis; the ``unit`` "1" means no unit; an axis in ``arcsec`` may be shown in µrad."""
 
     label: str
     unit: str = "1"
     logarithmic: bool = False
     reach: tuple[float, float] | None = None
     ticks: Sequence[tuple[float, str]] | None = None
-    """Values of the ticks with their names; None: the ticks show numbers."""
+    """Positions of the ticks with their names; None: the ticks show numbers."""
     also: tuple[str, float] | None = None
-    """A second unit and its factor to ``unit``; on paper its axis is on the opposite side."""
+    """A second unit and the factor from ``unit`` to it; on paper its axis is on the opposite
+    side."""
 
     @property
     def text(self) -> str:
@@ -68,11 +70,11 @@ class Curve:
     labels: Sequence[str] = ()
     """Text next to each point."""
     values_shown: bool = False
-    """Whether each point shows its y value in the displayed unit."""
+    """Whether each point is labelled with its y value in the displayed unit."""
 
     @property
     def texts(self) -> list[str]:
-        """Return the text next to each point; an empty list means no text."""
+        """Return the text next to each point; an empty list means that no point has a text."""
         if self.values_shown:
             return [f"{value:.3f}" if np.isfinite(value) else "" for value in self.y.tolist()]
         return list(self.labels)
@@ -92,7 +94,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Bars:
-    """Vertical bars, or horizontal bars if ``lying``."""
+    """Vertical bars; horizontal bars if ``lying``."""
 
     place: Float
     length: Float
@@ -109,7 +111,8 @@ class Bars:
 
 @dataclass(frozen=True)
 class HeatMap:
-    """Coloured ``values``, shape (len(y), len(x)), symmetric about 0; NaN is left blank."""
+    """A map of ``values``, shape (len(y), len(x)), as colours symmetric about 0; NaN is left
+    blank."""
 
     x: Float
     y: Float
@@ -140,25 +143,25 @@ class Panel:
     layers: Sequence[Layer]
     title: str = ""
     equal_scales: bool = False
-    """Whether a unit has the same length on both axes, so that a circle is drawn as a circle."""
+    """Whether a unit has the same length on both axes; a circle then appears as a circle."""
 
 
 @dataclass(frozen=True)
 class Chart:
-    """A whole figure; ``words`` describes it to a person who cannot see it."""
+    """A whole figure; ``words`` describes the figure for a person who cannot see it."""
 
     name: str
     words: str
     panels: Sequence[Panel]
     columns: int = 1
-    """Number of panels per row, if the page is wide enough."""
+    """Number of panels in a row, if the page is wide enough."""
     panel_height: float = 2.7
     """Height of a panel on paper, inches."""
     notes: Sequence[str] = field(default_factory=tuple)
 
 
 def in_unit(chart: Chart, unit: Angle) -> Chart:
-    """Return the chart with ``unit`` on every axis that is in arcseconds."""
+    """Return a copy of the chart in which every axis in arcseconds has the unit ``unit``."""
     if unit == ARCSEC:
         return chart
     return replace(chart, panels=[_panel_in_urad(panel) for panel in chart.panels])

@@ -13,7 +13,7 @@ from arctrue.workbench.inference.solution import Solution
 
 
 def comparison_charts(solution: Solution, comparison: ModelComparison) -> dict[str, Chart]:
-    """Draw the residuals by run and direction, findings if there are any, maps, lines and whitened
+    """Draw residuals by run and direction, findings (if there are any), maps, lines, and whitened
     residuals."""
     residuals = Residuals(solution)
     noise_arcsec = {name: item.noise_arcsec for name, item in comparison.channels.items()}

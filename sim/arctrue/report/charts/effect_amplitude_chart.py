@@ -1,4 +1,5 @@
-"""Draws the amplitude of an effect over a condition: as measured and as predicted by the effect."""
+"""Draws the amplitude of an effect over a condition: the measured one and the one that the effect
+predicts."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ _INK = "#5a6470"
 
 
 def effect_amplitude_chart(finding: EffectAmplitude, condition: str) -> Chart:
-    """Draw the measured amplitude with its standard error in each step, and the amplitude of the
-    fitted effect."""
+    """Draw in each step of the condition the measured amplitude with its standard error, and the
+    amplitude of the fitted effect."""
     panels = []
     for item in finding.over(condition):
         what = "amplitude of its wave" if item.amplitude else "its part of what was measured"

@@ -11,7 +11,8 @@ from arctrue.studies.demo.result import DemoResult
 
 
 def error_before_after(result: DemoResult) -> Chart:
-    """Draw both turns; below, draw the compensated turn enlarged, with its limits."""
+    """Draw the turns before and after compensation; below, draw the compensated turn enlarged, with
+    its limits."""
     settings, limit = result.settings, result.settings.peak_limit_counts
     count = settings.arcsec_per_count
     turns = (
@@ -42,7 +43,8 @@ def error_before_after(result: DemoResult) -> Chart:
 
 
 def _band(turn: TurnScore, count_arcsec: float, colour: str, name: str) -> Band:
-    # Each half degree is drawn from its lowest to its highest edge, so that no edge is hidden.
+    # Each half degree is drawn from its lowest to its highest edge, so that the band contains every
+    # edge.
     filled = np.isfinite(turn.error_arcsec)
     return Band(
         np.rad2deg(turn.angle_rad)[filled],

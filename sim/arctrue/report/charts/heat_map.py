@@ -1,4 +1,4 @@
-"""Draws the residual over the angle as colours, one line per run."""
+"""Draws the residual over the angle as a map of colours, with one line per run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ _BINS = 72
 def heat_map(analysis: Analysis) -> Chart:
     """Draw the mean in each five degrees of the turn, or in each of 72 parts of an arc.
 
-    A line is a run of the capture or a cycle of the reference (a run, if it has no cycles).
+    A line is a run of the capture or a cycle of the reference; without cycles, a line is a run of
+    the reference.
     """
     panels = []
     for channel in analysis.observations.channels:

@@ -1,4 +1,5 @@
-"""Draws a hidden effect in the gateware's output over a turn, and over a period of the signal."""
+"""Draws the error that a hidden effect causes in the gateware's output, over a turn and over a
+period of the signal."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ _NAMES = ("raw", "paper's model", "with the effect")
 def three_curves(result: HiddenResult) -> Chart:
     """Draw one turn uncorrected, corrected with the paper's model, and corrected with the effect.
 
-    The last two are drawn again below, enlarged.
+    The two corrected turns are drawn again below, enlarged.
     """
     bands = [
         _band(curve, colour, name)
@@ -52,7 +53,7 @@ def _band(curve: TurnScore, colour: str, name: str) -> Band:
 
 
 def signal_period(result: HiddenResult) -> Chart:
-    """Draw the mean error over one period of the signal, without the slow errors."""
+    """Draw the mean error over one period of the signal, with the slow errors removed."""
     curves = []
     for curve, colour, name in (
         (result.raw_period, BEFORE, _NAMES[0]),

@@ -15,11 +15,11 @@ from arctrue.report.charts.chart import ARCSEC, COLOURS, Axis, Chart, Curve, Pan
 Float = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-"""Largest number of points per run; more points would merge into one band."""
+"""Largest number of points per run; more points would look like a band."""
 
 
 def imported_rows_chart(measurement: MeasurementSet) -> Chart:
-    """Plot the error of head 1 over the target, and R₂ − R₁ minus its mean over the angle."""
+    """Plot the error of head 1 over the target angle, and R₂ − R₁ minus its mean over the angle."""
     panels = []
     if measurement.capture is not None:
         counts_per_rev = measurement.table.counts_per_rev or 1
@@ -58,7 +58,7 @@ def _points(place: int, run: int, x: Float, y: Float) -> Curve:
 
 
 def _named_if_few(curves: list[Curve]) -> list[Curve]:
-    """Name the runs in the legend only if each run has a colour of its own."""
+    """Return the curves; they keep their names only if each run has a colour of its own."""
     if 1 < len(curves) <= len(COLOURS):
         return curves
     return [replace(curve, name="") for curve in curves]

@@ -1,4 +1,4 @@
-"""Draws by how much each added effect reduced the error, above the noise of the repeats."""
+"""Draws how much each added effect reduced the error above the noise of the repeats."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ Float = NDArray[np.float64]
 
 
 def ladder(history: Sequence[HistoryStep]) -> Chart:
-    """Draw the RMS of each channel after every step, for fitted and for held-out rows, and the
-    noise floor."""
+    """Draw the RMS error of each channel after every step, for fitted and for held-out rows, and
+    the noise floor."""
     history = with_one_floor(history)
     channels = [name for name in CHANNEL_COLOUR if any(name in step.rms_arcsec for step in history)]
     place = np.arange(len(history), dtype=np.float64)

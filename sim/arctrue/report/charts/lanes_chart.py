@@ -1,4 +1,5 @@
-"""Draws the correction by the lanes: amplitude by order, and the error before and after."""
+"""Draws the correction that the lanes make: the amplitude of each order, and the error before and
+after."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ def lanes_chart(
     amplitudes_arcsec: Sequence[float],
     at_reference: Sequence[Sequence[float]] | None,
 ) -> Chart:
-    """Draw the correction by the lanes.
+    """Draw the amplitudes of the lanes and the error before and after the correction.
 
     ``at_reference``: targets in degrees, errors before and after the correction, in the rows of the
     reference.

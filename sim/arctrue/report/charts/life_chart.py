@@ -1,4 +1,4 @@
-"""Draws the sizes of effects over months, with changes, limits and forecasts."""
+"""Draws the sizes of effects over months, with their changes, limits and forecasts."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ MARGIN = 0.03
 
 
 def day_name(day: float) -> str:
-    """Return a day since 1970 as a date, ``2026-03-12``; a dash for an infinite day."""
+    """Return a day, counted from 1970, as a date such as ``2026-03-12``; return a dash for an
+    infinite day."""
     if not np.isfinite(day):
         return "–"
     return f"{datetime(1970, 1, 1, tzinfo=UTC) + timedelta(days=day):%Y-%m-%d}"
 
 
 def shown_series(history: LifeHistory) -> list[Series]:
-    """List at most ``MOST_PANELS`` series: first those with a limit, then the changed ones, then
-    the largest."""
+    """Return at most ``MOST_PANELS`` series: those with a limit first, then those that changed,
+    then the largest."""
     limited = {one.series.name for one in history.forecasts}
     changed = {one.series.name for one in history.changes}
     ranked = sorted(

@@ -31,7 +31,7 @@ from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.svg import GRID, INK, MUTED, house_style, to_svg
 
 _STYLE_IS_GLOBAL = threading.RLock()
-"""Lock of matplotlib's settings, which all threads share; the page draws in several threads."""
+"""Lock for matplotlib's settings, which all threads share; the page draws in several threads."""
 _WIDTH = 9.6
 _DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (4, 3)), "dot": ":"}
 _MARKERS = {"circle": "o", "square": "s", "diamond": "D", "hollow": "s"}
@@ -43,13 +43,14 @@ _PAPER = {
     "#b5bdc7": "axis",
     "#000000": "ink",
 }
-"""Name on the page of each colour of the house style."""
+"""Name that the page's style sheet uses for each colour of the house style."""
 _DECADE = 12.0
-"""Ratio of an axis' ends below which a logarithmic axis labels its minor ticks too."""
+"""Ratio of an axis' ends; if the ratio is smaller, a logarithmic axis also labels its minor
+ticks."""
 _TITLE_POINTS, _SMALL_POINTS = {1: 11.0, 2: 10.0}, 8.5
-"""Font sizes of titles by the number of panels per row, and font size of small text."""
+"""Font sizes of titles by the number of panels per row, and the font size of small text."""
 _BESIDE_INCHES, _LETTER_INCHES = 0.8, 0.068
-"""Width left of a panel, and width of a letter of 8 points, inches."""
+"""Width left of a panel, and width of a letter in a font of 8 points, inches."""
 _LEGEND_COLUMNS, _NARROW_COLUMNS = 4, 3
 
 
@@ -57,7 +58,7 @@ def chart_svg(chart: Chart) -> str:
     """Return the chart as an ``<svg>`` element that scales with the page and has a text
     description.
 
-    The element takes ink, grid and background from the page, dark or light.
+    The colours of ink, grid and background follow the page, which may be dark or light.
     """
     with _STYLE_IS_GLOBAL:
         svg = to_svg(chart_figure(chart))
@@ -68,7 +69,7 @@ def chart_svg(chart: Chart) -> str:
 
 
 def save_chart(chart: Chart, path: Path) -> Path:
-    """Write the chart in the format of the file ending. Raises OSError."""
+    """Write the chart to a file in the format of the file name's ending. Raises OSError."""
     metadata = {"Date": None} if path.suffix == ".svg" else None
     with _STYLE_IS_GLOBAL, house_style(), whole_file(path) as unfinished:
         chart_figure(chart).savefig(unfinished, dpi=130, metadata=metadata)
@@ -76,7 +77,7 @@ def save_chart(chart: Chart, path: Path) -> Path:
 
 
 def save_charts(charts: Mapping[str, Chart], folder: Path) -> list[Path]:
-    """Write each chart as a PNG file with the chart's name. Raises OSError."""
+    """Write each chart to a PNG file that has the chart's name. Raises OSError."""
     return [save_chart(chart, folder / f"{name}.png") for name, chart in charts.items()]
 
 
@@ -128,8 +129,8 @@ def _second_unit(axes: Axes, axis: Axis, also: tuple[str, float]) -> None:
 
 
 def _legend(axes: Axes, entries: int, columns: int) -> None:
-    """Place the legend within the panel above the data, which may fill every corner without this
-    room."""
+    """Place the legend inside the panel above the data; room is added for it, because the data may
+    fill every corner."""
     rows = -(-entries // columns)
     low, high = axes.get_ylim()
     if axes.get_yscale() == "log":

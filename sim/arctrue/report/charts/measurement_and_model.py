@@ -1,4 +1,4 @@
-"""Draws measurement and model over the angle, for both channels."""
+"""Draws measurement and model over the angle for both channels."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ _MOST_POINTS = 1500
 
 
 def measurement_and_model(analysis: Analysis, *, whitened: bool = False) -> Chart:
-    """Draw for each degree a band from the lowest to the highest row, and the mean of the model.
+    """Draw for each degree a band from the lowest to the highest measured row, and the mean of the
+    model.
 
     ``whitened``: measurement and model are multiplied by the inverse root of the noise's
     covariance, so that noise alone would scatter by 1 about the model.
@@ -46,8 +47,8 @@ def _panel(analysis: Analysis, channel: str, whitened: bool) -> Panel:
         measured, model = of_rows.whiten(measured), of_rows.whiten(model)
     angle, rows = analysis.angle_rad(channel), analysis.rows(channel)
     if isinstance(rows, CaptureRows) and rows.channel is not None:
-        # The difference of each further head to head 1 is another function of the angle, so only
-        # head 2 is drawn.
+        # Only head 2 is drawn, because the difference of each further head to head 1 is another
+        # function of the angle.
         of_head2 = rows.channel == 0
         measured, model, angle = measured[of_head2], model[of_head2], angle[of_head2]
     colour = CHANNEL_COLOUR[channel]

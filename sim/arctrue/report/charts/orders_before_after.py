@@ -10,11 +10,12 @@ from arctrue.studies.demo.result import DemoResult
 
 _ORDERS = 24
 _FLOOR_COUNTS = 1e-3
-"""Start of the logarithmic axis."""
+"""Lower end of the logarithmic axis."""
 
 
 def orders_before_after(result: DemoResult) -> Chart:
-    """Draw a pair of bars for each order on a logarithmic axis, and the limit of one order."""
+    """Draw two bars for each order on a logarithmic axis, before and after, and the limit that
+    applies to one order."""
     limit, count = result.settings.order_limit_counts, result.settings.arcsec_per_count
     layers: list[Layer] = []
     for turn, shift, colour, name in (

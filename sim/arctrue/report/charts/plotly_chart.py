@@ -25,19 +25,19 @@ from arctrue.report.charts.tick_names import tick_lines, tick_names
 _SYMBOL = {"circle": "circle", "square": "square", "diamond": "diamond", "hollow": "square-open"}
 _LEFT_PX, _RIGHT_PX, _FOOT_PX, _TITLE_PX, _LINE_PX, _INCH_PX = 66, 18, 52, 26, 19, 84
 _COLOURS_PX = 74
-"""Width right of a panel that a colour scale needs, pixels."""
+"""Width in pixels that a colour scale needs right of its panel."""
 _ENTRY_PX, _LETTER_PX = 46, 6.0
-"""Width of a legend entry, and of each letter of its name, pixels."""
+"""Width of a legend entry without its name, and width of each letter of the name, pixels."""
 _TICK_LINE_PX = 16
 """Height of each line of a tick's name after the first, pixels."""
 _BESIDE_PX = 300
-"""Least width of a panel if several panels are in a row, pixels."""
+"""Smallest width of a panel in a row of several panels, pixels."""
 _ONE_TWO_FIVE = (1.0, 2.0, 5.0)
 _EVERY_DIGIT = tuple(float(digit) for digit in range(1, 10))
 _EVERY_TWENTIETH = tuple(n / 20.0 for n in range(20, 200))
 _LEAST_TICKS, _MOST_TICKS = 3, 10
 _DIGITS = 6
-"""Number of significant digits that the browser gets; a screen shows fewer digits."""
+"""Number of significant digits of the numbers for the browser; a screen shows fewer digits."""
 
 
 def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
     null.
 
     ``width``: width of the figure in pixels. The figure places panels in a row if there is room.
-    Each panel has its title above it, and a legend with as many lines as needed.
+    Each panel has a title above it, and a legend with as many lines as it needs.
     """
     panels = chart.panels
     columns = max(min(chart.columns, len(panels), width // _BESIDE_PX), 1)
@@ -134,7 +134,7 @@ def _legend_lines(panel: Panel, width: float) -> int:
     widths = [_ENTRY_PX + _LETTER_PX * len(name) for name in names if name]
     if not widths:
         return 0
-    # plotly.js gives every entry of a legend the width of the widest entry.
+    # plotly.js makes every entry of a legend as wide as the widest entry.
     per_line = max(int(width // max(widths)), 1)
     return -(-len(widths) // per_line)
 
@@ -144,7 +144,7 @@ def _axis(axis: Axis, pixels: float) -> dict[str, Any]:
     if axis.logarithmic:
         found |= {"type": "log", "exponentformat": "none"}
         if axis.reach is None:
-            found["dtick"] = 1  # decades
+            found["dtick"] = 1  # one tick per decade
         else:
             ticks = _logarithmic_ticks(*axis.reach)
             texts = [f"{tick:.4g}" for tick in ticks]
@@ -166,8 +166,8 @@ def _axis(axis: Axis, pixels: float) -> dict[str, Any]:
 
 
 def _logarithmic_ticks(low: float, high: float) -> list[float]:
-    """Return ticks at 1, 2, 5 in each decade; if these are too few, at every digit or in steps of
-    0.05."""
+    """Return ticks at 1, 2 and 5 in each decade; if these are too few, ticks at every digit or in
+    steps of 0.05."""
     for digits in (_ONE_TWO_FIVE, _EVERY_DIGIT, _EVERY_TWENTIETH):
         decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
         ticks = [digit * 10.0**decade for decade in decades for digit in digits]
@@ -307,5 +307,6 @@ def _with_opacity(colour: str, opacity: float) -> str:
 
 
 def _plain(text: str) -> str:
-    """Escape the tags that plotly.js would interpret: a name from a file contains no tags."""
+    """Escape & and <, so that plotly.js shows a text (for example a name from a file) literally and
+    does not read it as tags; line ends become <br>."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace("\n", "<br>")

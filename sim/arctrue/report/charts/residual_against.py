@@ -1,4 +1,4 @@
-"""Draws the residual over one condition: temperature, speed, time, phase, …"""
+"""Draws the residual over one condition, for example temperature, speed, time or phase."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ROUND_BINS = 72
 def residual_against(analysis: Analysis, condition: Condition) -> Chart:
     """Draw mean and standard error of the residual in bins of the condition, for both channels.
 
-    The standard error is that of independent rows; with slow noise the means scatter more.
+    The standard error assumes independent rows; with slow noise the means scatter more.
     """
     panels = []
     for channel, values in condition.values.items():
@@ -68,8 +68,8 @@ def _axis(condition: Condition, values: Float) -> Axis:
 
 
 def bins_over(condition: Condition, values: Float, left: Float) -> Bins:
-    """Average the residual in bins of a condition: over the turn, or from its lowest to its highest
-    value."""
+    """Return the mean residual in bins of a condition; the bins divide the turn, or the range from
+    the lowest to the highest value."""
     if condition.goes_round:
         places = np.unique(np.round(np.mod(values, 2.0 * np.pi), 6)).size
         return AngleWindow.over(values).bins(values, left, min(_ROUND_BINS, max(places, 1)))
@@ -79,8 +79,8 @@ def bins_over(condition: Condition, values: Float, left: Float) -> Bins:
 def share_of_variance(condition: Condition, values: Float, left: Float) -> float:
     """Return the share of the residual's variance that the means over the condition explain.
 
-    The share that as many means of independent noise would explain is subtracted. This share ranks
-    the conditions until the diagnosis is available.
+    The function subtracts the share that the same number of means of independent noise would
+    explain. This share ranks the conditions until the diagnosis is available.
     """
     centred = left - left.mean()
     whole = float(centred @ centred)

@@ -1,4 +1,4 @@
-"""Draws the residual over every condition, and the share of its excess that follows each
+"""Draws the residual over every condition, and the share of the excess residual that follows each
 condition."""
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from arctrue.workbench.compare.findings import LEAST_SHARE, Finding
 from arctrue.workbench.compare.maps import ResidualMap
 
 _PART_OF_A_TURN_DEG = 180.0
-"""Span in degrees below which a set covers only a part of the turn; the axis then shows this
-part."""
+"""Largest span in degrees of a set that covers only a part of the turn; the axis then shows only
+this part."""
 _COLUMNS = 3
 _ROOM = 1.15
-"""Factor of free room above and below the largest mean."""
+"""Factor for the free space above and below the largest mean."""
 
 
 def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
@@ -45,14 +45,14 @@ def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
 
 
 def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
-    """Draw two bars for each finding: its own share of the excess, and the share beyond stronger
-    findings."""
+    """Draw two bars for each finding: its own share of the excess, and the share that stronger
+    findings do not explain."""
     layers = []
     for channel, colour in CHANNEL_COLOUR.items():
         rows = [place for place, item in enumerate(findings) if item.channel == channel]
         if not rows:
             continue
-        # The chart shows the first finding at the top.
+        # The first finding is drawn at the top of the chart.
         place = -np.array(rows, dtype=np.float64)
         alone = np.array([100.0 * findings[row].share for row in rows])
         beyond = np.array([100.0 * findings[row].share_beyond for row in rows])
@@ -75,7 +75,7 @@ def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
 def _reach(items: Sequence[ResidualMap]) -> float:
     """Return half the height of a channel's panels.
 
-    It is the largest mean of all panels, so that small means look flat.
+    All panels use their largest mean, so that small means look flat.
     """
     return _ROOM * max(
         float(np.max(np.abs(item.means_arcsec) + item.standard_errors_arcsec, initial=0.0))

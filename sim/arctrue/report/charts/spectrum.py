@@ -1,4 +1,5 @@
-"""Draws lines in the residual of the model: by order of the turn, by frequency, by period."""
+"""Draws the lines (sine components) in the residual of the model: by order of the turn, by
+frequency, and by period."""
 
 from __future__ import annotations
 
@@ -30,16 +31,17 @@ _LABELS = {"order": "order, cycles a turn", "hz": "frequency", "s": "period"}
 
 CHANCE_P = 0.01
 _MARKED = 3
-"""Number of lines that are labelled with their order, frequency or period."""
+"""Number of lines that are labelled with order, frequency or period."""
 _HEADROOM = 1.25
-"""Factor of free room above the highest line for its label."""
+"""Factor for the free space above the highest line, where its label is drawn."""
 _MOST_POINTS = 2000
-"""Largest number of points of a curve; of more points, the highest point of each group is drawn."""
+"""Largest number of points of a curve; if there are more, only the highest point of each group of
+neighbours is drawn."""
 
 
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
     """Draw the amplitude of a line at every order, frequency or period, for each channel in which
-    lines can be searched.
+    lines can be found.
 
     See :func:`all_spectra`.
     """
@@ -75,8 +77,8 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
         speed = speed_turns_s(rows, float(found.rates[-1]))
         title += "" if speed is None else f" (one speed: order 1 is {speed:.4g} Hz too)"
     places = 1.0 / found.rates if along == "s" else found.rates
-    # The limit is that of the gain from two coefficients over all places; each rate has its own
-    # noise.
+    # The limit applies to the largest gain of two coefficients over all places; each rate has its
+    # own noise.
     limit = 2.0 * np.log(max(found.trials, 1.0) / CHANCE_P)
     chance = found.amplitude_arcsec * np.sqrt(limit / np.maximum(found.gain, 1e-30))
     shown = _highest(found.amplitude_arcsec)
@@ -111,8 +113,8 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
 
 
 def _highest(amplitude: Float) -> NDArray[np.int64]:
-    """Return the index of the highest point of each group of neighbours, so that no line is
-    lost."""
+    """Return the index of the highest point in each group of neighbours, so that the picture shows
+    every line."""
     group = max(amplitude.size // _MOST_POINTS, 1)
     whole = amplitude.size // group * group
     shaped = amplitude[:whole].reshape(-1, group)
@@ -120,8 +122,8 @@ def _highest(amplitude: Float) -> NDArray[np.int64]:
 
 
 def _strongest(found: LineSpectrum, limit: float) -> list[int]:
-    """Return the indices of the highest lines above the limit, at least a line's width from each
-    other."""
+    """Return the indices of the highest lines above the limit that are at least a line's width
+    apart."""
     gain = found.gain.copy()
     strongest: list[int] = []
     width = 2.0 / found.span

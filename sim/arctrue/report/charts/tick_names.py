@@ -1,4 +1,5 @@
-"""Makes horizontal names of ticks that overlap neither each other nor the end of the axis."""
+"""Arranges horizontal names of ticks, so that they do not overlap each other or the end of the
+axis."""
 
 from __future__ import annotations
 
@@ -8,16 +9,16 @@ import textwrap
 from arctrue.report.charts.chart import Axis
 
 _SHORT_LETTERS = 5
-"""Largest length of names that count as numbers, some of which may be omitted; longer names are
-words."""
+"""Largest number of letters of a name that counts as a number; some numbers may be omitted. Longer
+names are words."""
 _LEAST_WRAPPED, _MOST_LINES = 8, 5
-"""Least number of letters per line at which words are readable; largest number of lines below a
+"""Smallest number of letters per line at which words are readable; largest number of lines below a
 tick."""
 _SHORTER = "…"
 
 
 def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
-    """Return the ticks of an axis that has room for this number of letters.
+    """Return the ticks with names that fit an axis with room for ``letters`` letters.
 
     If there is no room for all numbers, every second or third is kept. Words are wrapped to the
     width of a tick; if this width is too narrow to read, only the first word is kept.
@@ -31,7 +32,7 @@ def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
 
 
 def tick_lines(ticks: list[tuple[float, str]]) -> int:
-    """Return the number of lines of the name with most lines."""
+    """Return the number of lines of the tick name that has most lines."""
     return max((name.count("\n") + 1 for _, name in ticks), default=1)
 
 
@@ -53,7 +54,7 @@ def _in_lines(name: str, letters: int) -> str:
 
 
 def _hyphenated(word: str, letters: int) -> str:
-    """Split a word that is longer than a line into hyphenated pieces."""
+    """Divide a word that is longer than a line into hyphenated pieces."""
     if len(word) <= letters:
         return word
     pieces = textwrap.wrap(word, letters - 1, break_on_hyphens=False)

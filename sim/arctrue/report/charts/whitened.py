@@ -1,4 +1,4 @@
-"""Draws whitened residuals: their autocorrelation, and their quantiles against the normal
+"""Draws the autocorrelation of whitened residuals, and their quantiles over those of the normal
 distribution."""
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from arctrue.workbench.noise.whiteness import LAGS, LEAST_ROWS, autocorrelations
 Float = NDArray[np.float64]
 
 WITHIN = 0.99
-"""Share of draws of white noise that lie within the band, at each lag."""
+"""Share of draws of white noise whose autocorrelation at a lag lies within the band."""
 MOST_QUANTILES = 1000
 
 
@@ -33,7 +33,7 @@ def whitened(residuals: Residuals) -> Chart:
     normal distribution.
 
     If the fitted noise is right, residuals that are whitened with it are independent draws of the
-    standard normal distribution: the bars lie within the band, and the points on the line.
+    standard normal distribution: the bars then lie within the band, and the points lie on the line.
     """
     panels: list[Panel] = []
     for channel, values in (

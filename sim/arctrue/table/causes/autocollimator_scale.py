@@ -1,4 +1,4 @@
-"""The autocollimator has a wrong scale."""
+"""Models an autocollimator with a wrong scale."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class AutocollimatorScale(Cause):
-    """The scale of the autocollimator is wrong: its error is the share ``gain`` of its reading."""
+    """The autocollimator's scale is wrong: the error is ``gain`` times the reading."""
 
     gain: float
 
@@ -27,7 +27,7 @@ class AutocollimatorScale(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     percent: Number
 
@@ -37,7 +37,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [AutocollimatorScale(sign(random) * size / 100)]
 
 

@@ -1,4 +1,4 @@
-"""Noise of the readings that depends on the previous row: first-order autoregressive noise,
+"""Models noise of the readings that depends on the previous row: first-order autoregressive noise,
 AR(1)."""
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class AutoregressiveNoise(Cause):
-    """The noise x_i = correlation·x_{i−1} + w_i runs over rows, not over time; each run begins
-    anew."""
+    """The noise x_i = correlation·x_{i−1} + w_i depends on the previous row, not on the elapsed
+    time; each run begins independently."""
 
     sigma_rad: float
     correlation: float
@@ -31,7 +31,7 @@ class AutoregressiveNoise(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [AutoregressiveNoise(size * RAD_PER_ARCSEC, float(random.uniform(0.5, 0.98)))]
 
 

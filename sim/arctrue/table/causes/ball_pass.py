@@ -1,4 +1,4 @@
-"""The balls of the bearing move the axis at an order that is not a whole number."""
+"""Models the balls of the bearing, which move the axis at an order that is not a whole number."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class BallPass(Cause):
-    """The cage turns slower than the table and moves the axis at an order that is not whole.
+    """The cage turns more slowly than the table, so its balls move the axis at an
+    order that is not a whole number.
 
     In the stator frame, with the unwrapped angle θ and the order ν, the axis is at forward·e^{jνθ}
     + backward·e^{−jνθ}, metres.
@@ -41,7 +42,7 @@ class BallPass(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Positive
     forward_um: Number
@@ -54,7 +55,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     order = float(np.round(random.uniform(0.35, 14.0), 2))
     share, metres = random.uniform(0.0, 1.0), size * MICROMETRE_M
     return [BallPass(order, vector(metres * share, random), vector(metres * (1 - share), random))]

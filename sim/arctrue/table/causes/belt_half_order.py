@@ -1,4 +1,4 @@
-"""A belt or a two-to-one gear that pulls the axis once in two turns."""
+"""Models a belt or a two-to-one gear that pulls the axis once in two turns."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class BeltPull(Cause):
-    """A belt twice as long as the pulley's circumference pulls the axis towards ``pull_rad``.
+    """A belt twice as long as the pulley's circumference pulls the axis towards ``pull_rad`` once
+    in two turns.
 
-    In the stator frame the axis moves on a line by pull·cos(order·θ + phase) with a half-integer
-    order.
+    In the stator frame the axis moves along a line by pull·cos(order·θ + phase), where the order is
+    a half-integer.
     """
 
     order: float
@@ -34,7 +35,7 @@ class BeltPull(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Positive
     um: Number
@@ -52,7 +53,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     along = sign(random) * float(random.uniform(0.0, np.pi))
     order = float(random.choice([0.5, 1.5, 2.5]))
     return [BeltPull(order, size * MICROMETRE_M, along, angle(random))]

@@ -1,4 +1,4 @@
-"""A bracket that grows with heat and carries its head along."""
+"""Models a bracket that expands when it is warm and moves its head."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class BracketExpansion(TurnedHead):
-    """The bracket of one head grows along the scale by ``rate_rad_per_k``, as seen from the
+    """The bracket of one head expands along the scale by ``rate_rad_per_k``, an angle at the
     axis."""
 
     rate_rad_per_k: float
@@ -30,7 +30,7 @@ class BracketExpansion(TurnedHead):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     arcsec_per_k: Number
     head: HeadNumber = 2
@@ -42,7 +42,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [BracketExpansion(1, HEADS[1], sign(random) * size * RAD_PER_ARCSEC)]
 
 

@@ -1,4 +1,4 @@
-"""A head that stands at another stator angle than the drawing states."""
+"""Models a head that is mounted at another stator angle than the drawing states."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class BracketTurn(Cause):
-    """The bracket of one head is mounted with a rotation of ``angle_rad`` about the axis."""
+    """The bracket of one head is mounted at a place rotated by ``angle_rad`` about the axis."""
 
     head: int
     at: Head
@@ -31,7 +31,7 @@ class BracketTurn(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     arcsec: Number
     head: HeadNumber = 2
@@ -42,8 +42,9 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
-    # To make α larger, head 2 must turn by a negative angle: docs/architecture.md, "Head geometry".
+    """Draw a cause of the given size, which is in the recipe's unit."""
+    # α becomes larger if head 2 is rotated by a negative angle: docs/architecture.md, "Head
+    # geometry".
     return [BracketTurn(1, HEADS[1], -sign(random) * size * RAD_PER_ARCSEC)]
 
 

@@ -1,4 +1,4 @@
-"""A bracket that vibrates at its own frequency."""
+"""Models a bracket that vibrates at its own frequency."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class BracketVibration(TurnedHead):
-    """The head swings along the scale by ``amplitude_rad`` seen from the axis.
+    """The head vibrates along the scale with ``amplitude_rad``, an angle at the axis.
 
-    The phase of the vibration does not depend on the table: each run has its own phase; if there
-    are more runs than phases, the phases repeat.
+    The phase of the vibration does not depend on the table's angle: each run has a phase of its
+    own; if there are more runs than phases, the phases repeat.
     """
 
     amplitude_rad: float
@@ -46,7 +46,7 @@ class BracketVibration(TurnedHead):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     head: HeadNumber
     arcsec: Number
@@ -61,7 +61,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     phases = tuple(angle(random) for _ in range(max(len(occasion.durations_s), 1)))
     frequency, head = float(random.uniform(3.0, 120.0)), int(random.integers(2))
     return [BracketVibration(head, HEADS[head], size * RAD_PER_ARCSEC, frequency, phases)]

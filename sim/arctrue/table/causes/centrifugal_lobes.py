@@ -1,4 +1,4 @@
-"""A disc that the centrifugal force stretches unevenly."""
+"""Models a disc that the centrifugal force stretches unevenly."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class CentrifugalLobes(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Order
     arcsec_s2: Number
@@ -47,7 +47,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [CentrifugalLobes(3, size * RAD_PER_ARCSEC, angle(random))]
 
 

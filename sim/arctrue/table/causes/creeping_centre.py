@@ -1,4 +1,4 @@
-"""The disc creeps on its hub as the table turns."""
+"""Models a disc that creeps on its hub as the table turns."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class CreepingCentre(Cause):
-    """A clamp yields, so that in each turn the disc moves by ``rate_m`` (x + jy, table frame)."""
+    """A clamp yields, and the disc moves by ``rate_m`` (x + jy, table frame) in each turn."""
 
     rate_m: complex
 
@@ -30,7 +30,7 @@ class CreepingCentre(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     um_per_turn: Number
     direction_deg: Number = 0.0

@@ -1,4 +1,4 @@
-"""The disc is not centred on the axis."""
+"""Models a disc that is not centred on the axis."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from arctrue.table.state import TableState
 class DiscEccentricity(Cause):
     """The disc centre lies ``offset_m`` off the axis and turns with the table.
 
-    At table angle 0 it lies in the direction ``direction_rad``. For a small offset the reading errs
-    by (offset / head radius)·sin(θ + direction − β); the table computes the exact ray.
+    At table angle 0 it lies in the direction ``direction_rad``. For a small offset the error of the
+    reading is (offset / head radius)·sin(θ + direction − β); the table computes the exact ray.
     """
 
     offset_m: float
-    """Distance of the disc centre from the axis, metres."""
+    """Distance from the axis to the disc centre, metres."""
     direction_rad: float = 0.0
     """Direction from the axis to the disc centre at table angle 0, radians."""
 
     def disc_shift_m(self, state: TableState) -> complex:
-        """Give the displacement in the frame of the turning table.
+        """Return the displacement in the frame of the turning table.
 
         Parameters
         ----------
@@ -42,7 +42,7 @@ class DiscEccentricity(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     um: Number
     direction_deg: Number = 0.0

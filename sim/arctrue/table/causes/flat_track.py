@@ -1,4 +1,4 @@
-"""A flat place in the track of the bearing."""
+"""Models a flat place in the track of the bearing."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from arctrue.table.state import TableState
 class FlatTrack(Cause):
     """The axis dips towards ``direction_rad`` while the table is near ``place_rad``.
 
-    The displacement is in the stator frame; over the table's angle it is a bell of the given width
-    (1 sigma).
+    The displacement is in the stator frame; over the table's angle it is a Gaussian curve of the
+    given width (1 sigma).
     """
 
     depth_m: float
@@ -36,7 +36,7 @@ class FlatTrack(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     um: Number
     width_deg: Positive
@@ -54,7 +54,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     width = float(np.deg2rad(random.uniform(3.0, 10.0)))
     return [FlatTrack(size * MICROMETRE_M, angle(random), angle(random), width)]
 

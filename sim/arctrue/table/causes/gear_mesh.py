@@ -1,4 +1,4 @@
-"""The teeth of the drive push the table, one by one."""
+"""Models the teeth of the drive, which push the table one by one."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from arctrue.table.draws import angle
 
 GEAR_WOBBLE_RAD = 0.3
 GEAR_TEETH = (62, 72, 90, 100, 120, 180, 225)
-"""Numbers of teeth to draw from; with 72 and 120 all 24 stations lie at the same point of a
-tooth."""
+"""Numbers of teeth from which a draw selects; with 72 and 120 all 24 stations lie at the same point
+of a tooth."""
 
 
 @dataclass(frozen=True, slots=True)
 class GearMesh(Cause):
-    """The teeth in mesh twist the shaft between disc and table top, ``teeth``·k times a turn.
+    """The meshing teeth twist the shaft between disc and table top, ``teeth``·k times a turn.
 
     If the gear is not centred, its pitch varies once a turn: the angle in the mesh is teeth·θ +
     wobble·sin(θ + wobble phase), which adds the orders teeth ± 1.
 
-    Disc and heads turn together, so the heads agree; only the reference on the table top sees the
-    twist.
+    The twist turns the disc under both heads alike, so the heads agree; only the reference on the
+    table top shows the twist.
     """
 
     teeth: float
-    """Number of teeth that mesh per turn of the table; not whole for a gear that turns faster than
-    the table."""
+    """Number of teeth that mesh per turn of the table; it is not whole if the gear turns faster
+    than the table."""
     amplitudes_rad: tuple[float, ...]
-    """Amplitude of each multiple k = 1, 2, … of ``teeth``."""
+    """Amplitude of the twist at each multiple k = 1, 2, … of ``teeth``."""
     phases_rad: tuple[float, ...]
     wobble_rad: float = 0.0
-    """Amplitude of the pitch variation, as an angle in the mesh."""
+    """Amplitude of the pitch variation, as an angle in the meshing period."""
     wobble_phase_rad: float = 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> NDArray[np.float64]:
-        """Return the turn of the disc against the table top, shape ``(n,)``."""
+        """Return the angle of the disc relative to the table top, shape ``(n,)``."""
         turn = np.zeros_like(conditions.angle_rad)
         wobble = self.wobble_rad * np.sin(conditions.angle_rad + self.wobble_phase_rad)
         mesh = self.teeth * conditions.angle_rad + wobble
@@ -54,7 +54,7 @@ class GearMesh(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     teeth: Order
     arcsec: Number
@@ -74,7 +74,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     teeth = int(random.choice(GEAR_TEETH))
     phase, wobble = angle(random), float(random.uniform(0.0, GEAR_WOBBLE_RAD))
     return [GearMesh(teeth, (size * RAD_PER_ARCSEC,), (phase,), wobble, angle(random))]

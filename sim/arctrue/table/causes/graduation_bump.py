@@ -1,4 +1,4 @@
-"""A scratch, dirt or a splice on the graduation."""
+"""Models a scratch, dirt or a splice on the graduation."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from arctrue.table.state import TableState
 class GraduationBump(Cause):
     """The lines near one place of the disc are displaced by height·exp(−|distance/width|^power/2).
 
-    Power 2 is a bell of 1 sigma; a larger power gives a flat top and steep edges (dirt, a splice),
-    a smaller power a sharp top (a scratch). ``skew`` makes one side wider and the other narrower:
-    width·(1 ± skew).
+    Power 2 gives a Gaussian curve whose sigma is the width; a larger power gives a flat top and
+    steep edges (dirt, a splice), a smaller power a sharp top (a scratch). ``skew`` makes one side
+    wider and the other side narrower: width·(1 ± skew).
     """
 
     height_rad: float
@@ -36,15 +36,15 @@ class GraduationBump(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """Return the displacement of the lines, shape ``(n,)``; half a turn from the place it is
-        0."""
+        """Return the displacement of the lines, shape ``(n,)``; half a turn away from the place it
+        is 0."""
         away = np.angle(np.exp(1j * (disc_angle_rad - self.place_rad)))
         width = self.width_rad * (1.0 + self.skew * np.sign(away))
         return np.asarray(self.height_rad * np.exp(-0.5 * np.abs(away / width) ** self.power))
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     arcsec: Number
     place_deg: Number
@@ -64,7 +64,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     width = float(np.deg2rad(np.exp(random.uniform(np.log(0.1), np.log(2.0)))))
     height, place = sign(random) * size * RAD_PER_ARCSEC, angle(random)
     power, skew = log_uniform(1.2, 6.0, random), float(random.uniform(-0.5, 0.5))

@@ -1,4 +1,4 @@
-"""Errors of the graduation that vary slowly around the disc."""
+"""Models errors of the graduation that vary slowly around the disc."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class GraduationHarmonics(Cause):
     """The graduation error is Σ amplitude·cos(order·disc angle + phase).
 
     The three tuples have one value for each harmonic. Ovality and tilt of the disc give order 2,
-    clamping screws give orders 3 to 8. Raises ValueError where the tuples differ in length.
+    clamping screws give orders 3 to 8. Raises ValueError if the tuples differ in length.
     """
 
     orders: tuple[int, ...]
@@ -32,7 +32,7 @@ class GraduationHarmonics(Cause):
     """Phase of each harmonic, radians."""
 
     def __post_init__(self) -> None:
-        """Refuse tuples of different lengths and orders below 1."""
+        """Raise ValueError for tuples of different lengths and for orders below 1."""
         if not len(self.orders) == len(self.amplitudes_rad) == len(self.phases_rad):
             raise ValueError("graduation harmonics need one amplitude and one phase an order")
         if any(order < 1 for order in self.orders):
@@ -41,7 +41,7 @@ class GraduationHarmonics(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """Sum the harmonics at each disc angle.
+        """Return the sum of the harmonics at each disc angle.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class GraduationHarmonics(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Order
     arcsec: Number
@@ -77,7 +77,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     order = int(random.integers(21, 240))
     return [GraduationHarmonics((order,), (size * RAD_PER_ARCSEC,), (angle(random),))]
 

@@ -1,4 +1,4 @@
-"""An index mark that a head detects at a different count in every run."""
+"""Models an index mark that each head detects at another count in every run."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 
 @dataclass(frozen=True, slots=True)
 class IndexScatter(Cause):
-    """In each run each head detects its index with an error of up to ``counts``, a uniform whole
-    number."""
+    """Each head detects its index mark in each run with an error from −``counts`` to ``counts``, a
+    uniform whole number."""
 
     counts: int
 
     def index_shift_counts(self, random: np.random.Generator) -> int:
-        """Draw a whole number, uniform over −counts … counts."""
+        """Draw a uniform whole number from −counts to counts."""
         return int(random.integers(-self.counts, self.counts + 1))
 
     def index_variance_counts2(self) -> float:
-        """Return the variance of this uniform whole number: counts·(counts + 1)/3."""
+        """Return the variance of the uniform whole number: counts·(counts + 1)/3."""
         return self.counts * (self.counts + 1) / 3.0
 
 
 def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [IndexScatter(round(size))]
 
 

@@ -1,4 +1,4 @@
-"""A reference instrument whose stand drifts."""
+"""Models a reference instrument whose stand drifts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class InstrumentDrift(Cause):
     changes.
 
     Its angle is a steady rate plus a curve. The curve has a value at each knot, is linear between
-    the knots, and is constant outside.
+    the knots, and is constant before the first and after the last knot.
     """
 
     rate_rad_s: float
@@ -33,14 +33,14 @@ class InstrumentDrift(Cause):
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return rate × time plus the curve's value, shape ``(n,)``."""
+        """Return rate × time plus the value of the curve, shape ``(n,)``."""
         time_s = stations.conditions.time_s
         wandering = np.interp(time_s, self.knots_s, self.turns_rad)
         return np.asarray(self.rate_rad_s * time_s + wandering)
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     arcsec_per_h: Number
 
@@ -50,10 +50,10 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     rate = sign(random) * size * RAD_PER_ARCSEC / 3600
-    # The curve is a random walk: the standard deviation of a step is a fifth of the steady rate's
-    # step.
+    # The curve is a random walk; the standard deviation of its step is a fifth of the change that
+    # the steady rate makes between two knots.
     knots_s = np.arange(0.0, DRIFT_HOURS * 3600.0, DRIFT_KNOT_S)
     steps = random.normal(0.0, 0.2 * abs(rate) * DRIFT_KNOT_S, knots_s.size - 1)
     turns = np.concatenate([[0.0], np.cumsum(steps)])

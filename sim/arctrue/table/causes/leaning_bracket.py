@@ -1,4 +1,4 @@
-"""A bracket that the friction of a seal drags along with the disc."""
+"""Models a bracket that the friction of a seal drags along with the disc."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class LeaningBracket(TurnedHead):
-    """One head leans in the direction in which the disc turns, by angle × direction.
+    """The bracket of one head leans in the direction in which the disc turns, by angle × direction.
 
-    After a reversal the head changes sides within ``stroke_rad`` of travel: the factor of the angle
-    is −1 + 2·(1 − exp(−travel/stroke)).
+    After a reversal the head moves to the other side within ``stroke_rad`` of travel: the factor of
+    the angle is −1 + 2·(1 − exp(−travel/stroke)).
     """
 
     angle_rad: float
@@ -46,7 +46,7 @@ class LeaningBracket(TurnedHead):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     head: HeadNumber
     arcsec: Number
@@ -59,7 +59,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     head, stroke = int(random.integers(2)), float(np.deg2rad(random.uniform(5.0, 60.0)))
     return [LeaningBracket(head, HEADS[head], sign(random) * size * RAD_PER_ARCSEC, stroke)]
 

@@ -1,5 +1,5 @@
-"""A disc that the drive pushes to one side of its clearance, depending on the direction of
-motion."""
+"""Models a disc that the drive pushes to one side of its clearance; the side depends on the
+direction of motion."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class LooseCentre(Cause):
-    """The drive pushes the disc by ``shift_m`` (x + jy, table frame) while the angle rises, else by
-    −``shift_m``."""
+    """The drive pushes the disc by ``shift_m`` (x + jy, table frame) while the angle rises, and by
+    −``shift_m`` otherwise."""
 
     shift_m: complex
 
@@ -28,7 +28,7 @@ class LooseCentre(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     um: Number
     direction_deg: Number = 0.0

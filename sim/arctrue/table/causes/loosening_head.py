@@ -1,4 +1,4 @@
-"""A head whose screws come loose."""
+"""Models a head whose screws become loose."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class LooseningHead(TurnedHead):
-    """The head jumps between two stops at irregular instants, and the play between the stops grows
-    with time.
+    """The head jumps at irregular instants between two stops; the play between the stops grows with
+    time.
 
     The play is ``angle_rad``·(time/last instant); successive jumps lead to opposite stops.
     """
@@ -43,14 +43,14 @@ class LooseningHead(TurnedHead):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     head: HeadNumber
     arcsec: Number
     knocks_s: tuple[Number, ...]
 
     def __post_init__(self) -> None:
-        """Refuse a list without instants, and instants that do not rise."""
+        """Raise ValueError for a list without instants, and for instants that do not rise."""
         rising("knocks_s", self.knocks_s, 1)
 
     def physical(self, lines: int) -> LooseningHead:
@@ -60,7 +60,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     head, mean_s = int(random.integers(2)), float(random.uniform(2.0, 8.0))
     knocks = instants(mean_s, random, occasion)
     return [LooseningHead(head, HEADS[head], size * RAD_PER_ARCSEC, knocks)]

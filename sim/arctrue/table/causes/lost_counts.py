@@ -1,4 +1,4 @@
-"""A counter loses or gains counts at one instant."""
+"""Models a counter that loses or gains counts at one instant."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class LostCounts(Cause):
-    """The counter of one head is wrong by ``counts`` from ``instant_s`` of one run on.
+    """The counter of one head is wrong by ``counts`` from the time ``instant_s`` of one run on.
 
-    The next run starts at the index, which sets the counter right. If the counter does not use its
-    index (``for_good``), it keeps the error in all later runs.
+    The next run begins at the index mark, which corrects the counter. If the counter does not use
+    its index (``for_good``), it keeps the error in all later runs.
     """
 
     head: int
     run: int
     instant_s: float
-    """Time since the start of the run."""
+    """Time of the loss since the start of the run."""
     counts: int
     for_good: bool = False
 
     def gained_counts(self, head: int, conditions: Conditions) -> NDArray[np.int64] | int:
-        """Return the counts gained, negative for lost counts, shape ``(n,)``."""
+        """Return the number of gained counts, negative for lost counts, shape ``(n,)``."""
         if head != self.head:
             return 0
         later = conditions.run > self.run if self.for_good else False
@@ -38,7 +38,7 @@ class LostCounts(Cause):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     run = int(random.integers(max(len(occasion.durations_s), 1)))
     instant = float(random.uniform(0.15, 0.85)) * occasion.durations_s[run]
     counts = int(sign(random)) * max(1, round(size))

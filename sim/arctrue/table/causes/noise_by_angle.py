@@ -1,4 +1,4 @@
-"""Noise of the readings that is stronger on one side of the disc."""
+"""Models noise of the readings that is stronger on one side of the disc."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from arctrue.table.rotary_table import HEADS
 
 @dataclass(frozen=True, slots=True)
 class NoiseByAngle(Cause):
-    """White noise of each head whose variance depends on the disc angle: dirt, or a distance that
-    varies.
+    """White noise of each head has a variance that depends on the disc angle, because of dirt or a
+    varying distance.
 
     The variance is ``sigma_rad²·(1 + contrast·cos(order·(θ − β) + phase))`` with a contrast of 0 to
     1.
@@ -32,7 +32,7 @@ class NoiseByAngle(Cause):
     phase_rad: float
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise:
-        """Return noise with a standard deviation for each row.
+        """Return noise with an individual standard deviation for each row.
 
         Raises ValueError for a head without an angle in ``heads_rad``.
         """
@@ -47,7 +47,7 @@ class NoiseByAngle(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     angles = (HEADS[0].angle_rad, HEADS[1].angle_rad)
     order, contrast = int(random.integers(1, 4)), float(random.uniform(0.6, 1.0))
     return [NoiseByAngle(angles, size * RAD_PER_ARCSEC, order, contrast, angle(random))]

@@ -1,4 +1,4 @@
-"""Single wrong rows, as by a disturbance on a wire or a flipped bit."""
+"""Models single wrong rows, for example due to a disturbance on a wire or a flipped bit."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 
 FREEDOM = 2.0
-"""Degrees of freedom of Student's t: with 2 the variance is infinite, as is that of real
+"""Degrees of freedom of Student's t: 2, for which the variance is infinite, as observed for real
 outliers."""
 
 OUTLIER_ARCSEC = 2.0
-"""Scale of Student's t, about twenty times the usual noise."""
+"""Scale of Student's t, about twenty times the typical noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outliers(Cause):
-    """Each row of each head is wrong with a given probability; its error follows Student's t."""
+    """Any row of any head is wrong with a given probability; the error of a wrong row follows
+    Student's t."""
 
     probability: float
     scale_rad: float
@@ -30,14 +31,14 @@ class Outliers(Cause):
     def struck_rad(
         self, head: int, conditions: Conditions, random: np.random.Generator
     ) -> NDArray[np.float64]:
-        """Return the errors of the wrong rows, 0 elsewhere, shape ``(n,)``."""
+        """Return the errors of the wrong rows, and 0 for all other rows, shape ``(n,)``."""
         rows = conditions.time_s.size
         struck = random.random(rows) < self.probability
         return np.where(struck, self.scale_rad * random.standard_t(FREEDOM, rows), 0.0)
 
 
 def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [Outliers(size / 100, OUTLIER_ARCSEC * RAD_PER_ARCSEC)]
 
 

@@ -1,4 +1,4 @@
-"""The faces of the polygon deviate from their nominal angles."""
+"""Models a polygon whose faces deviate from their nominal angles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from arctrue.table.instruments.polygon import FACES
 
 @dataclass(frozen=True, slots=True)
 class PolygonFaces(Cause):
-    """The direction of each face deviates by an angle of its own."""
+    """The direction of each face deviates from its nominal direction by an angle of its own."""
 
     errors_rad: tuple[float, ...]
 
@@ -30,7 +30,7 @@ class PolygonFaces(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     arcsec: Annotated[tuple[Number, ...], Meta(min_length=1)]
 
@@ -40,7 +40,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     errors = random.normal(0.0, size * RAD_PER_ARCSEC, FACES)
     return [PolygonFaces(tuple((errors - errors.mean()).tolist()))]
 

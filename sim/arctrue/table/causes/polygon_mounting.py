@@ -1,4 +1,4 @@
-"""The polygon is mounted off the axis and tilted, in front of a rolled autocollimator."""
+"""Models a polygon that is mounted off the axis and tilted, in front of a rolled autocollimator."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ AUTOCOLLIMATOR_ROLL_RAD = float(np.deg2rad(1.0))
 
 @dataclass(frozen=True, slots=True)
 class PolygonMounting(Cause):
-    """The mounting of the polygon gives the reference an error of order 1.
+    """The wrong mounting of the polygon gives the reference an error of order 1.
 
     An autocollimator measures the direction of a face, not its place: if the polygon is
-    ``offset_m`` off the axis, the beam only moves sideways over the face. On a face that is hollow
-    by ``flatness_m`` over ``width_m`` the slope differs there by 8·offset·flatness/width² (equation
-    (14) of the paper: 0.0005″ for 1 µm, 0.03 µm and 10 mm).
+    ``offset_m`` off the axis, the beam only moves sideways over the face. If the face is hollow by
+    ``flatness_m`` over ``width_m``, its slope at the beam differs by 8·offset·flatness/width²
+    (equation (14) of the paper: 0.0005″ for 1 µm, 0.03 µm and 10 mm).
 
     The polygon's axis leans by ``tilt_rad``, so that each face tilts up and down once a turn. An
     autocollimator that is rolled by ``roll_rad`` about its line of sight reads tilt·sin(roll) of
@@ -43,8 +43,8 @@ class PolygonMounting(Cause):
     tilt_rad: float
     roll_rad: float
     phase_rad: float
-    """Phase: at angle + phase = 0 the polygon's centre is furthest to the side and the observed
-    face is upright."""
+    """Phase of the error: at angle + phase = 0 the polygon's centre is farthest to the side and the
+    observed face is upright."""
 
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
@@ -61,7 +61,7 @@ class PolygonMounting(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     um: Number
     flatness_um: Number
@@ -83,7 +83,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     tilt = size * RAD_PER_ARCSEC / np.sin(AUTOCOLLIMATOR_ROLL_RAD)
     return [
         PolygonMounting(

@@ -1,4 +1,4 @@
-"""Noise of the readings whose spectrum falls with a power of the frequency."""
+"""Models noise of the readings whose spectrum falls with a power of the frequency."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.noise import Noise
 
 A_DECADE = 2
-"""Number of processes per decade of τ: the spectrum of their sum ripples by less than 0.1 dB at
-exponent 1."""
+"""Number of processes per decade of τ: at exponent 1 the spectrum of their sum then ripples by less
+than 0.1 dB."""
 
 
 @dataclass(frozen=True, slots=True)
 class PowerLawNoise(Cause):
-    """The power spectral density is ∝ f^−exponent, 0 < exponent < 2 (1: pink), independently for
-    each head.
+    """Each head has independent noise with a power spectral density ∝ f^−exponent, 0 < exponent < 2
+    (1: pink noise).
 
     The noise is the sum of Ornstein–Uhlenbeck processes. Their time constants τ have equal ratios
-    and their variances are ∝ τ^(exponent − 1). The spectrum of each is a Lorentzian ∝ variance·τ/(1
-    + (2πfτ)²), and the sum over ln τ is ∝ f^−exponent. Below 1/(2π·longest) the spectrum is flat,
-    so the variance is finite; ``sigma_rad`` is the standard deviation of the whole noise.
+    and their variances are ∝ τ^(exponent − 1). The spectrum of each process is a Lorentzian ∝
+    variance·τ/(1 + (2πfτ)²), and the sum of the spectra over ln τ is ∝ f^−exponent. Below
+    1/(2π·longest) the spectrum is flat, so the variance is finite; ``sigma_rad`` is the standard
+    deviation of the whole noise.
     """
 
     sigma_rad: float
@@ -34,7 +35,7 @@ class PowerLawNoise(Cause):
     longest_s: float = 300.0
 
     def __post_init__(self) -> None:
-        """Refuse an exponent for which the noise is not stationary."""
+        """Raise ValueError for an exponent for which the noise is not stationary."""
         if not 0 < self.exponent < 2:
             raise ValueError(f"the exponent of the spectrum lies in 0 … 2, found {self.exponent}")
 
@@ -48,12 +49,12 @@ class PowerLawNoise(Cause):
 
 
 def draw_pink(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [PowerLawNoise(size * RAD_PER_ARCSEC)]
 
 
 def draw_power_law(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [PowerLawNoise(size * RAD_PER_ARCSEC, float(random.uniform(0.5, 1.8)))]
 
 

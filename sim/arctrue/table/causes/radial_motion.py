@@ -1,4 +1,4 @@
-"""The axis moves once or several times a turn, and every turn repeats the motion."""
+"""Models a motion of the axis that every turn repeats."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class RadialMotion(Cause):
-    """Bearing tracks that are not round move the axis around an ellipse ``order`` times a turn.
+    """Bearing tracks that are not round move the axis on an ellipse ``order`` times a turn.
 
     In the stator frame the axis is at forward·e^{j·order·θ} + backward·e^{−j·order·θ}, metres; the
     two complex factors give the ellipse's size, shape and direction. With backward = 0 it is a
@@ -45,7 +45,7 @@ class RadialMotion(Cause):
     def along(
         cls, order: int, amplitude_m: float, line_rad: float, phase_rad: float
     ) -> RadialMotion:
-        """Return a motion to and fro on a straight line in the direction ``line_rad``."""
+        """Return a motion back and forth on a straight line in the direction ``line_rad``."""
         return cls(
             order,
             cmath.rect(amplitude_m / 2, line_rad + phase_rad),
@@ -54,7 +54,7 @@ class RadialMotion(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Order
     forward_um: Number
@@ -68,7 +68,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     order, share = int(random.integers(2, 9)), random.uniform(0.0, 1.0)
     metres = size * MICROMETRE_M
     return [

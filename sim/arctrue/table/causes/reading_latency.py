@@ -1,4 +1,4 @@
-"""Readings of both heads that are old when they are used."""
+"""Models readings of both heads that are already old when they are used."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from arctrue.table.declaration import Declaration, Given, Occasion, Random, Reci
 
 @dataclass(frozen=True, slots=True)
 class ReadingLatency(Cause):
-    """Filter and transfer delay the readings of both heads by ``delay_s``."""
+    """A filter and the data transfer delay the readings of both heads by ``delay_s``."""
 
     delay_s: float
 
     def sampling_delay_s(self, head: int) -> float:
-        """Return the age of the reading, seconds."""
+        """Return the age of each reading, seconds."""
         return self.delay_s
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     us: NotNegative
 
@@ -31,7 +31,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [ReadingLatency(size * 1e-6)]
 
 

@@ -1,4 +1,4 @@
-"""Noise of the readings with exponential correlation: an Ornstein–Uhlenbeck process."""
+"""Models noise of the readings with exponential correlation: an Ornstein–Uhlenbeck process."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class RelaxingNoise(Cause):
-    """Noise from air or from a correcting servo, with the covariance sigma²·exp(−|Δt|/time
-    constant).
+    """Air or a correcting servo causes noise with the covariance sigma²·exp(−|Δt|/time constant).
 
     The noise is independent for each head. The process continues between runs.
     """
@@ -33,7 +32,7 @@ class RelaxingNoise(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     constant_s = log_uniform(0.05, 30.0, random)
     return [RelaxingNoise(size * RAD_PER_ARCSEC, constant_s)]
 

@@ -1,4 +1,4 @@
-"""Heads whose readings are not latched at the same instant."""
+"""Models heads whose readings are not latched at the same instant."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class SamplingSkew(Cause):
-    """Head 2 is latched ``later_s`` after head 1."""
+    """Head 2 is latched later than head 1 by ``later_s``."""
 
     later_s: float
 
@@ -22,7 +22,7 @@ class SamplingSkew(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     us: Number
 
@@ -32,7 +32,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [SamplingSkew(sign(random) * size * 1e-6)]
 
 

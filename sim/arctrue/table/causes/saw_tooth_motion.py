@@ -1,4 +1,4 @@
-"""A cam that moves the axis away slowly and lets it snap back."""
+"""Models a cam that moves the axis away slowly and then lets it return fast."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class SawToothMotion(Cause):
-    """The axis moves on a line, ``order`` times a turn, from −amplitude to +amplitude and back.
+    """The axis moves along a line from −amplitude to +amplitude and back, ``order`` times a turn.
 
     ``rise`` is the share of a period in which the axis moves to +amplitude (½: a triangle; near 1:
     a saw tooth). The displacement is in the stator frame.
@@ -47,7 +47,7 @@ class SawToothMotion(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Order
     um: Number
@@ -67,7 +67,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     order, rise = int(random.integers(2, 6)), float(random.uniform(0.8, 0.97))
     return [SawToothMotion(order, size * MICROMETRE_M, angle(random), angle(random), rise)]
 

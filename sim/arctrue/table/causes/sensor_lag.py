@@ -1,4 +1,4 @@
-"""A temperature sensor that follows the temperature of the table late."""
+"""Models a temperature sensor that follows the temperature of the table with a delay."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from arctrue.table.temperature import TemperatureCourse
 
 @dataclass(frozen=True, slots=True)
 class SensorLag(Cause):
-    """The sensor has a heat capacity and follows with a lag of first order and this time
-    constant."""
+    """The sensor has a heat capacity and follows the temperature with a first-order lag of this
+    time constant."""
 
     constant_s: float
 
@@ -27,7 +27,7 @@ class SensorLag(Cause):
 
 
 def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [SensorLag(size * 60.0)]
 
 

@@ -1,4 +1,4 @@
-"""A bracket that settles after the start."""
+"""Models a bracket that settles after the start of the measurement."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class SettlingBracket(TurnedHead):
-    """The bracket of one head creeps back along the scale by angle·exp(−t/τ), seen from the axis.
+    """The bracket of one head creeps along the scale by angle·exp(−t/τ), an angle at the axis.
 
     With ``each_run`` the time counts from the start of every run, otherwise from the start of the
     first run.
@@ -37,7 +37,7 @@ class SettlingBracket(TurnedHead):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     arcsec: Number
     time_constant_s: Positive
@@ -46,12 +46,13 @@ class Values(Given, frozen=True):
     def physical(self, lines: int) -> SettlingBracket:
         """Return the cause that these values describe."""
         head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
-        # With ``each_run`` the time since the run's start counts pauses in full: see course.py.
+        # With ``each_run`` the time since the start of the run includes pauses in full: see
+        # course.py.
         return SettlingBracket(head, HEADS[head], angle, self.time_constant_s, each_run=True)
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     each_run = bool(random.integers(2))
     tau_s = float(random.uniform(4.0, 15.0) if each_run else random.uniform(20.0, 60.0))
     angle = sign(random) * size * RAD_PER_ARCSEC

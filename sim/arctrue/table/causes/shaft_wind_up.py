@@ -1,4 +1,4 @@
-"""The shaft between disc and table top winds up under friction."""
+"""Models a shaft between disc and table top that twists under friction."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from arctrue.table.draws import log_uniform, sign
 
 @dataclass(frozen=True, slots=True)
 class ShaftWindUp(Cause):
-    """Friction twists the disc against the table top by ±``angle_rad``, along a hysteresis loop.
+    """Friction twists the disc relative to the table top by ±``angle_rad``, along a hysteresis
+    loop.
 
     After a reversal the twist changes sign within a stroke, by Dahl's model of dry friction:
-    direction × angle × (1 − 2·exp(−travel/stroke)). With a stroke of 0, or where the travel since
-    the reversal is not known, it is direction × angle.
+    direction × angle × (1 − 2·exp(−travel/stroke)). With a stroke of 0, or if the travel since the
+    reversal is unknown, the twist is direction × angle.
     """
 
     angle_rad: float
     stroke_rad: float = 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> NDArray[np.float64]:
-        """Return the turn of the disc against the table top, shape ``(n,)``."""
+        """Return the angle of the disc relative to the table top, shape ``(n,)``."""
         turn = self.angle_rad * conditions.direction
         travel = conditions.since_reversal_rad
         if self.stroke_rad > 0.0 and travel is not None:
@@ -38,7 +39,7 @@ class ShaftWindUp(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     arcsec: Number
     stroke_deg: NotNegative = STROKE_DEG
@@ -49,7 +50,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     angle = sign(random) * size / 2 * RAD_PER_ARCSEC
     return [ShaftWindUp(angle, float(np.deg2rad(log_uniform(0.2, 10.0, random))))]
 

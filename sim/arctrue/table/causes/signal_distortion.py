@@ -1,4 +1,4 @@
-"""The sine and cosine signals of a head are not perfect."""
+"""Models errors of the sine and cosine signals of a head."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class SignalDistortion(Cause):
-    """The two signals of one head have offsets, unequal gains and a wrong phase.
+    """The two signals of one head have offsets, unequal gains, and a phase that differs from 90°.
 
     The interpolator takes atan2 of the two signals. An offset therefore causes an error with one
-    period per signal period, and gain or phase an error with two. Offsets and gain difference are
-    shares of the signals' amplitude.
+    period per signal period; a gain difference or a phase error causes an error with two periods.
+    Offsets and gain difference are shares of the signals' amplitude.
     """
 
     head: int
@@ -32,15 +32,15 @@ class SignalDistortion(Cause):
     cosine_offset: float = 0.0
     sine_offset: float = 0.0
     gain_difference: float = 0.0
-    """Difference g of the gains: the cosine has 1 + g/2, the sine 1 − g/2."""
+    """Difference g of the gains: the cosine has the gain 1 + g/2, the sine 1 − g/2."""
     phase_error_rad: float = 0.0
     """Deviation of the phase between sine and cosine from 90°."""
 
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """Return the interpolated minus the true place within the signal period, as an angle of the
-        disc."""
+        """Return the interpolated place minus the true place within the signal period, as an angle
+        of the disc."""
         if head != self.head:
             return 0.0
         phase = np.mod(disc_reading_rad * self.lines, 2 * np.pi)
@@ -52,7 +52,7 @@ class SignalDistortion(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     head: HeadNumber
     cosine_offset: Half = 0.0
@@ -73,7 +73,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     # If the offset is a share p of the amplitude, the error is p radians of the signal period.
     period_rad = size * RAD_PER_ARCSEC * GRATING_LINES
     found: list[Cause] = []

@@ -1,4 +1,4 @@
-"""A bracket that sticks while friction loads it, and then slips."""
+"""Models a bracket that sticks while friction loads it, and then slips."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class StickingBracket(TurnedHead):
-    """Between two slips the head creeps along the scale at one rate; at a slip it jumps back.
+    """Between two slips the head creeps along the scale at a constant rate; at each slip it jumps
+    back.
 
     The head slips at the instants ``slips_s``, which rise. In the mean interval between them it
     creeps from −angle to +angle, and therefore farther in a longer interval.
@@ -44,14 +45,14 @@ class StickingBracket(TurnedHead):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     head: HeadNumber
     arcsec: Number
     slips_s: tuple[Number, ...]
 
     def __post_init__(self) -> None:
-        """Refuse fewer than two instants, and instants that do not rise."""
+        """Raise ValueError for fewer than two instants, and for instants that do not rise."""
         rising("slips_s", self.slips_s, 2)
 
     def physical(self, lines: int) -> StickingBracket:
@@ -61,7 +62,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     head, mean_s = int(random.integers(2)), float(random.uniform(1.0, 6.0))
     slips = instants(mean_s, random, occasion)
     return [StickingBracket(head, HEADS[head], size * RAD_PER_ARCSEC, slips)]

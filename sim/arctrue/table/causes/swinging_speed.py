@@ -1,4 +1,4 @@
-"""A drive whose speed varies about the requested one."""
+"""Models a drive whose speed varies about the requested speed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.table.motion import Motion
 
 @dataclass(frozen=True, slots=True)
 class SwingingSpeed(Cause):
-    """The speed varies by the given share, ``order`` times a turn, because of unbalance or
+    """The speed varies by the share ``share``, ``order`` times a turn, because of unbalance or
     cogging."""
 
     share: float
@@ -20,7 +20,8 @@ class SwingingSpeed(Cause):
     phase_rad: float
 
     def driven(self, motion: Motion) -> Motion:
-        """Return the motion with a ripple of the angle that varies the speed by the share."""
+        """Return the requested motion with a ripple of the angle; the ripple varies the speed by
+        the share."""
         return replace(
             motion,
             ripple_rad=self.share / self.order,
@@ -30,7 +31,7 @@ class SwingingSpeed(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [SwingingSpeed(size / 100, int(random.integers(1, 9)), angle(random))]
 
 

@@ -1,4 +1,4 @@
-"""The centre of the disc moves with temperature."""
+"""Models a disc whose centre moves with the temperature."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class ThermalCentre(Cause):
-    """The hub expands to one side and moves the disc by ``rate_m_per_k`` (x + jy, table frame)."""
+    """The hub expands to one side and thereby moves the disc by ``rate_m_per_k`` (x + jy, table
+    frame)."""
 
     rate_m_per_k: complex
 
@@ -28,7 +29,7 @@ class ThermalCentre(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     um_per_k: Number
     direction_deg: Number = 0.0
@@ -40,7 +41,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [ThermalCentre(vector(size * MICROMETRE_M, random))]
 
 

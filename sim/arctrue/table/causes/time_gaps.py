@@ -1,4 +1,4 @@
-"""Rows that were not recorded because the link was busy."""
+"""Models rows that were not recorded because the data link was busy."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from arctrue.table.draws import log_uniform
 
 @dataclass(frozen=True, slots=True)
 class TimeGaps(Cause):
-    """Stretches of rows are missing: together the share ``share`` of all rows, each ``mean_rows``
-    long on average.
+    """Stretches of rows are missing: ``share`` of all rows, in stretches of ``mean_rows`` rows on
+    average.
 
     A stretch begins at every row with the same probability, and ends with another constant
     probability. The first and the last row of a run are always present.
@@ -42,7 +42,7 @@ class TimeGaps(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [TimeGaps(size / 100, log_uniform(3.0, 100.0, random))]
 
 

@@ -1,4 +1,4 @@
-"""A reference instrument that drifts to and fro during the measurement."""
+"""Models a reference instrument that drifts back and forth during the measurement."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class WanderingReference(Cause):
-    """The stand moves with air and temperature: an Ornstein–Uhlenbeck process with a time constant
-    of minutes."""
+    """Air and temperature move the stand: an Ornstein–Uhlenbeck process with a time constant of
+    minutes."""
 
     sigma_rad: float
     constant_s: float
 
     def instrument_noise(self, stations: Stations) -> Noise:
-        """Return one process over the stations."""
+        """Return one Ornstein–Uhlenbeck process over the stations."""
         return Noise.relaxing(
             np.array([self.sigma_rad]), np.array([self.constant_s]), stations.conditions.time_s
         )
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     constant_s = log_uniform(30.0, 1200.0, random)
     return [WanderingReference(size * RAD_PER_ARCSEC, constant_s)]
 

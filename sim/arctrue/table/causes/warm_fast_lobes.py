@@ -1,4 +1,4 @@
-"""A disc that changes its shape when it is warm and turns fast."""
+"""Models a disc that changes its shape when it is warm and turns fast."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class WarmFastLobes(Cause):
-    """The warm adhesive yields to the centrifugal force: the lines shift ∝ temperature rise ×
-    speed²."""
+    """The warm adhesive yields to the centrifugal force; the lines shift in proportion to
+    temperature rise × speed²."""
 
     order: int
     rate_rad_s2_per_k: float
@@ -36,7 +36,7 @@ class WarmFastLobes(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Order
     arcsec_s2_per_k: Number
@@ -49,7 +49,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [WarmFastLobes(int(random.integers(2, 6)), size * RAD_PER_ARCSEC, angle(random))]
 
 

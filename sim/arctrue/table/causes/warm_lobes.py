@@ -1,4 +1,4 @@
-"""A disc that changes its shape when it is warm."""
+"""Models a disc that changes its shape when it is warm."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class WarmLobes(Cause):
-    """The lines shift by an angle with ``order`` periods a turn, ∝ temperature rise (order 2: an
-    oval disc)."""
+    """The lines shift by an angle with ``order`` periods a turn, in proportion to the temperature
+    rise (order 2: an oval disc)."""
 
     order: int
     rate_rad_per_k: float
@@ -35,7 +35,7 @@ class WarmLobes(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Order
     arcsec_per_k: Number
@@ -48,7 +48,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [WarmLobes(2, size * RAD_PER_ARCSEC, angle(random))]
 
 

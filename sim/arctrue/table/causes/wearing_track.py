@@ -1,4 +1,4 @@
-"""A bearing track that wears out as the table turns."""
+"""Models a bearing track that wears as the table turns."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class WearingTrack(Cause):
-    """The axis moves ``order`` times a turn, more with every turn that the table has made.
+    """The axis moves ``order`` times a turn; the amplitude grows with every turn that the table has
+    made.
 
-    In the stator frame it moves along a line with the amplitude ``rate_m`` × turns; turns in either
-    direction count.
+    In the stator frame the axis moves along a line with the amplitude ``rate_m`` × turns; turns in
+    both directions count.
     """
 
     order: int
@@ -48,7 +49,7 @@ class WearingTrack(Cause):
 
 
 class Values(Given, frozen=True):
-    """Values that a scenario gives."""
+    """Values of this cause in a scenario file."""
 
     order: Order
     um_per_turn: Number
@@ -66,7 +67,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     rate = size * MICROMETRE_M / max(occasion.turns, 1.0)
     return [WearingTrack(int(random.integers(2, 7)), rate, angle(random), angle(random))]
 

@@ -1,4 +1,4 @@
-"""Noise of the readings that is independent from row to row."""
+"""Models noise of the readings that is independent from row to row."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class WhiteNoise(Cause):
-    """White noise with one standard deviation for each head's reading and one for the reference
-    instrument."""
+    """White noise has one standard deviation for each head's reading and another one for the
+    reference instrument."""
 
     head_rad: float = 0.0
     instrument_rad: float = 0.0
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise | None:
-        """Return noise with the same deviation in every row."""
+        """Return noise with the same standard deviation in every row."""
         return Noise.white(self.head_rad, conditions.time_s.size) if self.head_rad else None
 
     def instrument_noise(self, stations: Stations) -> Noise | None:
-        """Return noise with the same deviation in every row."""
+        """Return noise with the same standard deviation in every row."""
         rows = stations.conditions.time_s.size
         return Noise.white(self.instrument_rad, rows) if self.instrument_rad else None
 
 
 def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw the cause for a size in the recipe's unit."""
+    """Draw a cause of the given size, which is in the recipe's unit."""
     return [WhiteNoise(head_rad=size * RAD_PER_ARCSEC)]
 
 

@@ -1,4 +1,4 @@
-"""The reference instruments that measure the table: a polygon on the table and an
+"""Simulates the reference instruments that measure the table: a polygon on the table and an
 autocollimator."""
 
 from arctrue.table.instruments.autocollimator import Autocollimator

@@ -1,4 +1,4 @@
-"""An autocollimator that looks at the faces of a polygon."""
+"""Simulates an autocollimator that looks at the faces of a polygon."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Autocollimator:
-    """The errors of an autocollimator: one error for each face, and a random scatter.
+    """An autocollimator with two errors: a fixed error for each face, and a random scatter.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Autocollimator:
     def reading_rad(
         self, face: NDArray[np.intp], direction_rad: Float, random: np.random.Generator
     ) -> Float:
-        """Read the directions of faces.
+        """Return the readings of the directions of faces.
 
         Parameters
         ----------
@@ -37,7 +37,7 @@ class Autocollimator:
         direction_rad : ndarray, shape (n,)
             True direction, radians.
         random : numpy.random.Generator
-            Draws the scatter.
+            Source of the scatter.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""A polygon on the table as geometry: the direction in which a ray sees each of its faces."""
+"""Computes the geometry of a polygon on the table: the direction in which a ray sees each face."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ FACES = 24
 MOUNTING_OFFSET_M = 1e-6
 FLATNESS_M = 0.03e-6
 FACE_WIDTH_M = 10e-3
-"""Number of faces, distance from the axis, depth and width of a face of the polygon of the paper's
-section 4."""
+"""Polygon of the paper's section 4: number of faces, distance of a face from the axis, depth and
+width of a face."""
 
 
 def hollow_slope(flatness_m: float, sideways_m: Float, width_m: float) -> Float:
-    """Return the slope in radians of a hollow face at ``sideways_m`` off its centre, same shape.
+    """Return the slope in radians of a hollow face at ``sideways_m`` from its centre, in the same
+    shape.
 
     The face is a parabola of depth ``flatness_m`` over ``width_m``: 8·offset·flatness/width²,
     equation (14) of the paper.
@@ -28,7 +29,7 @@ def hollow_slope(flatness_m: float, sideways_m: Float, width_m: float) -> Float:
 
 @dataclass(frozen=True)
 class Polygon:
-    """The true geometry of the faces relative to the certificate.
+    """True geometry of the faces, as deviations from the certificate.
 
     Parameters
     ----------
@@ -61,9 +62,9 @@ class Polygon:
     def direction_rad(self, face: NDArray[np.intp], deviation_rad: Float) -> Float:
         """Return the direction about the axis in which the ray sees each face.
 
-        The ray meets the face off its centre by the sideways part of the mounting offset; there a
-        hollow mirror (a parabola of depth ``flatness_m``) has another slope. By the law of
-        reflection in space, a tilted face reflects into another horizontal direction than an
+        The ray meets the face at a distance from its centre, the sideways part of the mounting
+        offset; there a hollow mirror (a parabola of depth ``flatness_m``) has another slope. By the
+        law of reflection in space, a tilted face reflects into another horizontal direction than an
         upright one.
 
         Parameters
@@ -71,7 +72,7 @@ class Polygon:
         face : ndarray of int, shape (n,)
             Number of the face.
         deviation_rad : ndarray, shape (n,)
-            Angle of the table less the nominal angle of the face, radians.
+            Angle of the table minus the nominal angle of the face, radians.
 
         Returns
         -------

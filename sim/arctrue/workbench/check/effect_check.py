@@ -1,4 +1,4 @@
-"""Checks of one effect on the rows of one set, each with its outcome in words."""
+"""Checks one effect on the rows of one set, and describes each outcome in words."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _units(effect: Effect) -> Check:
 
 
 class _Subject:
-    """An effect, the rows, and its columns at the places of its search."""
+    """An effect, the rows of a set, and the effect's columns at the places of its search."""
 
     def __init__(self, effect: Effect, observations: Observations) -> None:
         self.effect = effect
@@ -222,8 +222,8 @@ class _Subject:
     def searched(self) -> Check:
         faults = []
         for item in self.effect.search:
-            # The places exclude the ends of the range, because the ends of an angle's range may be
-            # the same place.
+            # The places exclude the ends of the range, because both ends of an angle's range may be
+            # one place.
             low, high = _value(item, 0.3), _value(item, 0.9)
             # Two parameters may exclude each other, as the order and the frequency of a line do:
             # a parameter passes if it acts at any one place.
@@ -341,8 +341,8 @@ def _stands_for(pattern: str, name: str) -> bool:
 
 
 def _value(item: SearchParameter, share: float) -> float:
-    """Return the value at ``share`` of the range of a search parameter; an integer where it must be
-    one."""
+    """Return the value at ``share`` of the range of a search parameter; an integer if the parameter
+    is an integer."""
     value = item.low + share * (item.high - item.low)
     return float(round(value)) if item.integer else value
 

@@ -12,7 +12,7 @@ Float = NDArray[np.float64]
 STEP = 1e-3
 """Step of a coefficient, in its unit; a linear formula has the same difference at any step."""
 FAR = 1.0
-"""Change of the coefficients in the test whether the formula is linear."""
+"""Change of the coefficients in the test of the formula's linearity."""
 ROUNDING = 1e-6
 """Share of the largest difference that rounding may cause: a step of 1e-3 leaves 13 of 16 digits,
 with a margin."""
@@ -65,7 +65,7 @@ def _difference(forward: Forward, at: dict[str, float], name: str, step: float) 
 
 
 def _hint(column: Float, slope: Float) -> str:
-    """Return the ratio of column and slope in words, if all rows have the same one."""
+    """Describe the ratio of column to slope in words, if the ratio is the same in all rows."""
     square = float(slope @ slope)
     if square == 0.0:
         return "; the formula does not know this coefficient"

@@ -35,8 +35,8 @@ class ChannelComparison:
 
 @dataclass(frozen=True)
 class ModelComparison:
-    """Comparison of both channels, with the maps and the findings, each finding before its
-    shadows."""
+    """Comparison of both channels, with the maps and the findings; each finding comes before the
+    weaker findings that resemble it (its shadows)."""
 
     channels: dict[str, ChannelComparison]
     maps: list[ResidualMap]

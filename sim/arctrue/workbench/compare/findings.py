@@ -1,4 +1,5 @@
-"""Conditions that the residual follows, in words, and those that only resemble a stronger one.
+"""Describes in words the conditions that the residual follows, and marks conditions that only
+resemble a stronger one.
 
 Temperature and time rise together in a warming run, so that both "explain" the same variance. The
 strongest condition is removed from the residual first. The share that another condition still
@@ -32,13 +33,14 @@ SHADOW_SHARE = 0.25
 """A condition is a shadow if it keeps less than this part of its share after a stronger condition
 was removed."""
 MOST_TAKEN = 4
-"""Largest number of conditions that are removed one after another; later ones are too small to
-rank."""
+"""Largest number of conditions that are removed one after another; later conditions are too small
+to rank."""
 
 
 @dataclass(frozen=True)
 class ExcessOf:
-    """RMS of one channel's residual, and its excess over the noise, to which the shares refer."""
+    """RMS of one channel's residual, and the excess of this RMS over the noise; shares are parts of
+    the excess."""
 
     rows: int
     rms_arcsec: float
@@ -66,9 +68,10 @@ class Finding:
     share: float
     """Share of the excess that follows the condition alone."""
     share_beyond: float
-    """Share of the excess that follows the condition after all stronger ones were removed."""
+    """Share of the excess that follows the condition after all stronger conditions were removed."""
     shadow_of: str | None
-    """The stronger condition that it resembles, if it adds little to that one."""
+    """The stronger condition that this condition resembles; None if this condition explains much
+    beyond it."""
     text: str
 
 
@@ -145,7 +148,7 @@ def _centred(residuals: Residuals, channel: str) -> Float:
 def ranked_findings(
     residuals: Residuals, maps: Sequence[ResidualMap], excess: Mapping[str, ExcessOf]
 ) -> list[Finding]:
-    """Return all findings: the independent ones first, each followed by its shadows."""
+    """Return all findings: the independent findings first, each followed by its shadows."""
     found: list[Finding] = []
     for channel, reference in excess.items():
         found += _ranked(residuals, channel, maps, reference)
@@ -162,7 +165,8 @@ def ranked_findings(
 
 
 def _products(residuals: Residuals, channel: str, known: set[str]) -> list[_Follower]:
-    """Return the products of parts that the residuals follow beyond chance, without known ones."""
+    """Return the products of parts that the residuals follow beyond chance, without the products in
+    ``known``."""
     found: list[_Follower] = []
     for item in best_parts(residuals, look_alikes=True):
         if corrected_p_value(item.gain, item.rank, item.trials, 1) > SIGNIFICANCE:

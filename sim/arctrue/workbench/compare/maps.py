@@ -1,4 +1,5 @@
-"""Residuals against one condition at a time: mean in bins, and the variance that it explains."""
+"""Maps the residual against one condition at a time: mean in bins, and the variance that the bins
+explain."""
 
 from __future__ import annotations
 
@@ -37,7 +38,7 @@ class ResidualMap:
     null_share: float
     """Largest share that draws of the fitted noise reach by chance alone."""
     group: Integer = field(repr=False, compare=False)
-    """Number of the bin of every row, shape (rows,)."""
+    """Bin number of every row, shape (rows,)."""
     bins: int
     goes_round: bool = False
     """True for a condition that returns to its start: an angle or a phase."""

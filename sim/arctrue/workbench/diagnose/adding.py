@@ -1,4 +1,5 @@
-"""Residuals of the model with each effect added, in the same way as ``arctrue add`` adds it."""
+"""Computes residuals of the model with one more effect, which is added as ``arctrue add`` adds
+it."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ from arctrue.workbench.inference.solution import Solution
 
 @dataclass(frozen=True, eq=False)
 class Adding:
-    """Adds one effect at a time to the model of ``base``, which is a fit of its terms; keeps each
-    result."""
+    """Adds one effect at a time to the model of ``base``, and keeps each residual; ``base`` is a
+    fit of the model's terms."""
 
     base: Solution
     effects: Mapping[str, type[Effect]]

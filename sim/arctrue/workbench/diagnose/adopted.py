@@ -1,4 +1,4 @@
-"""A product of parts that a user has adopted as an effect under a name of its own."""
+"""Makes a product of parts an effect with its own name, which a user adopts by an effect file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class AdoptedProduct(ProductOfParts):
     defaults: ClassVar[dict[str, object]] = {}
 
     def __init_subclass__(cls, **keywords: Any) -> None:
-        """Make the attributes the defaults of the settings."""
+        """Use the class attributes as the defaults of the settings."""
         super().__init_subclass__(**keywords)
         if "defaults" not in vars(cls):
             cls.defaults = {

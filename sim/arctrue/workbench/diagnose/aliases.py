@@ -1,4 +1,5 @@
-"""Orders that the samples of a capture, or the stations of a reference, cannot distinguish."""
+"""Finds orders that the samples of a capture, or the stations of a reference, cannot
+distinguish."""
 
 from __future__ import annotations
 
@@ -15,9 +16,9 @@ from arctrue.workbench.inference.scan import (
 from arctrue.workbench.observations import Observations
 
 UNEVEN = 1e-3
-"""Largest relative difference between distances of even stations: with 360 stations, it changes the
-phase of the 360th order by 0.4° from one station to the next, so that orders and their aliases look
-equal."""
+"""Largest relative difference between distances of even stations: with 360 stations, this
+difference changes the phase of the 360th order by 0.4° from one station to the next, so that orders
+and their aliases look equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0
 """Highest listed alias: orders above it are not searched."""
 
@@ -52,7 +53,7 @@ def _of_samples(item: Candidate) -> list[float]:
 
     Each order is scored on the rows themselves: runs that start at different angles or have other
     numbers of samples per turn exclude an alias, and so does a reference. The list is empty for an
-    effect that was not weighed.
+    effect without evidence.
     """
     order = item.nonlinear.get("order", 0.0)
     if order <= 0.0 or item.evidence is None:

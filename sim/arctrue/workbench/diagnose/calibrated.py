@@ -1,14 +1,16 @@
-"""Probability that an answer of a given kind and grounds is right: a logistic function of features.
+"""Calculates the probability that an answer of a given kind is right, as a logistic function of
+features.
 
-Each kind of answer has a constant of its own, and ``unknown`` one for each of its grounds; the
-features have one coefficient for all kinds. The coefficients are uncertain, so that the value for
-an answer unlike the fitted answers is uncertain too. The stated probability is the mean over this
-uncertainty, which is nearer to one half (MacKay, Neural Comput. 4 (1992) 720). The number of
-counted answers of a kind limits the stated probability of such an answer (rule of succession).
+Each kind of answer has a constant of its own, and ``unknown`` has a constant for each of its
+grounds; the features have one coefficient for all kinds. The coefficients are uncertain, so that
+the value for an answer unlike the fitted answers is uncertain too. The stated probability is the
+mean over this uncertainty, which is nearer to one half (MacKay, Neural Comput. 4 (1992) 720). The
+number of counted answers of a kind limits the stated probability of such an answer (rule of
+succession).
 
 ``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the
 benchmark, whose sets come from two generators, and prints the score of one generator's coefficients
-on the sets of the other.
+on the sets of the other generator.
 """
 
 from __future__ import annotations
@@ -38,17 +40,17 @@ FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 ``stated.csv``. The scores of the chosen features are a little optimistic; only answers that were
 made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
-"""Least distance of the evidence from 0 and 1: likelihoods do not determine the probability of a
-form more exactly."""
+"""Least distance of the evidence from 0 and 1: likelihoods do not determine a probability more
+exactly."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
-"""Largest ratio of the remaining RMS to the noise of the repeats; larger ratios count as this
-one."""
+"""Largest ratio of the remaining RMS to the noise of the repeats; larger ratios are replaced by
+this limit."""
 MOST_NOT_WHITE = 20.0
-"""Largest −log₁₀ p of whiteness; larger values count as this one."""
+"""Largest −log₁₀ p of whiteness; larger values are replaced by this limit."""
 LIKE_BENCHMARK = 2
-"""Number of differences (:mod:`distance`) from which on a set is reported as unlike the
+"""Smallest number of differences (:mod:`distance`) at which a set is reported as unlike the
 benchmark."""
 
 
@@ -64,8 +66,8 @@ class Calibration:
         """Return the mean of the logistic function of a row (n,) of features over the uncertain
         coefficients.
 
-        After n answers of a kind that were all right, the next one is right with probability (n +
-        1)/(n + 2) (Laplace); this limits the stated probability on both sides.
+        If n answers of a kind were all right, the next answer is right with probability (n + 1)/(n
+        + 2) (Laplace); this limits the stated probability on both sides.
         """
         value = float(row @ self.coefficients)
         variance = float(row @ self.covariance @ row)

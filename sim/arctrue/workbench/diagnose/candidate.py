@@ -1,4 +1,4 @@
-"""One effect, tested on the residuals of a model."""
+"""Holds the test of one effect on the residuals of a model."""
 
 from __future__ import annotations
 
@@ -36,9 +36,10 @@ class Candidate:
     trials: float
     solution: Solution
     delta_bic: float
-    """BIC before minus BIC after, with a charge for each searched place: above 0 is better."""
+    """BIC before minus BIC after, reduced for each searched place; above 0 the effect improves the
+    model."""
     size_arcsec: dict[str, float]
-    """RMS by which the effect changes the prediction where it acts, by channel."""
+    """RMS of the effect's change of the prediction where the effect acts, by channel."""
     p_corrected: float
     rows: int
     """Number of rows of the channels that the effect changes; only these rows determine its
@@ -46,7 +47,7 @@ class Candidate:
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
     """Number of places by which p is corrected, if the places have unequal shares of the
-    false-alarm probability."""
+    false-alarm probability; otherwise None."""
     asked: Effect | None = None
     """The effect as it was before its settings were restricted to the form that the residuals show;
     None for a product of parts."""
@@ -77,7 +78,7 @@ class Candidate:
 
     @cached_property
     def moved_arcsec(self) -> dict[str, float]:
-        """RMS over every row by which the effect changes the prediction, by channel."""
+        """RMS of the effect's change of the prediction over all rows, by channel."""
         if self.evidence is None:
             return self.size_arcsec
         before = self.evidence.base.solution
@@ -120,7 +121,7 @@ def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.fl
 
 
 def sizes_arcsec(before: Solution, after: Solution) -> dict[str, float]:
-    """Return the RMS of the change of the prediction over the rows where it changes, by channel."""
+    """Return the RMS change of the prediction by channel, over the rows where the effect acts."""
     return {
         channel: _acting_rms(change) for channel, change in changes_arcsec(before, after).items()
     }

@@ -1,8 +1,9 @@
-"""Every effect and every product of parts, tested on the residuals of one model with its noise.
+"""Tests every effect and every product of parts on the residuals of one model, with the model's
+noise.
 
 This is the first stage after the faults of the data: searches and score tests.
-:mod:`arctrue.workbench.diagnose.evidence` weighs each candidate for a name with the noise estimated
-for it.
+:mod:`arctrue.workbench.diagnose.evidence` weighs each candidate that may be named, with the noise
+estimated for this candidate.
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ def tried_effects(
 def regular_candidates(
     residuals: Residuals, causes: Sequence[RegularCause], tests: int
 ) -> list[Candidate]:
-    """Return one candidate for each effect that a forward search named: that of its largest
-    cause."""
+    """Return one candidate for each effect that a forward search named: the candidate of the
+    effect's largest cause."""
     found: dict[str, Candidate] = {}
     for cause in causes:
         form, place = cause.effect.at_place(residuals, cause.nonlinear)
@@ -70,11 +71,12 @@ def regular_candidates(
 def with_regular(
     candidates: Sequence[Candidate], lines: Sequence[Candidate], found: Findings
 ) -> list[Candidate]:
-    """Return the candidates, with those of a forward search in place of others of the same name.
+    """Return the candidates, with a candidate of a forward search in place of each other candidate
+    of the same name.
 
-    A line is left out if the forward search covered its place and found no line there: noise drives
-    a resonance at that place, or the line is in half of the record only. A line above the searched
-    rates stays if it is the larger one.
+    A line is left out if the forward search covered its place and found no line there: such a line
+    is a resonance driven by noise, or exists in half of the record only. A line above the searched
+    rates stays if it is larger than the line of the forward search.
     """
     larger = {
         item.name
@@ -148,8 +150,8 @@ def _candidate(
 
 
 def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
-    """Return what the set lacks for orders that do not complete a period on the arc of the
-    reference.
+    """Return, in words, the data that the set lacks for orders that do not complete a period on the
+    arc of the reference.
 
     Such orders are a slow curve, like a drift, and contain no information about the disc.
     """

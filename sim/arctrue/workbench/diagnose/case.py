@@ -1,4 +1,5 @@
-"""A survey with the quantities that the rules need, each calculated once, on first use."""
+"""Holds a survey and the quantities that the rules need; each quantity is calculated once, on first
+use."""
 
 from __future__ import annotations
 
@@ -37,7 +38,7 @@ NEAR_TIE = 6.0
 """ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Relative difference up to which two gains count as those of the same columns; a search determines
+"""Relative difference up to which two gains count as gains of the same columns; a search determines
 the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
 """p below which a lack of fit is sure."""
@@ -45,19 +46,19 @@ REFUSED_P = LACK_OF_FIT
 """p below which an effect that fits, but is refused as a name, counts as a lack of fit; it equals
 the p of a sure lack of fit."""
 LEAST_COLOUR = 0.02
-"""Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows a
-smaller sum, from a difference to the noise model of a fiftieth of the variance, is significant too,
-but it changes no σ by more than 1 %."""
+"""Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
+difference of a fiftieth of the variance from the noise model gives a smaller sum that is
+significant too, but this difference changes no σ by more than 1 %."""
 AGAIN = 3
 """Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3
-"""Largest number of effects that are tested one after another, each with those before it in the
-model."""
+"""Largest number of effects that are tested one after another, each with the effects before it in
+the model."""
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A survey with the quantities that the rules need, each calculated once."""
+    """A survey and the quantities that the rules need; each quantity is calculated once."""
 
     survey: Survey
     effects: Mapping[str, type[Effect]]
@@ -67,7 +68,7 @@ class Case:
     """Function that applies the rules of the verdict to a case."""
     depth: int = 1
     adding: Adding | None = None
-    """Object that adds effects to the model as a command adds them; None: they are added to the
+    """Object that adds effects to the model as a command adds them; None: effects are added to the
     model of the survey."""
 
     @cached_property
@@ -110,7 +111,7 @@ class Case:
         """The first effect that fits and matters, but that held-out rows, passes or speeds
         contradict.
 
-        The real error resembles this effect, but is not this effect.
+        The real error only resembles such an effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -126,8 +127,8 @@ class Case:
     def best(self) -> Candidate | None:
         """The first of ``real``, or a larger effect that contains it and adds more than chance.
 
-        A regular cause that explains more error replaces it. A regular cause also replaces drifts
-        and events, because the prediction of blocks cannot judge what happens once.
+        A regular cause that explains more error replaces this effect. A regular cause also replaces
+        drifts and events, because the prediction of blocks cannot judge an event that happens once.
         """
         found, regular = _large_enough(self.real), self.regular
         if found is None or regular is None or found is regular:
@@ -143,8 +144,9 @@ class Case:
 
     @cached_property
     def product(self) -> Candidate | None:
-        """The product of parts that passes the same tests as an effect. Its p is corrected for all
-        places; a ΔBIC above 0 is not required, because it would correct for the places twice."""
+        """The product of parts that passes the same tests as an effect. The p of this product is
+        corrected for all places; a ΔBIC above 0 is not required, because ΔBIC would correct for the
+        places twice."""
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
@@ -165,12 +167,12 @@ class Case:
 
     @cached_property
     def others(self) -> dict[str, Candidate]:
-        """Every other candidate by its name."""
+        """Every candidate except the best, by its name."""
         return {item.name: item for item in self.survey.candidates if item is not self.best}
 
     @cached_property
     def oscillation(self) -> Oscillation | None:
-        """A damped oscillation in the noise, larger than what is negligible.
+        """A damped oscillation in the noise, larger than the negligible size.
 
         In a capture, the oscillation is searched for if the whitened residuals are not white, or if
         an effect was found or refused.
@@ -211,7 +213,7 @@ class Case:
 
     @cached_property
     def similar(self) -> Similar:
-        """Candidates that this data cannot distinguish from the best.
+        """Candidates that this data cannot distinguish from the best effect.
 
         An order of the disc above half the samples per turn may be the alias of a line of any
         order.
@@ -223,8 +225,8 @@ class Case:
 
     @cached_property
     def rivals(self) -> list[Candidate]:
-        """Candidates in ``similar`` without more coefficients than the best, and the larger ones
-        that are as likely."""
+        """Candidates in ``similar`` without more coefficients than the best effect, and larger
+        candidates that are as likely."""
         best, similar = self.best, self.similar
         assert best is not None
         larger = [self.others[name] for name in similar.larger]
@@ -233,8 +235,8 @@ class Case:
 
     @cached_property
     def look_alikes(self) -> dict[str, list[str]]:
-        """Effects that this set cannot test and whose columns look like those of the best effect,
-        each with what the set lacks."""
+        """Effects that this set cannot test and whose columns look like the best effect's, each
+        with the data that the set lacks."""
         best, survey = self.best, self.survey
         if best is None or best.effect.unspecific:
             return {}
@@ -242,13 +244,14 @@ class Case:
 
     @cached_property
     def confounded(self) -> Candidate | None:
-        """The error of the best effect with another condition as its factor, where these rows
-        cannot distinguish the two conditions."""
+        """An effect with the error of the best effect as a function of another condition, where
+        these rows cannot distinguish the two conditions; otherwise None."""
         return None if self.best is None else confounded_with(self.best, NEAR_TIE)
 
     @cached_property
     def stand_in(self) -> Candidate | None:
-        """A product of parts that explains the same error as the best and is not in its class."""
+        """A product of parts that explains the same error as the best effect and is not in the
+        class of that effect."""
         best, product = self.best, self.product
         assert best is not None
         if product is None or not stands_in(best, product):
@@ -257,7 +260,8 @@ class Case:
         return None if any(_same(item, product) for item in members) else product
 
     def with_it(self, item: Candidate | None) -> Case | None:
-        """Return the case whose model also has this effect; None if the rules do not need it."""
+        """Return the case whose model also has this effect; None if the rules do not need this
+        case."""
         if item is None or self.depth >= DEEPEST:
             return None
         if self.best is item:
@@ -268,7 +272,7 @@ class Case:
 
     @cached_property
     def with_best(self) -> Case | None:
-        """The case with the best effect in the model; None if the rules do not need it."""
+        """The case with the best effect in the model; None if the rules do not need this case."""
         if self.best is None or self.depth >= DEEPEST:
             return None
         return replace(
@@ -291,7 +295,8 @@ class Case:
 
     @cached_property
     def before_and_after(self) -> tuple[Left, Left] | None:
-        """Residuals of the model without and with the best effect; None if it cannot be added."""
+        """Residuals of the model without and with the best effect; None if the effect cannot be
+        added."""
         after = None if self.best is None else self._added.after(self.best.name)
         return None if after is None else (self.before, after)
 
@@ -343,8 +348,8 @@ class Case:
 
     @cached_property
     def ranked(self) -> list[Candidate]:
-        """All candidates: first the candidate that the decision states, even if negligible ones fit
-        as well."""
+        """All candidates, first the candidate that the decision names, even if a negligible
+        candidate fits as well."""
         first = self.decision.spoken_of
         others = [item for item in self.survey.candidates if item is not first]
         return others if first is None else [first, *others]

@@ -1,4 +1,4 @@
-"""Candidates that this data cannot distinguish from the best one."""
+"""Finds the candidates that this data cannot distinguish from the best candidate."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 LEAST_SHARE = 0.5
-"""Least share of the best candidate's gain that a candidate needs to be in its class."""
+"""Least share of the best candidate's gain that another candidate needs to be in the class of the
+best candidate."""
 NOTHING_LEFT_P = 0.001
-"""Smallest p, corrected for all searched places, at which an effect adds nothing to a model that
-has the other effect."""
+"""Smallest p, corrected for all searched places, at which an effect adds nothing to a model with
+the other effect."""
 OF_THE_SAME_KIND = 0.1
 """Share of the first effect's gain, and of its mean square, that separates two cases. A larger
 remainder, a third of the effect's size, may be a part of the effect's own shape that the catalogue
@@ -30,8 +31,8 @@ are equal."""
 
 @dataclass
 class Similar:
-    """Names of the candidates that this data cannot distinguish from the best: those without more
-    coefficients, and larger ones that contain the best."""
+    """Names of the candidates that this data cannot distinguish from the best candidate: candidates
+    without more coefficients, and larger candidates that contain the best candidate."""
 
     equals: list[str] = field(default_factory=list)
     larger: list[str] = field(default_factory=list)
@@ -64,10 +65,10 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
 
 
 def adds(item: Candidate, other: Candidate) -> bool:
-    """Tell whether the first effect still gains more than chance when the other is in the model.
+    """Tell whether ``item`` still gains more than chance when ``other`` is in the model.
 
-    Both gains use the same noise: the noise estimated with the first in the model or, if there is
-    none, with the other.
+    Both gains use the same noise: the noise estimated with ``item`` in the model or, if there is
+    none, with ``other`` in the model.
     """
     known = item.evidence or other.evidence
     solution, share = other.solution, 1.0
@@ -84,11 +85,11 @@ def adds(item: Candidate, other: Candidate) -> bool:
 
 
 def lead(item: Candidate, other: Candidate) -> float:
-    """Return twice the log of the ratio of the evidence of the first to that of the other.
+    """Return twice the log of the evidence of ``item`` divided by the evidence of ``other``.
 
-    Both have the same noise, and each is a family of coefficients of one size
-    (:func:`family_gain`): a BIC would penalise the 23 faces of a polygon as if each had a size of
-    its own.
+    Both effects have the same noise, and each effect is a family of coefficients of one size
+    (:func:`family_gain`): a BIC would penalise the 23 faces of a polygon as if each face had a size
+    of its own.
     """
     known = item.evidence or other.evidence
     if known is None:
@@ -124,7 +125,7 @@ def family_gain(score: Score) -> float:
 
 
 def stands_in(best: Candidate, other: Candidate) -> bool:
-    """Tell whether the best effect, with the other in the model, adds at most the gain that its
+    """Tell whether the best effect, with ``other`` in the model, adds at most the gain that its
     search finds by chance."""
     return not adds(best, other)
 
@@ -144,8 +145,8 @@ def _explained(line: Candidate, other: Candidate) -> bool:
 
 
 def of_its_order(line: Candidate, other: Candidate) -> bool:
-    """Tell whether the other effect searched the disc order at which the line is, and explains most
-    of the line.
+    """Tell whether the other effect searched the disc order of the line, and explains most of the
+    line.
 
     A line has a size and a phase for each head, so that it also fits small changes of an order of
     the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The line must gain as

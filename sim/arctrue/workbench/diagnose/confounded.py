@@ -1,7 +1,8 @@
-"""Finds conditions that changed together: an error that grows with one also grows with the other.
+"""Finds conditions that changed together: an error that grows with one condition also grows with
+the other condition.
 
-A run that warms evenly cannot distinguish the influence of temperature from that of time, however
-sure it is that something drifts.
+A run that warms evenly cannot distinguish the influence of temperature from the influence of time,
+however certain a drift is.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ from arctrue.workbench.inference.design_matrix import Term
 
 ALIKE = 0.98
 """Smallest canonical correlation, with the model projected out, at which columns count as equal.
-With one effect in the model, 4 % of the other's gain remains at this correlation; this exceeds a
-near tie of 6 only for a gain above 150."""
+With one effect in the model, 4 % of the gain of the other effect remains at this correlation; this
+exceeds a near tie of 6 only for a gain above 150."""
 FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "reference")
 
 
 def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
-    """Return the same error as a function of another condition of the set, if the rows cannot
-    distinguish the two conditions. If several conditions qualify, return the most probable.
+    """Return the error of ``best`` as a function of another condition of the set, if the rows
+    cannot distinguish the two conditions. If several conditions qualify, return the most probable.
 
     The result is None where ``best`` does not state its parts, or where the rows decide: twice the
     log likelihood of ``best`` is ``near_tie`` or more ahead.

@@ -1,4 +1,5 @@
-"""Coverage of a verdict: sizes that would have been found, and effects that the set cannot test."""
+"""Determines the coverage of a verdict: sizes that would have been found, and effects that the set
+cannot test."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import Observations
 
 MOST_UNTESTED = 0.5
-"""Largest share of untestable effects with which a set may still say that nothing is missing.
+"""Largest share of untestable effects with which a set may still support the verdict that nothing
+is missing.
 
 With half of the catalogue unseen, the priors of :mod:`probabilities` give odds of 0.5 : (0.4/2 +
 0.01), 2.4 to 1, that nothing is missing; above 3 to 1 evidence is "positive" (Kass and Raftery, J.
@@ -38,15 +40,16 @@ COLOURED_SHARE = 0.99
 noise is then ten times the scatter of a single reading, and any effect that changes as slowly would
 count as noise."""
 UNSEEN_SHARE = 0.5
-"""Largest share of the generic effects that may need an RMS above that of the whole residual to be
-found; above this share, the set could not show most of what may be missing. Chosen, not calibrated.
+"""Largest share of the generic effects that may need an RMS above the RMS of the whole residual to
+be found; above this share, the set could not show most of what may be missing. Chosen, not
+calibrated.
 """
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
-"""Orders of the angle that represent all others: slow and fast, whole and half. None is an effect
+"""Orders of the angle that represent all orders: slow and fast, whole and half. None is an effect
 without a wave."""
 HIGHEST_BLIND_ORDER = 1000
-"""Highest order up to which blind orders are listed; at 33° there are 8 of them. The list is only
-shown and decides nothing."""
+"""Highest order up to which blind orders are listed; with heads at 33° there are 8 blind orders.
+The list is only shown and decides nothing."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,8 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Blindness:
-    """Reason why the set cannot show that the model is adequate, and the measurement that could."""
+    """Reason why the set cannot show that the model is adequate, and the measurement that could
+    show it."""
 
     reason: str
     next_measurement: str
@@ -119,7 +123,8 @@ def blind_orders(residuals: Residuals) -> list[int]:
 def blindness(
     residuals: Residuals, found: Coverage, residual_rms_arcsec: Mapping[str, float], matters: float
 ) -> Blindness | None:
-    """Return why the set does not support the verdict "adequate"; None where it does."""
+    """Return the reason why the set does not support the verdict "adequate"; None if it supports
+    it."""
     return (
         _little_testable(found)
         or _slow_noise(residuals, matters)
@@ -130,12 +135,13 @@ def blindness(
 def effect_or_noise(
     candidates: Sequence[Candidate], tests: int, matters: float
 ) -> Blindness | None:
-    """Return the effects that matter and explain the rows as well as slow noise does; None without
-    any.
+    """Return the effects that matter and explain the rows as well as slow noise does; None if there
+    is no such effect.
 
-    Such an effect is significant with the noise that remains when it is in the model, but not with
-    the larger slow noise of the model without it, and the likelihoods cannot distinguish the two.
-    ``tests``: number of candidates by which its p is corrected.
+    Such an effect is significant with the noise estimated with the effect in the model, but not
+    with the larger slow noise of the model without the effect, and the likelihoods cannot
+    distinguish the two models. ``tests``: number of candidates by which the effect's p is
+    corrected.
     """
     alike = [
         item.name
@@ -157,7 +163,7 @@ def effect_or_noise(
 
 
 def _p_with(item: Candidate, score: Score, tests: int) -> float:
-    """Return p of an effect with the noise that remains when it is in the model, at that noise's
+    """Return p of an effect with the noise estimated with the effect in the model, at that noise's
     degrees of freedom."""
     return corrected_p_value(score.gain, score.rank, item.trials, tests, item.freedom)
 

@@ -1,4 +1,4 @@
-"""Faults of the data themselves, which are searched before any effect.
+"""Finds faults of the data, before any effect is searched.
 
 A deviation that stays (a slip, a settling), recurs at the same angle (a scratch) or continues
 everywhere (a vibration) is a real deviation of the table. A deviation of one row or a few rows,
@@ -27,8 +27,8 @@ Boolean = NDArray[np.bool_]
 STEP_TOLERANCE = 0.1
 """Relative deviation from the steps around it up to which a step is plausible."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""A run counts as meant to be whole turns if its number of turns is within this distance of a whole
-number."""
+"""Largest distance of a run's number of turns from a whole number at which the run counts as meant
+to be whole turns."""
 LEAST_GAP_STEPS = 3.0
 """Number of usual steps above which a step means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
@@ -53,9 +53,9 @@ row to row."""
 
 
 def data_faults(observations: Observations) -> list[str]:
-    """Return what is wrong with the rows, in words: file, run, row, expected value, found value."""
+    """Describe the faults of the rows, each with file, run, row, expected value and found value."""
     found: list[str] = []
-    # All rows of a long capture are examined, not only those that the statistics use.
+    # All rows of a long capture are examined, not only the rows that the statistics use.
     for rows in observations.pairs():
         found += _separation_fault(rows)
         spans = run_spans(rows.run)
@@ -64,7 +64,7 @@ def data_faults(observations: Observations) -> list[str]:
         if rows.head == 2:
             found += _cut_runs(rows, spans)
             found += _temperature_faults("capture", rows.temperature_c, observations.sample_line)
-    # A fault of head 1 or of the time stamps is found once with each of the other heads.
+    # A fault of head 1 or of the time stamps is found again in the difference to every other head.
     found = list(dict.fromkeys(found))
     stations = observations.every_reference_row
     if stations is not None:
@@ -152,7 +152,7 @@ def _step_faults(
 
 def _expected_step(step: Float, passed_s: Float | None) -> Float:
     """Return the expected step of each row: the median of the steps around it. With ``passed_s``,
-    it is the median speed around the row times the time that passed."""
+    the expected step is the median speed around the row times the time that passed."""
     if passed_s is None:
         return np.asarray(median_filter(step, size=AROUND_ROWS, mode="nearest"))
     usual_s = float(np.median(passed_s[passed_s > 0.0]))

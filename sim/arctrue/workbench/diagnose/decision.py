@@ -1,4 +1,4 @@
-"""The decision on a set: its verdict and the results on which it rests."""
+"""Holds the decision on a set: the verdict and the results on which it rests."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ class Decision:
     described: Candidate | None = None
     """The product of parts that explains an error which no known effect explains."""
     confounded: bool = False
-    """True where ``described`` is the error of the first effect with another condition as its
-    factor, and the rows cannot distinguish the two conditions."""
+    """True if ``described`` is the error of the first effect as a function of another condition,
+    and the rows cannot distinguish the two conditions."""
     unconfirmed: str | None = None
     """Reason why an effect that fits, and has no rival, is not named."""
     look_alikes: Mapping[str, list[str]] = field(default_factory=dict)
     resembles: Candidate | None = None
-    """The effect of the catalogue that an unknown one looks like."""
+    """Effect of the catalogue that the unknown effect resembles."""
     unlike: str | None = None
-    """Reason why the unknown effect is not the one in ``resembles``."""
+    """Reason why the unknown effect is not the effect in ``resembles``."""
     undescribed_arcsec: Mapping[str, float] = field(default_factory=dict)
     """RMS beyond the noise, by channel, if neither an effect nor a product of parts explains it."""
     seen: str | None = None
@@ -43,9 +43,9 @@ class Decision:
     oscillation: Oscillation | None = None
     """The damped oscillation that ``seen`` describes."""
     faults: tuple[str, ...] = ()
-    """Faults of the data themselves, a sentence each."""
+    """Faults of the data, one sentence each."""
     cannot_tell: str | None = None
-    """Reason why the set cannot tell whether something is missing."""
+    """Reason why the set does not show whether an effect is missing."""
     question: Question | None = None
     """Effects that the next measurement has to distinguish, if planned measurements are to be
     calculated for them."""
@@ -64,6 +64,6 @@ class Decision:
 
     @property
     def spoken_of(self) -> Candidate | None:
-        """The effect that is named or first in the class; without one, the effect that the unknown
-        resembles."""
+        """The effect that is named or first in the class; without such an effect, the effect that
+        the unknown effect resembles."""
         return self.first or self.resembles

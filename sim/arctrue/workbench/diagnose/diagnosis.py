@@ -1,5 +1,5 @@
-"""The diagnosis states which physical effect is missing, that the data cannot show it, or that no
-effect fits.
+"""Names the physical effect that a model lacks, or states that the data cannot show it or that no
+known effect fits.
 
 A diagnosis goes through stages, and each gives a frozen record to the next: faults of the data →
 candidates → evidence → probabilities → rules → next measurement.
@@ -54,7 +54,7 @@ class Diagnosis:
     measurement: NextMeasurement | None
     """The next measurement to make."""
     candidates: Sequence[Candidate] = ()
-    """The candidate that the decision states, then the others, best first."""
+    """Candidates, first the candidate that the decision states, then the others, best first."""
     negligible: Sequence[Candidate] = ()
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     """Data that the set lacks, for each effect that it cannot test."""
@@ -65,7 +65,7 @@ class Diagnosis:
     left: Mapping[str, Left] = field(default_factory=dict)
     """Residual of the model with the stated effect, and with each effect that looks like it."""
     unlike: tuple[str, ...] = ()
-    """Ways in which the set is unlike the sets that the probabilities were calibrated on."""
+    """Ways in which the set differs from the sets on which the probabilities were calibrated."""
     grounds: Grounds | None = None
     """Numbers on which the stated probability rests; None where nothing was tested."""
     second: SecondFinding | None = None
@@ -81,12 +81,12 @@ class Diagnosis:
 
     @property
     def named(self) -> Candidate | None:
-        """The missing effect, where the verdict is a name."""
+        """The missing effect, if the verdict names one."""
         return self.decision.first if self.verdict == "named" else None
 
     @property
     def effect_class(self) -> list[str]:
-        """Every effect that this data cannot distinguish from the first, the first included."""
+        """The first effect, and every effect that this data cannot distinguish from it."""
         return list(self.decision.effect_class)
 
     @property
@@ -114,7 +114,8 @@ class Diagnosis:
 
     @property
     def further(self) -> list[Candidate]:
-        """Effects that would be named, one after another, with the first in the model."""
+        """Effects that the diagnosis would name next, one after another, with the first effect in
+        the model."""
         names: list[Candidate] = []
         further = self.decision.further if self.verdict == "named" else None
         while further is not None and further.verdict == "named" and further.first is not None:
@@ -135,7 +136,7 @@ def diagnose(
     """Judge every effect that ``terms`` lacks. Nothing is random, so equal inputs give equal
     results.
 
-    ``given``: the model on the rows that a command uses, where ``observations`` has fewer rows.
+    ``given``: the model fitted to the rows that a command uses, if ``observations`` has fewer rows.
     """
     faults = data_faults(observations)
     if faults:
@@ -184,8 +185,8 @@ def _with_the_found(
     An effect may show in the reference as a line at an alias, an oscillation or a step; these are
     no findings of their own. A regular cause is a finding itself and stays in the list. The error
     that its plain line does not describe, such as a phase that depends on the direction, may have
-    looked like a resonance. A jump that vanishes with a product of parts that describes the whole
-    error is no jump: an error that follows the speed differs from run to run.
+    looked like a resonance. If a product of parts describes the whole error and a jump vanishes
+    with it, this is no jump: an error that follows the speed differs from run to run.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:
@@ -232,7 +233,8 @@ def _case_of(
     """Collect the candidates with their evidence, and the further data that the rules need."""
     effects = adding.effects
     if adding.base is not base:
-        # This fit is without single wrong rows, which would hide what an effect explains.
+        # This fit excludes single wrong rows, because they would hide the error that an effect
+        # explains.
         adding = Adding(base, effects)
     count = base.observations.count_arcsec
     matters = 0.0 if count is None else matters_counts * count

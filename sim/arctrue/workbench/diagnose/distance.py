@@ -1,7 +1,7 @@
-"""Ways in which a set is unlike those on which the probabilities were calibrated.
+"""Finds the ways in which a set differs from the sets on which the probabilities were calibrated.
 
 A share of wrong answers that was counted on one kind of sets does not apply to another kind. The
-simulated sets of the benchmark are seldom or never unlike in these ways.
+simulated sets of the benchmark seldom or never have these differences.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Least number of runs of a capture, or of visits of a station: two that differ do not show which
-one is wrong."""
+"""Least number of runs of a capture, or of visits of a station: if only two differ, the wrong one
+cannot be recognised."""
 NOT_WHITE_P = 1e-4
 """p of whiteness below which the noise is of a kind that the noise model does not have; it is the p
 of a sure lack of fit."""
@@ -25,16 +25,16 @@ MUCH_LEFT = 1.5
 """Ratio of the remaining RMS to the noise of the repeats; above it, the unexplained error is larger
 than the noise."""
 LEAST_P = 1e-300
-"""Smallest p value that is used: smaller ones underflow in float64."""
+"""Smallest p value that is used: smaller values underflow in float64."""
 MOST_UNTESTED = 1.0 / 3.0
 """Largest share of effects that the set may be unable to test; the usual set of the benchmark can
-test all."""
+test all effects."""
 
 
 def ways_unlike(
     observations: Observations, left: Left, untestable: Mapping[str, object], tested: int
 ) -> tuple[str, ...]:
-    """Return, in words, each way in which a set is unlike the benchmark's.
+    """Return, in words, each way in which a set differs from the benchmark's sets.
 
     ``left``: residual of the model with the stated effect; ``tested``: number of effects that were
     tested.
@@ -66,7 +66,7 @@ def ways_unlike(
 
 @dataclass(frozen=True, slots=True)
 class Distance:
-    """Distance of a set from those on which the probabilities were calibrated."""
+    """Distance of a set from the sets on which the probabilities were calibrated."""
 
     untested: float
     """Share of the effects that the set cannot test."""
@@ -75,7 +75,7 @@ class Distance:
     visits: float
     """Number of visits of the median station; 0 without a reference."""
     left: float
-    """Largest ratio of the RMS that is left to the noise of the repeats, over the channels."""
+    """Largest ratio of the residual RMS to the noise of the repeats, over the channels."""
     not_white: float
     """−log₁₀ of the smallest p value of whiteness over the channels."""
 

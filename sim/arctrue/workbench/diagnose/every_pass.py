@@ -13,17 +13,19 @@ from arctrue.workbench.diagnose.candidate import ACTING_SHARE, Candidate
 from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
-"""Smallest ratio of gain to expected gain in the other turns, runs or speeds. The expected gain is
-that of an effect as large as in the strongest turn, run or speed."""
+"""Smallest ratio of gain to expected gain in the other turns, runs or speeds. The expected gain
+belongs to an effect as large as in the strongest turn, run or speed."""
 SAME_SPEED = 1.2
 """Largest ratio of two speeds that count as the same speed."""
 WOULD_SHOW = 16.0
-"""Smallest χ² of the strongest turn or run, and smallest χ² expected in the others. Below it, the
-strongest may be noise, or noise may hide the effect in the others."""
+"""Smallest χ² of the strongest turn or run, and smallest χ² expected in the other turns or runs.
+Below it, the effect in the strongest turn or run may be noise, or noise may hide the effect in the
+others."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:
-    """Return False for an effect that one turn, or one run, shows and the others do not.
+    """Return False for an effect that one turn, or one run, shows and the other turns or runs do
+    not show.
 
     An effect that acts on few rows of a turn is tested over the turns, any other effect over the
     runs: an order of the disc that exists at one speed only is a line in time, or its alias. Both

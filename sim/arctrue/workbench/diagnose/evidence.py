@@ -1,9 +1,9 @@
-"""Evidence of effects that may be named: likelihood ratios, and held-out rows.
+"""Collects the evidence for effects that may be named: likelihood ratios, and held-out rows.
 
 For the likelihood ratios the noise is estimated anew both without and with the effect ("free on
-both sides"). This is the second stage of a diagnosis: :func:`survey` tests everything
-(:mod:`candidates`), estimates the noise anew for what may be named, and gives one frozen record to
-the rules.
+both sides"). This is the second stage of a diagnosis: :func:`survey` tests every candidate
+(:mod:`candidates`), estimates the noise anew for candidates that may be named, and gives one frozen
+record to the rules.
 """
 
 from __future__ import annotations
@@ -50,27 +50,27 @@ from arctrue.workbench.inference.significance import (
 from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
-"""Limit of p in the first test; an effect below it may be named, and the noise is estimated anew
-with it in the model."""
+"""Limit of p in the first test; an effect with a smaller p may be named, and the noise is estimated
+anew with this effect in the model."""
 MOST_LEFT = 0.5
 """Share of the variance of a channel's residual. An effect that leaves less than this share gets
 its own noise estimate, even where the noise of the model without the effect has absorbed most of
 the effect."""
 OF_ITS_SIZE = 0.2
-"""Largest first p of an effect that slow noise may have absorbed. Such noise is about as large as
-the effect, so that the effect is at least one standard uncertainty; by chance, it is as large with
-this probability or less."""
+"""Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that absorbs
+an effect is about as large as the effect, so that the effect is at least one standard uncertainty;
+by chance, an effect is as large with at most this probability."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew, free on both sides."""
 FAR_BEHIND = 60.0
-"""A candidate whose ΔBIC is this far behind that of a real one needs no noise estimate of its
-own."""
+"""A candidate whose ΔBIC is this far behind the ΔBIC of a real effect needs no noise estimate of
+its own."""
 SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
 columns."""
 AS_GOOD = 6.0
-"""ΔBIC by which another form or place of an effect must be ahead to replace the first: odds of 20
-to 1."""
+"""ΔBIC by which another form or place of an effect must be ahead to replace the first form or
+place: odds of 20 to 1."""
 
 
 def survey(
@@ -122,9 +122,9 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     """Return the survey with evidence, the noise free on both sides, for every candidate that may
     be named.
 
-    The candidates of the catalogue are taken in the order of their ΔBIC, until none of the others
-    can be ahead of the best one that is significant and confirmed (the real one). The first product
-    of parts is added if it can be ahead of the real one.
+    The candidates of the catalogue are taken in the order of their ΔBIC, until no further candidate
+    can be ahead of the real effect: the best candidate that is significant and confirmed. The first
+    product of parts is added if it can be ahead of the real effect.
     """
     null = Null(tried.residuals)
     waiting = _near_to_a_name(tried)
@@ -179,15 +179,15 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
     others = [item for item in ranked if item.name not in near]
     near |= {item.name for item in taken_by_noise(others, tried)}
     near |= {item.name for item in ranked if item.regular is not None}
-    # Noise estimated without a line may have absorbed it: every line of a forward search stays in
-    # the list, before all others.
+    # Noise that was estimated without a line may have absorbed the line: every line of a forward
+    # search stays in the list, before all other effects.
     return sorted(
         (item for item in ranked if item.name in near), key=lambda item: item.regular is None
     )
 
 
 def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
-    """Return those of ``items`` that would be significant without slow noise.
+    """Return the effects among ``items`` that would be significant without slow noise.
 
     This test also disregards offsets of the runs beyond the index repeatability, if the effect
     explains them: a drifting head causes them in one warm run. Every estimate contains at least the
@@ -214,7 +214,7 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
 
 
 def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
-    """Return those of ``items`` that are significant with the noise of ``white``."""
+    """Return the effects among ``items`` that are significant with the noise of ``white``."""
     scores = white.scores([(item.effect, item.nonlinear) for item in items])
     tests = tried.absent * tried.looks
     return [
@@ -241,7 +241,7 @@ def takes_most(grown: Solution, base: Solution) -> bool:
 
 
 def _score_with(items: Sequence[Candidate], real: Candidate) -> None:
-    """Score all candidates at once, so that :func:`_gain_with` finds their scores stored."""
+    """Score all candidates at once, so that :func:`_gain_with` can read the stored scores."""
     assert real.evidence is not None
     real.evidence.base.scores([(item.effect, item.nonlinear) for item in items])
 
@@ -255,7 +255,7 @@ def _gain_with(item: Candidate, real: Candidate) -> float:
 
 
 def _bic_with(item: Candidate, real: Candidate) -> float:
-    """Return ΔBIC of a candidate minus that of a real effect, both with the noise of the real
+    """Return ΔBIC of a candidate minus ΔBIC of a real effect, both with the noise of the real
     effect."""
     assert real.evidence is not None
     rows = rows_moved(item.size_arcsec, real.evidence.base.solution)
@@ -264,7 +264,7 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
     """Return the candidates that are not far behind the real effect or gain more: they may be
-    larger effects that contain the real one.
+    larger effects that contain the real effect.
 
     The disc order at which a line was found is always included, however far it is behind the line.
     """
@@ -284,8 +284,7 @@ def _best_with(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
 
 
 def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Give each candidate without evidence of its own the gain with the noise of the real
-    effect."""
+    """Give each candidate without its own evidence the gain with the noise of the real effect."""
     assert real.evidence is not None
     base = real.evidence.base
     _score_with([item for item in items if item.evidence is None], real)
@@ -366,10 +365,10 @@ def _tested(
 
 
 def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: ReportStep) -> Candidate:
-    """Return the candidate with its evidence.
+    """Return, with evidence, the candidate or a smaller regular cause with the candidate's name.
 
-    If several regular causes have its name, return the largest that is significant: slow noise may
-    explain a slow line but does not hide a fast one. If none is significant, return the largest.
+    The largest significant cause is returned: slow noise may explain a slow line but does not hide
+    a fast line. If no cause is significant, the candidate is returned.
     """
     judged = _judged(item, tried, null, tried.absent, report_step)
     if item.regular is None or judged.p_corrected < SIGNIFICANCE:
@@ -387,8 +386,8 @@ def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: Repor
 def _in_less_noise(
     item: Candidate, found: Evidence, residuals: Residuals, null: Null
 ) -> tuple[Candidate, Evidence]:
-    """Return the form and the place that fit best with the noise that the effect leaves, and their
-    evidence.
+    """Return the form and the place of an effect that fit best with the noise estimated with the
+    effect in the model, and their evidence.
 
     Without the effect in the model, the noise contains the effect and hides smaller details: the
     lines near a gear's tooth count, or the small difference of an order from a whole number.

@@ -24,11 +24,11 @@ def look_alikes(
     untestable: Mapping[str, list[str]],
     effects: Mapping[str, type[Effect]],
 ) -> dict[str, list[str]]:
-    """Return effects without a search that would look like ``best``, with what the set lacks for a
-    test of each.
+    """Return effects without a search that would look like ``best``, each with the data that the
+    set lacks for its test.
 
-    On the rows of the set, with the model projected out, the columns of such an effect contain
-    those of ``best`` and give at least half of its gain.
+    On the rows of the set, with the model projected out, the columns of such an effect contain the
+    columns of ``best`` and give at least half of the gain of ``best``.
     """
     found = {}
     for name, lacking in untestable.items():

@@ -1,4 +1,4 @@
-"""Results of the stages of a diagnosis for one set, which the rules of the verdict need."""
+"""Collects the results of a diagnosis's stages for one set; the rules of the verdict need them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from arctrue.workbench.inference.left import Left
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """Faults, the survey with the quantities that the rules need, and its coverage."""
+    """Faults of a set, its survey with the quantities that the rules need, and the coverage of the
+    survey."""
 
     faults: Sequence[str] = ()
     case: Case | None = None
@@ -42,7 +43,7 @@ class Facts:
     @cached_property
     def blindness(self) -> Blindness | None:
         """Reason why a result without a finding is no evidence; None if there is a finding, or if
-        the set could have shown one.
+        the set could have shown an effect.
 
         If the rows do not determine the model, this is a reason even where there is a finding.
         """
@@ -61,7 +62,7 @@ class Facts:
 
     @cached_property
     def _posterior(self) -> dict[str, float]:
-        """The probabilities, within the bounds that the rules of the survey set."""
+        """Probabilities within the bounds that the rules of the survey set."""
         if self.case is None:
             # Nothing was tested: the prior probabilities remain.
             return posterior(
@@ -89,7 +90,7 @@ class Facts:
 
     @cached_property
     def _left(self) -> Left | None:
-        """Residual of the model with the best effect added, where it can be added."""
+        """Residual of the model with the best effect added; None if the effect cannot be added."""
         if self.case is None:
             return None
         found = self.case.before_and_after
@@ -97,7 +98,8 @@ class Facts:
 
     @cached_property
     def unlike(self) -> tuple[str, ...]:
-        """Ways in which the set is unlike those that the probabilities were calibrated on."""
+        """Ways in which the set differs from the sets on which the probabilities were
+        calibrated."""
         case, left = self.case, self._left
         if case is None or left is None:
             return ()

@@ -1,4 +1,4 @@
-"""The quantities of a diagnosis that determine its stated probability, for calibration."""
+"""Defines the quantities of a diagnosis that determine its stated probability, for calibration."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Grounds:
     """log₁₀ of the smallest p value of the lack of fit over the channels."""
     class_size: int
     ways: int
-    """Number of ways in which the set is unlike the calibrated ones."""
+    """Number of ways in which the set differs from the calibrated sets."""
     distance: Distance
     rests_on: str = ""
-    """Ground of an ``unknown``, one of RESTS_ON; empty for another verdict."""
+    """Ground of an answer ``unknown``, one of RESTS_ON; empty for another verdict."""

@@ -1,4 +1,4 @@
-"""Tests of lack of fit: whitened residuals against the scatter of their own repeats."""
+"""Tests for lack of fit: compares whitened residuals with the scatter of their own repeats."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ ELECTRICAL_BINS = 24
 """Number of bins, of 15° each: six for each period of the fourth harmonic, the highest that
 interpolation causes."""
 LEAST_ROWS_A_GROUP = 3
-"""Least number of rows in a group: a scatter needs two, and the third shows which one is wrong."""
+"""Least number of rows in a group: a scatter needs two rows, and the third shows which row is
+wrong."""
 LEAST_ROWS_A_PERIODOGRAM = 64
 """Least number of rows, which gives 32 frequencies. With fewer, Fisher's test finds only lines that
 the means by angle also show."""
@@ -64,7 +65,7 @@ def fisher_p(values: Float) -> float:
         return 1.0
     power = np.abs(np.fft.rfft(values - values.mean())[1:-1]) ** 2
     share = float(power.max() / max(power.sum(), 1e-300))
-    # First term of Fisher's series; exact enough where it is small.
+    # This is the first term of Fisher's series, which is exact enough where it is small.
     log_p = np.log(power.size) + (power.size - 1) * np.log1p(-min(share, 1.0 - 1e-15))
     return float(np.exp(min(log_p, 0.0)))
 

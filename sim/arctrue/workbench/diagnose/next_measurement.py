@@ -1,9 +1,9 @@
 """Finds the measurement that would distinguish two effects which this data cannot separate.
 
 Each plan is tested by calculation: one effect, with the size that was found, is assumed to be the
-truth, and the other effect is fitted to the error of the first in the measured and planned rows.
-The χ² that the other effect leaves, with the noise of this set, says how well the plan
-distinguishes them.
+truth, and the other effect is fitted to the error of the assumed effect in the measured and planned
+rows. The χ² that the other effect leaves, with the noise of this set, measures how well the plan
+distinguishes the two effects.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ OF_PARTS = {
 }
 """Kind and words of the measurement that tests a condition."""
 ANOTHER_SPEED = 1.5
-"""Ratio above which two speeds differ: such a set already shows which errors grow with the
-speed."""
+"""Ratio above which two speeds differ; a set with two such speeds already shows which errors grow
+with the speed."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
@@ -73,8 +73,8 @@ class NextMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Effects that the next measurement has to distinguish, or one effect whose name needs data
-    that the set lacks."""
+    """Effects that the next measurement has to distinguish, or one effect, for whose name the set
+    lacks data."""
 
     best: Candidate
     rivals: Sequence[Candidate]
@@ -115,8 +115,8 @@ def measurement_for(
 
 
 def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:
-    """Return the first plan that distinguishes the best effect from all rivals; without one, the
-    first that distinguishes it from one of them."""
+    """Return the first plan that distinguishes the best effect from all rivals. If there is none,
+    return the first plan that distinguishes the best effect from one rival."""
     own = NextMeasurement(best.effect.next_measurement, None)
     observations = best.solution.observations
     if not rivals or observations.rows > MOST_ROWS:
@@ -229,8 +229,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
 
 
 def _split(first: Candidate, second: Candidate, there: Observations) -> float:
-    """Return the smaller of two values of χ²: what one effect leaves if the other is the truth, and
-    the reverse."""
+    """Return the smaller of two values of χ²: the χ² that the second effect leaves if the first is
+    the truth, and the χ² of the reverse case."""
     return min(_left_over(first, second, there), _left_over(second, first, there))
 
 
@@ -252,8 +252,8 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
 
     places: list[Nonlinear] = [other.nonlinear]
     if other.effect.search:
-        # The wrong effect may fit best at a place other than the one that was found, so it is
-        # searched again.
+        # The wrong effect may fit best at another place than the place that was found, so its
+        # search is repeated.
         places += [
             place.nonlinear for place in places_of(other.effect, Residuals(solved(base_terms)))[:1]
         ]

@@ -1,6 +1,7 @@
 """Tests effects that appear only in the differences between runs.
 
-The tests compare the offsets of the runs with the index repeatability that was known before.
+The tests compare the offsets of the runs with the index repeatability that was known before the
+set.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_v
 LEAST_OFFSETS = 2
 """Least number of offsets of runs, in addition to the columns of the effect, that must agree with
 the known index repeatability. A single offset agrees whenever two runs have the same shift, for
-example by a head that was knocked in both."""
+example if a head was knocked before both runs."""
 
 
 def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> bool:
     """Tell whether the offsets of the runs, with the effect in the model, scatter like the known
     index.
 
-    If they scatter more, the index repeats worse than known, and an effect can then fit one of a
-    few offsets by chance.
+    If the offsets scatter more, the index repeats worse than known, and an effect can then fit one
+    of a few offsets by chance.
     """
     score = known.score(effect, nonlinear)
     offsets = known.solution_with(effect, nonlinear, score).run_offsets_arcsec

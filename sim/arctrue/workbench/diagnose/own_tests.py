@@ -1,4 +1,4 @@
-"""Tests of a named effect against the meaning of its name: one order, a constant, an error of the
+"""Tests a named effect against the meaning of its name: one order, a constant, an error of the
 angle."""
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import ReferenceRows
 
 SEVERAL = 3
-"""Smallest number of orders that may form a pattern. It equals the number of effects that a
-diagnosis tests one after another."""
+"""Smallest number of orders that may form a pattern. This number equals the number of effects that
+a diagnosis tests one after another."""
 LEAST_COMMON, LEAST_OF_TWO = 3, 5
 """Least common divisor of the orders of a pattern, and of two orders with a local defect. Three
 random orders have a common divisor of 3 or more with the probability Σ_{d≥3} d⁻³ = 0.08, two random
@@ -30,8 +30,8 @@ SURE_P = 1e-4
 
 
 def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
-    """Return in words why several orders of the disc are one shape that repeats; None where they
-    may be separate orders.
+    """Explain in words why several orders of the disc are one shape that repeats; None if they may
+    be separate orders.
 
     ``places``: number of local defects of the disc that were named after these orders; the
     remaining harmonics look like a defect.
@@ -50,12 +50,13 @@ def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
 
 
 def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
-    """Return in words why the lines of a log are one shape that repeats; None where they may be
+    """Explain in words why the lines of a log are one shape that repeats; None if they may be
     separate lines.
 
-    The harmonics of a jump fall as 1/n, those of a bend as 1/n². If the shape repeats at an order
-    of the model, the lines are whole orders above the model's orders, in even steps of that order,
-    and that order itself is no line. Stator slots or a gear also show the line at their base order.
+    The harmonics of a jump fall as 1/n, the harmonics of a bend as 1/n². If the shape repeats at an
+    order of the model, the lines are whole orders above the model's orders, in even steps of that
+    order, and that order itself is no line. Stator slots or a gear also show the line at their base
+    order.
     """
     lines = [line for cause in causes if not cause.in_time for line in cause.lines]
     orders = np.array([round(line.rate) for line in lines], dtype=np.int64)
@@ -108,7 +109,7 @@ class BentScale(Effect):
     depends_on_model = True
 
     def column_names(self, observations: object) -> list[str]:
-        """Return the names of the square and the cube."""
+        """Return the names of the two columns, the square and the cube."""
         return ["square", "cube"]
 
     def reference_columns(
@@ -125,9 +126,9 @@ def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) 
     """Tell whether a nonlinear scale of the reference is significant and explains the rows as well
     as the best effect.
 
-    Both are scored with the same noise. ΔBIC of the nonlinear scale may be up to ``near_tie``
-    behind; if the best effect is itself proportional to the reading, the nonlinear scale must be
-    ``near_tie`` ahead.
+    The scale and the effect are scored with the same noise. ΔBIC of the nonlinear scale may be up
+    to ``near_tie`` behind; if the best effect is itself proportional to the reading, the nonlinear
+    scale must be ``near_tie`` ahead.
     """
     rows = residuals.observations.reference
     if rows is None or residuals.observations.capture is None or best.regular is not None:

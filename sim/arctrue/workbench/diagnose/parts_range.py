@@ -1,5 +1,5 @@
-"""The products of parts that the rows can show: waves that the rows resolve, and sizes that the
-error contains."""
+"""Selects the products of parts that the rows can show: the rows resolve their waves, and the error
+contains their sizes."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ HALF_REPEATS_TURNS = 2.0
 a half order on one turn is only a step at its seam; only its repetition after two turns shows a
 half order."""
 MOSTLY_ITS_OWN = 0.5
-"""Share of a part that the model cannot reproduce. The model can cancel a part only if this share
-is smaller."""
+"""Share of a part that the model cannot reproduce (1/VIF); above it the part is accepted, because
+the model can cancel only a part with a smaller share."""
 
 
 def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArray[np.bool_]:

@@ -28,12 +28,12 @@ from arctrue.workbench.observations.polygon_faces import keep_to_faces
 Float = NDArray[np.float64]
 
 HIGHEST_ORDER = 30
-"""Highest order of the angle of a product; the orders are all half and whole ones up to it."""
+"""Highest order of the angle of a product; all half and whole orders up to it are tried."""
 ELECTRICAL_MULTIPLES = (1.0, 2.0)
 """Multiples of the signal period. The first is an offset of sine and cosine, the second a
 difference of gain or phase."""
 SHORTLIST = 8
-"""Number of products that are fitted with the noise free, to limit cost; the best of them
+"""Number of products that are fitted with the noise free, to limit cost; the best product
 decides."""
 LEAST_ARC_RAD = 1.5 * np.pi
 """Smallest arc of a reference run that counts as a whole turn."""
@@ -42,7 +42,7 @@ SETTLING_STEP = 1.6
 SETTLING_ROUNDS = 12
 """Largest number of steps in the search of a time constant, to limit cost."""
 FRAME_MARGIN = 6.0
-"""ΔBIC by which a frame must be ahead to replace a more natural one: odds of 20 to 1."""
+"""ΔBIC by which a frame must be ahead to replace a more natural frame: odds of 20 to 1."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class PartsCandidate:
     rank: int
     trials: float
     level_trials: float
-    """Number of places by which its p is corrected: see :func:`level_share`."""
+    """Number of places by which the product's p is corrected: see :func:`level_share`."""
 
 
 def _half_orders() -> Float:
@@ -140,8 +140,8 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     orders = _half_orders()
     power, constants = _waves(residuals, factors, capture=False)
     if rows.faces is not None and keep_to_faces(rows.faces, rows.run, np.degrees(rows.target_rad)):
-        # An order n and its alias faces − n look the same at the faces, so that only the lower one
-        # is scored.
+        # An order n and its alias faces − n look the same at the faces, so that only the lower
+        # order is scored.
         power[:, orders > rows.faces / 2.0] = 0.0
     arc = float(np.ptp(rows.target_rad))
     if arc < LEAST_ARC_RAD:
@@ -151,7 +151,7 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
-    """Return the frames to test, the most natural first, since the first one counts if the data
+    """Return the frames to test, the most natural first, since the first frame counts if the data
     cannot decide."""
     frames: list[Frame] = []
     if observations.capture is not None and not in_reference:
@@ -284,7 +284,7 @@ def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
 def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
     """Return a settling with the time constant that gives the largest gain (in log τ).
 
-    The time constant is not changed if the rows cannot show a settling with the new one.
+    The time constant is not changed if the rows cannot show a settling with the new time constant.
     """
     constant = item.effect.condition.time_constant_s
     if constant is None:

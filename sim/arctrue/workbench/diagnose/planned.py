@@ -1,8 +1,7 @@
 """Plans possible next measurements as the rows that they would give.
 
 The rows have conditions only (angle, time, temperature, direction, ...) and no measured values. The
-columns of an effect, calculated from these conditions, are what the effect would show in the
-measurement.
+columns of an effect, calculated from these conditions, show the effect in the planned measurement.
 """
 
 from __future__ import annotations
@@ -54,7 +53,8 @@ class PlannedMeasurement:
 
 
 def _joined(before: Rows, after: Rows) -> Rows:
-    """Append rows to others; fields that are not arrays keep the values of ``before``."""
+    """Append the rows ``after`` to ``before``; fields that are not arrays keep the values of
+    ``before``."""
     values: dict[str, Any] = {}
     for item in fields(before):
         old, new = getattr(before, item.name), getattr(after, item.name)
@@ -178,7 +178,7 @@ def _phase(angle_rad: Float, observations: Observations) -> Float | None:
 
 
 def _stations(observations: Observations) -> ReferenceRows:
-    """Return the stations of a polygon, up and back, after everything that was measured."""
+    """Return the stations of a polygon, up and back, at times after all measured rows."""
     up = np.arange(FACES) * (2.0 * np.pi / FACES)
     target = np.tile(np.concatenate([up, up[::-1]]), CYCLES)
     count = target.size

@@ -31,17 +31,17 @@ SILENT = frozenset({"bad_data", "cannot_tell"})
 SAID = {"unknown": [UNKNOWN], "adequate": [NONE], "cannot_tell": [NONE]}
 """Hypotheses whose probability is stated with a verdict without an effect."""
 CLASS_SHARE = 0.95
-"""Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %).
-Where ``unknown`` alone has it, no effect belongs to the class."""
+"""Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %). If
+``unknown`` alone has this probability, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""Largest share of the probability that ``unknown`` may have against a class of one effect: the
-effect must be more probable than ``unknown``."""
+"""Largest share of ``unknown`` in the sum of the probabilities of ``unknown`` and of a class of one
+effect; with a larger share, ``unknown`` is more probable than the effect."""
 A_LITTLE = 1e-3
 """Margin of a probability, or of its logarithm, that keeps the answer ahead in spite of
 rounding."""
 LEVEL = 0.01
-"""Largest relative lead of the first of a class over a rival that counts as equally probable: the
-rules made the two equal except for A_LITTLE."""
+"""Largest relative lead with which a rival still counts as equally probable as the first effect of
+a class; the rules set the two equal except for A_LITTLE."""
 LEAST_OF_A_NAME = 0.8
 """Smallest probability with which a single name is stated. The loss of a false name is assumed to
 be four times the loss of a class where a single name would be right."""
@@ -67,9 +67,9 @@ def posterior(
     The sum is 1. ``look_alikes``, which the set cannot test, look like the first of the class and
     are as probable. ``product`` is the best product of parts, unless it equals one of the
     candidates. ``excluded`` are effects that fit but that held-out rows, passes or speeds
-    contradict; the first of the class may be one of them, and ``unknown`` is then as likely as the
-    first. ``confounded``: the product is the first effect with another condition as its factor, and
-    as likely as the first. ``near_tie`` is the ΔBIC by which the rules prefer a name to a product,
+    contradict; if the first of the class is such an effect, ``unknown`` is as likely as the first.
+    ``confounded``: the product is the first effect with another condition as its factor, and as
+    likely as the first. ``near_tie`` is the ΔBIC by which the rules prefer a name to a product,
     ``advantage`` the ΔBIC by which they prefer a product to a name.
     """
     effects = len(candidates) + untestable
@@ -102,29 +102,29 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
-        # The first effect explains the lack of fit of the model without it, so that ``unknown`` is
-        # at most as probable.
+        # The first effect explains the lack of fit of the model without this effect, so that
+        # ``unknown`` is at most as probable as the first effect.
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
-        # ``unknown`` may be ahead of a single effect by the odds that the rules ask of a product.
-        # Where several effects explain the rows equally well, a smaller lead excludes none of them,
-        # and ``unknown`` may not be more probable than the first.
+        # ``unknown`` may be ahead of a single effect by the odds that the rules require of a
+        # product. Where several effects explain the rows equally well, a smaller lead excludes no
+        # effect, and ``unknown`` may not be more probable than the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
-        # The first of a class can be excluded only because it does not show at every speed. It then
-        # also counts as an excluded effect with its own probability, so that only another rival can
-        # be more probable.
+        # The first effect of a class can be excluded only because it does not show at every speed.
+        # This effect then also counts as an excluded effect with its own probability, so that only
+        # another rival can be more probable.
         suspect = effect_class[0] in excluded
         others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))
         if confounded or (suspect and rival < first):
-            # ``unknown`` is then at most as probable as the first.
+            # ``unknown`` is then at most as probable as the first effect.
             most = -A_LITTLE
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # An effect outside the class adds nothing to a model with the first, or the first
-                # adds something to a model with that effect: its weight is at most this share of
-                # the first.
+                # An effect outside the class adds nothing to a model with the first effect, or the
+                # first effect adds something to a model with that effect: the weight of that effect
+                # is at most this share of the weight of the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)
@@ -144,12 +144,12 @@ def stated(
     ``confidence``: the probability that such answers are right (:mod:`calibrated`), None where it
     is not known.
 
-    The first of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also gets it if
-    the verdict is that the set cannot tell, since it is then most likely that every effect that the
-    set could show is in the model. Probability that effects and ``none`` lose is added to
+    The first effect of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also gets
+    it if the verdict is that the set cannot tell, since it is then most likely that every effect
+    that the set could show is in the model. Probability that effects and ``none`` lose is added to
     ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
     answer gains is taken from all others in proportion, so that a class has at least the
-    probability of its first. The first of a class gains no probability if a rival is equally
+    probability of its first effect. The first of a class gains no probability if a rival is equally
     probable. An answer stays more probable than the hypotheses that it contradicts.
     """
     if confidence is None or not found:
@@ -191,8 +191,8 @@ def _as_uncertain_as_the_first(
 ) -> dict[str, float]:
     """Return the log evidence of candidates whose own noise was not estimated.
 
-    Their gain uses the noise that was estimated with the first in the model. This noise is not
-    exactly known: it has the degrees of freedom of the first.
+    The gain of these candidates uses the noise that was estimated with the first effect in the
+    model. This noise is not exactly known: it has the degrees of freedom of the first effect.
     """
     first = next((item for item in candidates if item.name in effect_class[:1]), None)
     if first is None:

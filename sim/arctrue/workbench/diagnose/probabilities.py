@@ -1,4 +1,5 @@
-"""Probability of each effect, of no missing effect, and of something unknown, given the set.
+"""Calculates the probability of each effect, of no missing effect, and of an unknown effect, given
+the set.
 
 The evidence of an effect is the marginal likelihood of its block of columns under a prior with the
 information of one row (unit information: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773); it
@@ -19,13 +20,15 @@ from arctrue.workbench.inference.significance import single_p_value
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5
-"""Prior probability that no effect is missing. It equals the probability that one is missing."""
+"""Prior probability that no effect is missing. It equals the probability that an effect is
+missing."""
 PRIOR_CATALOGUE = 0.4
-"""Prior probability that an effect of the catalogue is missing; its effects share it evenly."""
+"""Prior probability that an effect of the catalogue is missing; the effects of the catalogue share
+it evenly."""
 PRIOR_PRODUCT = 0.09
-"""Prior probability of a product of parts that no catalogue has."""
+"""Prior probability of a product of parts that is in no catalogue."""
 PRIOR_STRANGER = 0.01
-"""Prior probability of something that no product of parts describes."""
+"""Prior probability of an effect that no product of parts describes."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,8 @@ class Weighed:
     trials: float
     """Number of places that share the effect's prior."""
     rows: int
-    """Number of rows that determine the effect's size: those of the channels that it changes."""
+    """Number of rows that determine the effect's size: the rows of the channels that the effect
+    changes."""
     freedom: float = float("inf")
     """Degrees of freedom of the noise variance: the number of independent rows (ten of 24,000 rows,
     if four runs are the sample)."""
@@ -59,7 +63,7 @@ def log_evidence(item: Weighed) -> float:
 
 
 def _with_known_noise(item: Weighed) -> float:
-    """Return the gain that, with known noise, has the same p as this gain with its estimated
+    """Return the gain that has the same p with known noise as this gain has with its estimated
     noise."""
     p_value = single_p_value(item.gain, item.rank, item.freedom)
     if not np.isfinite(item.freedom) or p_value < 1e-290:

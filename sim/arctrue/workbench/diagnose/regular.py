@@ -1,8 +1,9 @@
 """Finds regular causes in a dense reference by a forward search: lines, ordered by the error that
 they explain.
 
-Held-out rows that are predicted from their neighbours cannot show a line far above their scatter;
-the search predicts whole blocks of the record, and its lines have passed that test.
+Rows that are left out singly cannot show a line far above their scatter, because their neighbours
+already predict the line. This search predicts whole blocks of the record, and its lines have passed
+this test.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class Jump:
     row: int | None
     """First row after the jump, where there is no time and the rows are stations."""
     gain: float
-    """Gain in log likelihood from the step."""
+    """Gain in log likelihood by the step."""
 
     def data(self) -> dict[str, float | int | None]:
         """Return the jump as JSON."""
@@ -101,7 +102,7 @@ class RegularCause:
     """Lines of the cause, the largest first."""
     in_time: bool
     turns_s: float | None
-    """Speed that converts an order into a frequency; None where speeds differ."""
+    """Turns per second, which convert an order into a frequency; None if speeds differ."""
 
     @property
     def taken_arcsec(self) -> float:
@@ -158,7 +159,7 @@ class RegularCause:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Findings in a dense reference with one model. They do not depend on the verdict."""
+    """Findings in a dense reference with one model. The findings do not depend on the verdict."""
 
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, by the error that they explain, the largest first."""
@@ -188,8 +189,8 @@ class Findings:
         return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
     def further(self, name: str, left: Findings) -> Findings:
-        """Return the findings that are ``left`` with an effect in the model, and name those that it
-        explained."""
+        """Return the findings ``left`` with the effect ``name`` in the model, and list the findings
+        that this effect explained."""
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
         same = [
             f"{line.amplitude_arcsec:.3g}″ at {cause.place_of(line)}"
@@ -217,7 +218,7 @@ class Findings:
         return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
 
     def without_steps(self) -> Findings:
-        """Return the findings that are left with an effect in the model that is a step itself."""
+        """Return the findings that are left if an effect in the model is itself a step."""
         return replace(self, steps=())
 
     @property
@@ -250,7 +251,7 @@ class Findings:
         }
 
     def sentences(self) -> list[str]:
-        """Return the findings in words, a sentence each."""
+        """Return the findings in words, one sentence each."""
         found = []
         if self.same:
             found.append(
@@ -389,8 +390,8 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
 
 
 def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:
-    """Return an effect that the model lacks and for which the set declares an order; None without
-    one."""
+    """Return an effect that the model lacks and for which the set declares an order; None if there
+    is no such effect."""
     present = {term.effect.name for term in solution.terms}
     for name, kind in effects.items():
         if name not in present and kind.multiples_setting is not None:
@@ -419,7 +420,7 @@ def _causes(
 
 
 def _is_same(item: RegularCause, other: RegularCause, record: Record) -> bool:
-    """Tell whether a line over time is the same line as one found over the angle."""
+    """Tell whether a line over time is the same line as a line that was found over the angle."""
     if not item.in_time or other.in_time or other.turns_s is None:
         return False
     rates = [line.rate * other.turns_s for line in other.lines]

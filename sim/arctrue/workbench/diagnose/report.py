@@ -1,4 +1,4 @@
-"""A diagnosis as JSON (schema 2) and as sentences."""
+"""Writes a diagnosis as JSON (schema 2) and as sentences."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "negligible": [item.name for item in result.negligible],
         "findings": _findings_data(result),
         "further": [item.name for item in result.further],
-        # The former name, for one release.
+        # This entry is the former name of "further", kept for one release.
         "beside": [item.name for item in result.further],
         "second_finding": _second_data(result.second),
         "cannot_be_tested": dict(result.untestable),
@@ -221,8 +221,8 @@ the smaller part of the error."""
 def _smaller_part(result: Diagnosis) -> list[str]:
     """Return one sentence if most of the error remains with the named effect in the model.
 
-    There is none for an effect that only the offsets of the runs show, because the RMS of the rows
-    does not contain it.
+    There is no sentence for an effect that only the offsets of the runs show, because the RMS of
+    the rows does not contain it.
     """
     item, before = result.named, result.before
     after = None if item is None else result.left.get(item.name)
@@ -245,8 +245,8 @@ def _smaller_part(result: Diagnosis) -> list[str]:
 
 
 def _explains_more(result: Diagnosis) -> str | None:
-    """Return the effect that would be named next; without one, the largest regular cause that is
-    then left."""
+    """Return the effect that would be named next. If there is none, return the largest regular
+    cause that remains with the named effect in the model."""
     if result.further:
         return result.further[0].name
     named = None if result.named is None else result.named.regular
@@ -261,9 +261,9 @@ def _measurement(result: Diagnosis) -> list[str]:
 
 
 SHOWN_PROBABILITIES = 3
-"""Largest number of probabilities in a sentence; the JSON has all."""
+"""Largest number of probabilities in a sentence; the JSON contains all probabilities."""
 LEAST_SHOWN = 0.01
-"""Smallest probability in a sentence; the JSON has all."""
+"""Smallest probability in a sentence; the JSON contains all probabilities."""
 
 
 def _probable(result: Diagnosis) -> list[str]:
@@ -286,7 +286,7 @@ def _probable(result: Diagnosis) -> list[str]:
 
 
 def _covered(covers: Coverage) -> list[str]:
-    """Return what "adequate" means for this set, as a list of sentences."""
+    """State in sentences what the verdict "adequate" covers for this set."""
     said = []
     if covers.smallest:
         sizes = ", ".join(
@@ -338,7 +338,7 @@ def _with_aliases(result: Diagnosis) -> tuple[Candidate | None, list[float]]:
 
 
 MOST_ORDERS = 5
-"""Largest number of blind orders in a sentence; the JSON has all."""
+"""Largest number of blind orders in a sentence; the JSON contains all orders."""
 
 
 def _smallest(item: Detectable) -> str:

@@ -1,4 +1,4 @@
-"""Second finding: the error that remains with the named effect in the model.
+"""Describes the second finding: the error that remains with the named effect in the model.
 
 An effect of the catalogue has one size everywhere. If its size in a machine differs from place to
 place, the remaining error is the effect's own prediction times a factor of the place.
@@ -34,14 +34,17 @@ grouping that is tested."""
 
 @dataclass(frozen=True)
 class SecondFinding:
-    """The error that remains, by channel, and its description."""
+    """The error that remains with the named effect in the model, by channel, and its
+    description."""
 
     left_arcsec: Mapping[str, float]
     noise_arcsec: Mapping[str, float]
     channel: str | None = None
-    """Channel in which the effect's size differs from place to place; None where it does not."""
+    """Channel in which the effect's size differs from place to place; None if the size does not
+    differ."""
     variation: float = 0.0
-    """Standard deviation over the places of the factor on the effect's size; 0.2 is ±20 %."""
+    """Standard deviation, over the places, of the factor that multiplies the effect's size; 0.2 is
+    ±20 %."""
     description: str | None = None
     """Best product of parts for the remaining error, in words."""
 
@@ -83,8 +86,8 @@ def second_finding(
 
 
 def _variation(left: Left, channel: str, noise_arcsec: float) -> float | None:
-    """Return the standard deviation of the effect's factor over the places of one channel; None
-    where not significant."""
+    """Return the standard deviation, over the places of one channel, of the factor that multiplies
+    the effect's size; None if it is not significant."""
     solution = left.solution
     capture = channel == CHANNELS[0]
     observations = solution.observations

@@ -1,4 +1,4 @@
-"""Tests with one model: candidates with their evidence, and the fit of the model."""
+"""Holds the tests with one model: candidates with their evidence, and the fit of the model."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Share of the smallest size that matters. An effect below it is not tested further: a new estimate
+"""Share of the smallest size that matters. A smaller effect is not tested further: a new estimate
 of the noise changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""
 RUNS_ARE_THE_SAMPLE = 0.5
-"""Smallest share of the index in the variance of an effect's size at which the runs count as the
-sample."""
+"""Smallest share of the index repeatability in the variance of an effect's size at which the runs,
+not the rows, count as the sample."""
 
 LEAST_HELD_OUT = 0.5
 """Smallest share of an effect's own error that other blocks must predict. With less, a model
@@ -34,7 +34,7 @@ without the effect predicts better than a model with it."""
 
 @dataclass(frozen=True)
 class FitOfChannel:
-    """The fit of a model to one channel, without the other."""
+    """The fit of a model to one channel; the other channel does not enter."""
 
     residual_rms_arcsec: float
     noise_arcsec: float
@@ -63,15 +63,16 @@ def fit_of_channels(residuals: Residuals) -> dict[str, FitOfChannel]:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Candidates that were tried with one model, best first, and the fit of the model itself."""
+    """Candidates that were tried with one model, best first, and the fit of the model."""
 
     residuals: Residuals
     matters_arcsec: float
     """Smallest RMS change of the prediction of an effect that is not negligible."""
     absent: int
-    """Number of effects of the catalogue that the model lacks, by which their p is corrected."""
+    """Number of effects of the catalogue that the model lacks; the p of each such effect is
+    corrected by this number."""
     looks: int = 1
-    """Number of surveys in a diagnosis, by which every p is corrected."""
+    """Number of surveys in a diagnosis; every p is corrected by this number."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
@@ -81,7 +82,7 @@ class Survey:
 
     @property
     def base(self) -> Solution:
-        """The model to which every candidate was added."""
+        """The model (a fitted solution) to which every candidate was added."""
         return self.residuals.solution
 
     @property
@@ -98,11 +99,11 @@ class Survey:
         return [item for item in self.candidates if item.p_corrected < SIGNIFICANCE]
 
     def matters(self, item: Candidate) -> bool:
-        """Tell whether the effect changes the prediction by more than what is negligible."""
+        """Tell whether the effect changes the prediction by more than the negligible size."""
         return max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec
 
     def may_matter(self, item: Candidate) -> bool:
-        """Tell whether the candidate's size is not far below the smallest that matters.
+        """Tell whether the candidate's size is not far below the smallest size that matters.
 
         A size changes with the estimate of the noise.
         """

@@ -13,7 +13,8 @@ MOST_LEFT = 2.0
 Var(residual) + 2·cov. A residual variance above the measured variance shows that the model has
 added error; at twice the measured variance, it has added as much as was measured."""
 WHOLE_TURN_DEG = 355.0
-"""Smallest arc that counts as a whole turn, so that the sentence does not state it."""
+"""Smallest arc that counts as a whole turn; for such an arc, the sentence does not state the
+arc."""
 WHOLE_TURNS = "a reference over whole turns, or a model of fewer orders"
 """Next measurement if the rows do not determine the model."""
 

@@ -1,1 +1,2 @@
-"""Physical effects, one file each; :mod:`arctrue.workbench.effects.registry` finds them."""
+"""Contains the physical effects, one file each; :mod:`arctrue.workbench.effects.registry` finds
+them."""

@@ -1,4 +1,4 @@
-"""Columns for a motion of the axis in the stator frame; two effects use them."""
+"""Computes the columns of a motion of the axis in the stator frame for two effects."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ At an order of the disc, this number of heads shows only whether the axis moves.
 
 
 def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
-    """Return the columns of x, then those of y.
+    """Return the columns of x, then the columns of y.
 
     Head 1 reads y, and a head at the angle α after it reads x·sin α + y·cos α
     (docs/architecture.md, "Head geometry"). The difference is x·sin α + y·(cos α − 1), all as
@@ -30,6 +30,6 @@ def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
 
 
 def reference_motion(rows: ReferenceRows, orders: Sequence[float]) -> Columns:
-    """Return the columns of x, which are 0 because head 1 does not see x, then those of y."""
+    """Return the columns of x, which are 0 because head 1 does not see x, then the columns of y."""
     waves = harmonic_columns(rows.angle_rad, orders)
     return np.hstack([np.zeros_like(waves), waves])

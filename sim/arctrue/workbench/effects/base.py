@@ -1,4 +1,5 @@
-"""The interface of a physical effect to the workbench, which every file in this folder implements.
+"""Defines the interface of a physical effect to the workbench, which every file in this folder
+implements.
 
 An effect turns the conditions of each measured row (angle, time, temperature, direction, ...) into
 columns of the design matrix; the fit finds one coefficient per column, common to both channels. If
@@ -55,7 +56,7 @@ effect declares."""
 
 
 class Gain(Protocol):
-    """The result of adding a block of columns to the model."""
+    """Result of adding a block of columns to the model."""
 
     @property
     def gain(self) -> float:
@@ -159,8 +160,8 @@ false names."""
 class FitContext:
     """State of the present model, for effects whose columns depend on it.
 
-    The error function ε is that of the graduation, equation (9): arcseconds as a function of the
-    disc angle in radians.
+    The error function ε is the error of the graduation, equation (9): arcseconds as a function of
+    the disc angle in radians.
     """
 
     cosine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
@@ -215,8 +216,8 @@ FORMER_NAMES = {
 
 
 class Effect(ABC):
-    """One physical effect. A subclass is one file; the built-in effects, too, use only this
-    interface."""
+    """Base class of a physical effect. Each subclass is in a file of its own; built-in effects use
+    only this interface too."""
 
     name: ClassVar[str]
     """Public name, as used on the command line, in model files and in JSON."""
@@ -257,7 +258,8 @@ class Effect(ABC):
     """Whether the effect describes the observation, not its cause: a more specific effect that fits
     as well is named in its place."""
     in_parts: ClassVar[tuple[str, ...]] = ()
-    """The product of parts that equals the effect by definition, on every set; empty: none."""
+    """The product of parts that equals the effect by definition, on every set; empty if there is no
+    such product."""
     local_on_disc: ClassVar[bool] = False
     """Whether the effect acts on a short arc of the disc, so that every turn must show it."""
     multiples_setting: ClassVar[str | None] = None
@@ -300,7 +302,8 @@ class Effect(ABC):
         self.settings: dict[str, object] = {**self.defaults, **settings}
 
     def integers(self, key: str) -> tuple[int, ...]:
-        """Return a setting that lists whole numbers. Raises ValueError if it does not."""
+        """Return a setting that lists whole numbers. Raises ValueError if the setting has other
+        values."""
         values = self.settings[key]
         if not isinstance(values, Sequence) or not all(
             isinstance(value, int) and not isinstance(value, bool) and value > 0 for value in values
@@ -312,7 +315,8 @@ class Effect(ABC):
         return tuple(values)
 
     def declared_order(self, observations: Observations) -> float | None:
-        """Return the order whose multiples the effect has, if stated, such as a tooth count."""
+        """Return the order, such as a tooth count, that the set states and whose multiples the
+        effect contains; otherwise None."""
         return None
 
     def disc_orders(self, nonlinear: Nonlinear) -> Sequence[int]:
@@ -345,7 +349,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        """Return the harmonics that lanes with a condition can correct; default none."""
+        """Return the harmonics that lanes with a condition can correct; by default none."""
         return []
 
     def real_lanes(
@@ -354,13 +358,13 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[RealLane]:
-        """Return the lines of non-integer orders that lanes can correct; default none."""
+        """Return the lines of non-integer orders that lanes can correct; by default none."""
         return []
 
     def local_error(
         self, coefficients: NDArray[np.float64], nonlinear: Nonlinear
     ) -> LocalError | None:
-        """Return the error that a local table of the gateware can correct; default none."""
+        """Return the error that a local table of the gateware can correct; by default None."""
         return None
 
     @property
@@ -388,14 +392,16 @@ class Effect(ABC):
         return True
 
     def missing(self, observations: Observations) -> list[str]:
-        """List in words what the set lacks for a test of this effect; empty: it can be tested."""
+        """List in words the data that the set lacks for a test of this effect; empty if it can be
+        tested."""
         return []
 
     def variety(self, observations: Observations) -> list[str]:
-        """List in words the missing variety of conditions that would separate it from similar
-        effects.
+        """List in words the missing variety of conditions that would separate the effect from
+        similar effects.
 
-        Such an effect can be fitted, but it is not named; it may share a class with another.
+        Without this variety, the effect can be fitted, but is not named; it may share a class with
+        another effect.
         """
         return []
 
@@ -406,7 +412,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Explain in words why the fitted values cannot be those of this effect; None: they can be.
+        """Explain in words why this effect cannot have the fitted values; None: it can.
 
         The check covers what the effect's physics requires of the values in addition to the shape
         of its columns. An effect whose values contradict its physics is not named. A check should
@@ -422,11 +428,10 @@ class Effect(ABC):
     def search_contradiction(
         self, found: Mapping[str, Parameter], observations: Observations
     ) -> str | None:
-        """Explain in words why the search parameters that were found cannot be those of this
-        effect.
+        """Explain in words why this effect cannot have the search parameters that were found.
 
         ``found``: every fitted parameter; search parameters have their σ at the maximum of the
-        likelihood. None: they can be.
+        likelihood. None: it can have them.
         """
         return None
 
@@ -445,13 +450,15 @@ class Effect(ABC):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """Return the contribution of each coefficient to R₂ − R₁, arcseconds; None: nothing."""
+        """Return the contribution of each coefficient to R₂ − R₁, arcseconds; None: the effect does
+        not change it."""
         return None
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """Return the contribution of each coefficient to ε of head 1, arcseconds; None: nothing."""
+        """Return the contribution of each coefficient to ε of head 1, arcseconds; None: the effect
+        does not change it."""
         return None
 
     def capture_formula(
@@ -472,7 +479,8 @@ class Effect(ABC):
         return None
 
     def describe_data(self, nonlinear: Nonlinear, observations: Observations) -> str:
-        """Describe what the data show about the effect; empty if there is nothing to add."""
+        """Describe in words what the data show about the effect; empty if there is nothing to
+        add."""
         return ""
 
     def describe_values(self, parameters: Mapping[str, Parameter]) -> str:
@@ -504,8 +512,8 @@ class Effect(ABC):
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """Return the form and place that follow from the place that a search found; default:
-        unchanged."""
+        """Return the form and the place of the effect that follow from the place that a search
+        found; by default, both stay unchanged."""
         return self, dict(nonlinear)
 
     def parameters(
@@ -556,8 +564,8 @@ def amplitude_and_phase(
 ) -> dict[str, Parameter]:
     """Convert c·cos x + s·sin x to amplitude·cos(x + phase), with standard uncertainties.
 
-    ``covariance`` is the 2 × 2 block of (c, s). The uncertainty of the phase is at most that of a
-    uniform distribution (180°/√3).
+    ``covariance`` is the 2 × 2 block of (c, s). The uncertainty of the phase is at most the
+    standard deviation of a uniform distribution (180°/√3).
     """
     amplitude = float(np.hypot(cosine, sine))
     direction = np.array([cosine, sine]) / amplitude if amplitude > 0.0 else np.array([1.0, 0.0])

@@ -1,4 +1,4 @@
-"""Columns of an effect on the rows of a capture with any number of heads.
+"""Computes the columns of an effect on the rows of a capture with any number of heads.
 
 :meth:`Effect.capture_columns` returns the contribution of an effect to Rᵢ − R₁ for one head i. This
 module combines these columns as the readings are combined: with two heads they are used unchanged;
@@ -17,7 +17,8 @@ from arctrue.workbench.observations.rows import CaptureRows
 def capture_block(
     effect: Effect, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
 ) -> Columns | None:
-    """Return each coefficient's contribution to the measured rows, arcseconds; None: nothing."""
+    """Return each coefficient's contribution to the measured rows, arcseconds; None: no
+    contribution."""
     if rows.channel is None:
         return effect.capture_columns(rows, nonlinear, context)
     weights = contrast_weights(rows.heads)
@@ -32,7 +33,8 @@ def capture_block(
 
 
 def in_place_of_head(column: Columns, rows: CaptureRows) -> Columns:
-    """Place the columns of head i among those of heads 2 … H; the columns of the others are 0.
+    """Place the columns of head i among the columns of heads 2 … H; the columns of all other heads
+    are 0.
 
     ``column`` has shape (rows, k); the result has k columns for each of heads 2 … H.
     """

@@ -14,7 +14,7 @@ def one_speed(observations: Observations) -> list[str]:
     """Return a message if all runs of the capture have one magnitude of speed; otherwise an empty
     list.
 
-    At a single speed, an oscillation in time and one in angle look the same.
+    At a single speed, an oscillation in time and an oscillation in angle look the same.
     """
     rows = observations.capture
     if rows is None:

@@ -45,7 +45,7 @@ class EffectFileError(ValueError):
 
 
 def guarded(kind: type[Effect], path: Path) -> type[Effect]:
-    """Make a subclass of the effect of a user's file whose methods are checked.
+    """Make, from the effect in a user's file, a subclass whose methods are checked.
 
     Columns must be a finite float array of shape (rows, coefficients). An exception from the file,
     including an exit, becomes an EffectFileError with file, method and line; so does a call that
@@ -105,7 +105,7 @@ def _raised_at(trace: TracebackType) -> bool:
 
 
 Check = Callable[[Effect, tuple[Any, ...], Any], str | None]
-"""Function that returns in words what is wrong with the result of a call; None if nothing is."""
+"""Function that describes the fault of a call's result in words; None if the result is correct."""
 
 
 def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) -> Callable[..., Any]:

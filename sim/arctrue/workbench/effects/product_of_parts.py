@@ -1,4 +1,4 @@
-"""Effects that are not in the catalogue, composed of parts.
+"""Composes effects that are not in the catalogue from parts.
 
 A product consists of a condition (temperature, speed, time, ...), a wave (an order, the electrical
 phase, or nothing) and the frame to which it is fixed (the disc, the stator, a head, the reference).
@@ -118,7 +118,7 @@ _BY_GATEWARE: Mapping[str, GatewareCondition] = {
     "speed": "speed",
     "speed²": "speed_squared",
 }
-"""Conditions of the gateware by the words of the workbench's conditions."""
+"""Conditions of the gateware, by the words for the same condition in the workbench."""
 
 
 CONDITIONS: Mapping[str, Condition] = {
@@ -190,8 +190,8 @@ def recorded_conditions(observations: Observations) -> list[Condition]:
 
 
 def conditions(observations: Observations) -> list[Condition]:
-    """Return the conditions that vary in this set, the simpler first; of equivalent ones only the
-    first."""
+    """Return the conditions that vary in this set, the simpler first; of equivalent conditions,
+    return the first only."""
     found = [ALWAYS, *recorded_conditions(observations)]
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)
@@ -243,7 +243,7 @@ def _share(head: int, rows: CaptureRows) -> float:
 
 
 class ProductOfParts(Effect):
-    """Adds condition × wave, fixed to a frame."""
+    """Adds a condition times a wave that is fixed to a frame."""
 
     name = "product_of_parts"
     physics = "A description by parts, which the settings say; its physics is not known yet."
@@ -278,11 +278,11 @@ class ProductOfParts(Effect):
     def __init__(self, **settings: object) -> None:
         """Check and store the settings.
 
-        ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets a
-        settling, from the start of each run with ``each_run`` and of the set without, or ``column``
-        sets a column minus ``column_zero``. ``orders``: an empty list is a constant.
-        ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. Raises ValueError
-        for settings that define no product.
+        ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets a settling
+        that starts with each run (``each_run``) or with the set, or ``column`` sets a column minus
+        ``column_zero``. ``orders``: an empty list is a constant. ``electrical_head``: 1 to 4 for
+        multiples of that head's electrical phase. Raises ValueError for settings that define no
+        product.
         """
         super().__init__(**settings)
         said = self.settings
@@ -336,8 +336,8 @@ class ProductOfParts(Effect):
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # The condition replaces an equal one, because two settlings with the same time constant are
-        # different objects.
+        # The condition replaces an equal condition, because two settlings with the same time
+        # constant are different objects.
         product.condition = condition
         return product
 
@@ -501,7 +501,7 @@ class ProductOfParts(Effect):
         if len(orders) != len(self.orders):
             return []
         if self.frame == "stator" and self.electrical_head is None:
-            # Head 1 reads y; the columns of y come after those of x.
+            # Head 1 reads y; the columns of y come after the columns of x.
             coefficients = coefficients[2 * len(orders) :]
         return paired_lanes(orders, coefficients)
 

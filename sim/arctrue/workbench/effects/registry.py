@@ -1,4 +1,5 @@
-"""All effects by name: the built-in ones, those of a folder, and those of other packages."""
+"""Finds all effects by name: built-in effects, effects of a folder, and effects of other
+packages."""
 
 from __future__ import annotations
 
@@ -57,7 +58,7 @@ class EffectNotFoundError(ValueError):
 
 
 def effects_in(module: object) -> list[type[Effect]]:
-    """Return the effects that a module itself defines, not those that it imports."""
+    """Return the effects that a module itself defines, without effects that the module imports."""
     return [
         item
         for item in vars(module).values()
@@ -161,7 +162,7 @@ def absent_effects(
 
 
 def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
-    """Return every effect by name: the built-in ones, the product of parts, those of users.
+    """Return every effect by name: the built-in effects, the product of parts, and users' effects.
 
     Raises EffectFileError if a later source uses an existing name.
     """

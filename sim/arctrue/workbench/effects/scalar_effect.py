@@ -1,6 +1,7 @@
-"""Effects whose parameters are their coefficients, in the effect's own unit.
+"""Defines effects whose parameters are their coefficients, in the effect's own unit.
 
-Most have one coefficient; an effect that exists at each head has one coefficient per head.
+Most such effects have one coefficient; an effect that exists at each head has one coefficient per
+head.
 """
 
 from __future__ import annotations
@@ -46,8 +47,9 @@ class ScalarOfEachHead(ScalarEffect):
     """An effect that exists at each head, such as a bracket angle or a delay, with one number per
     head.
 
-    Heads 2, 3, … have one coefficient each; an effect at head 1 changes all of them equally. The
-    setting ``heads``, if given, lists the heads that have coefficients and may contain head 1.
+    Heads 2, 3, … have one coefficient each; an effect at head 1 changes all these coefficients
+    equally. The setting ``heads``, if given, lists the heads that have coefficients and may contain
+    head 1.
     """
 
     defaults: ClassVar[Mapping[str, object]] = {"heads": []}

@@ -1,4 +1,4 @@
-"""The fit of a list of effects to capture and reference together, and the test of further effects.
+"""Fits a list of effects to capture and reference together, and tests further effects.
 
 ``design_matrix`` → ``fit`` (with the noise) → ``residuals`` and their score tests → ``search`` for
 places, ``likelihood_ratio`` with the noise estimated anew on both sides, ``held_out`` rows. Each

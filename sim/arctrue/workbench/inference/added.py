@@ -15,15 +15,15 @@ from arctrue.workbench.noise.fit import white_noise
 
 
 def settled(solution: Solution) -> Solution:
-    """Return a fit with the figures that the ladder shows: search parameters refined, every row
-    used."""
+    """Return a fit with the figures that a model's history shows: search parameters refined, every
+    row used."""
     return on_every_row(refined(solution))
 
 
 def added(effect: Effect, base: Solution) -> Solution | None:
     """Fit the model of ``base`` with one more effect, noise and coefficients estimated anew.
 
-    ``base`` is a fit of its terms. The result is None where the search finds no place.
+    ``base`` must be a fit of its own terms. The result is None where the search finds no place.
     """
     place: dict[str, float] = {}
     if effect.search:

@@ -1,4 +1,5 @@
-"""Canonical correlations of the columns of two effects, with the model projected out of both."""
+"""Calculates canonical correlations of the columns of two effects, with the model projected out of
+both."""
 
 from __future__ import annotations
 
@@ -67,9 +68,9 @@ class _SideBySide(Effect):
 def canonical_correlations(residuals: Residuals, first: Term, second: Term) -> Float:
     """Return the canonical correlations of two whitened blocks, with the model projected out.
 
-    They descend, and their number is the rank of the smaller block. If the last one is near 1, the
-    smaller block lies wholly within the other; if only the first one is, the blocks share a
-    direction.
+    The correlations descend, and their number is the rank of the smaller block. If the last
+    correlation is near 1, the smaller block lies wholly within the larger block; if only the first
+    is near 1, the blocks share a direction.
     """
     joint = _SideBySide([first, second], residuals.observations)
     score = residuals.score(joint, {})

@@ -1,4 +1,4 @@
-"""The standard deviation of the estimated place of a step, in samples."""
+"""Calculates the standard deviation of the estimated place of a step, in samples."""
 
 from __future__ import annotations
 

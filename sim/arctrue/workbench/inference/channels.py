@@ -1,4 +1,4 @@
-"""The channels of a capture with three or four heads; a search treats each channel separately."""
+"""Treats the channels of a capture with three or four heads separately in a search."""
 
 from __future__ import annotations
 

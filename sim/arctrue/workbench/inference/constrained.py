@@ -217,8 +217,8 @@ def _nearest(
     """Return the likeliest values that meet the conditions, the unknowns on which the conditions
     depend, and the slopes.
 
-    The slopes are those of every equation, and of every bound that is reached, with respect to all
-    unknowns.
+    The slopes are derivatives of every equation, and of every bound that is reached, with respect
+    to all unknowns.
     """
     none = np.zeros(0, dtype=np.int64), np.zeros((0, unknowns.best.size))
     if not conditions:
@@ -227,8 +227,8 @@ def _nearest(
     at = unknowns.best
     slopes = _slopes(unknowns, at, conditions)
     if not slopes.any():
-        # An amplitude of zero has no derivative; after a small step, the derivatives show which
-        # unknowns it depends on.
+        # An amplitude of zero has no derivative; after a small step, the derivatives show on which
+        # unknowns the amplitude depends.
         slopes = _slopes(unknowns, at + spread, conditions)
     involved = np.flatnonzero(slopes.any(axis=0) & (spread > 0.0))
     if not involved.size:
@@ -385,7 +385,8 @@ def noise_with(found: ConstrainedFit, free: Float | None = None) -> Noise:
     """Estimate the noise from the residuals of a model with conditions, starting from its present
     noise.
 
-    ``free``: directions in which the coefficients absorb noise; by default those of ``found``.
+    ``free``: directions in which the coefficients absorb noise; by default the free directions of
+    ``found``.
     """
     solution = found.solution
     design = FreeDesign(

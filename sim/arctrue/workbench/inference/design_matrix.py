@@ -1,8 +1,9 @@
-"""The design matrix of a model: the columns of its terms, raw and whitened by the noise.
+"""Computes the design matrix of a model: the columns of its terms, raw and whitened by the noise.
 
 Columns depend on the rows alone and are kept in memory while the rows exist: all columns of wide
-linear terms, and the last few of other terms. Whitened columns are kept while the noise exists. A
-long capture is processed block by block; the columns of a block are released with the block.
+linear terms, and the last few columns of other terms. Whitened columns are kept while the noise
+exists. A long capture is processed block by block; the columns of a block are released with the
+block.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ BLOCK_ROWS = 1 << 15
 """Number of rows of one matrix product; it limits memory only: 32,768 rows of 100 columns are 26
 MB."""
 MOST_RECENT = 4
-"""Number of blocks of columns that are kept for terms that change: a scan uses the same ones
+"""Number of blocks of columns that are kept for terms that change: a scan uses the same blocks
 again."""
 Rows = CaptureRows | ReferenceRows
 
@@ -47,7 +48,7 @@ class _Kept:
     linear: dict[Hashable, Matrix | None] = field(default_factory=dict)
     """Columns of wide, linear terms, which stay the same from fit to fit."""
     recent: dict[Hashable, tuple[Effect, Matrix | None]] = field(default_factory=dict)
-    """Columns of terms that change from fit to fit: a scan uses the same ones again."""
+    """Columns of terms that change from fit to fit: a scan uses the same columns again."""
 
 
 @dataclass
@@ -169,8 +170,8 @@ def channel_prediction(
     *,
     capture: bool,
 ) -> Matrix:
-    """Return the sum of all terms, times their coefficients, for the rows of a channel: shape
-    (rows,), arcseconds."""
+    """Return the prediction of all terms, the sum of their columns times coefficients, for the rows
+    of a channel: shape (rows,), arcseconds."""
     rows = _rows_of(observations, capture=capture)
     total, start = np.zeros(rows.run.size), 0
     for term, width in zip(terms, term_widths(terms, observations), strict=True):
@@ -315,7 +316,7 @@ def every_row_sums(
     """Return the sums over all rows of a channel: block by block for a long channel, otherwise in
     one product.
 
-    The correlation between blocks is neglected. This loses information about slow noise, about one
+    The correlation between blocks is neglected, which loses information about slow noise: about one
     time constant per block length.
     """
     law = noise.capture_law if capture else noise.reference_law

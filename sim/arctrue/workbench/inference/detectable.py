@@ -1,9 +1,9 @@
-"""The smallest size of an effect that a set would show.
+"""Calculates the smallest size of an effect that a set would show.
 
 An effect is found if its gain passes the F test of :mod:`significance`, and if held-out rows show
-it. It is also found without held-out rows if its evidence is too strong to be disregarded. All of
-this depends on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the
-tests is that of noncentral F and normal distributions.
+it. An effect is also found without held-out rows if its evidence is too strong to be disregarded.
+These tests depend on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power
+of the tests follows from noncentral F and normal distributions.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ FOLDS_SHARE = 4.0 / 3.0
 
 
 FEW_FREEDOM = 6.0
-"""Degrees of freedom below which a detectable size is at least 2.8 times that with known noise.
+"""Degrees of freedom below which a detectable size is at least 2.8 times the size with known noise.
 With one column among 19 effects, this size is 14 standard errors in place of 5.1; with the fewest
-degrees of freedom, 2, it is 188 (:func:`needed_gain`)."""
+degrees of freedom, 2, it is 188 standard errors (:func:`needed_gain`)."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,10 @@ class Refused:
     delta_bic: float
     """Smallest ΔBIC of such an effect."""
     trials: float = 1.0
-    """Number of places of its search, for which ΔBIC has a charge."""
+    """Number of places of the effect's search; ΔBIC is reduced for them."""
     rows_by_themselves: float = 0.5
-    """Share of the index in the variance of a size above which held-out rows are not used."""
+    """Share of the index repeatability in the variance of an effect's size above which held-out
+    rows are not used."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +95,8 @@ def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
 
 
 def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> float:
-    """Return the threshold of χ² or F: both p and a rise of the log likelihood by ``gain``/2 are
-    reached."""
+    """Return the threshold of χ² or F at which both the p value and a rise of the log likelihood by
+    ``gain``/2 are reached."""
     if freedom > MANY:
         return max(float(chdtri(rank, p_value)), gain)
     of_gain = freedom / rank * float(np.expm1(gain / (freedom + rank)))
@@ -203,8 +204,8 @@ def _gain_of(
         weights, (residuals.capture_precise, residuals.reference_precise), strict=True
     ):
         if weight is not None and precise is not None and np.any(weight):
-            # The error of a row, given its neighbours, is C⁻¹r divided by the row's precision,
-            # whose mean over the rows is that of (C⁻¹r)².
+            # The error of a row, given its neighbours, is C⁻¹r divided by the row's precision, and
+            # the mean of this precision over the rows is the mean of (C⁻¹r)².
             shown += float(weight @ weight) / max(float(np.mean(precise**2)), 1e-300)
             rows += weight.size
     confirmed = held_out_gain(form.rank, shown)

@@ -23,8 +23,8 @@ def with_fixed_coefficients(
 ) -> Solution:
     """Return the solution with these coefficients (of all terms, in their order).
 
-    Run offsets and the constant a₀ are those of least squares; the noise comes from the residuals.
-    Raises ValueError when the number of coefficients does not fit.
+    Run offsets and the constant a₀ are fitted by least squares; the noise is estimated from the
+    residuals. Raises ValueError if the number of coefficients is wrong.
     """
     widths = term_widths(terms, observations)
     shared = sum(widths)
@@ -34,7 +34,7 @@ def with_fixed_coefficients(
     context = context_of(draft)
     draft = replace(draft, context=context)
     left = draft.capture_residual_arcsec(), draft.reference_residual_arcsec()
-    # Coefficients from another set use no degree of freedom of this one: only constants are fitted
+    # Coefficients from another set use no degree of freedom of this set: only constants are fitted
     # to its rows.
     noise, unknown = estimated_noise(ModelDesign((), _leaving(observations, left), FitContext()))
     sums = [

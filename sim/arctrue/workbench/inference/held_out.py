@@ -1,6 +1,7 @@
-"""Error on rows that were not fitted, given their neighbours and the noise's correlation.
+"""Calculates the error on rows that were not fitted, given their neighbours and the noise's
+correlation.
 
-The rows are omitted in turn, a quarter of them at a time, as single rows. An omitted row is
+The rows are omitted in turn, a quarter of the rows at a time, as single rows. An omitted row is
 predicted from the model and from the coloured noise of its neighbours: the covariance, not the
 length of a fold, accounts for the correlation. The same noise is used for the model with the effect
 and without it.
@@ -36,7 +37,7 @@ FOLDS = 4
 """Number of folds. Each fit has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows
 from this number."""
 STANDARD_ERRORS = 2.0
-"""The error must fall by this number of its standard errors."""
+"""Number of standard errors by which the held-out error must fall."""
 ENOUGH_ERRORS = 3.0
 """If a true effect would lower the error by less than this number of standard errors, the test does
 not require a fall."""
@@ -72,15 +73,15 @@ class Improvement:
     gain: float
     """Rise of the log predictive density of all rows of the channel."""
     information: float
-    """Σ (change of the prediction)²/variance. For a real effect it is the variance of the rise, and
-    twice the mean of the rise."""
+    """Σ (change of the prediction)²/variance. For a real effect, this sum equals the variance of
+    the rise and twice the mean of the rise."""
 
 
 def holds_out(channels: Iterable[Improvement]) -> bool:
     """Tell whether the predictive density of held-out rows rises by more than two standard errors.
 
     If such rows cannot show the effect (neighbours and slow noise already predict it), it is enough
-    that the density does not fall by more than that.
+    that the density does not fall by more than two standard errors.
     """
     found = list(channels)
     gain = sum(item.gain for item in found)
@@ -113,8 +114,8 @@ def improvement(before: Float | None, after: Float | None, scale: Float) -> Impr
     change = old - new
     information = float(change @ change) / variance
     gain = 0.5 * float(old @ old - new @ new) / variance
-    # Standard error of the mean square: it is twice the sum of change times error, whose variance
-    # is known.
+    # The fall of the mean square contains twice the sum of (change times error); the known variance
+    # of this sum gives the standard error.
     spread = 2.0 * np.sqrt(float(change @ change) * variance) / old.size
     rms_before, rms_after = float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2)))
     unit = float(np.mean(scale**2)) / max(rms_before + rms_after, 1e-30)
@@ -175,7 +176,7 @@ def held_out(
     context: FitContext,
     noise: Noise | None = None,
 ) -> HeldOut:
-    """Return the errors of the model on rows that the fit did not see, without a prediction from
+    """Return the errors of the model on rows that the fit did not use, without a prediction from
     neighbours.
 
     ``noise`` weights the rows; it is estimated if it is not given.
@@ -193,7 +194,8 @@ def held_out_with(
     terms: Sequence[Term], further: Term, observations: Observations, context: FitContext,
     noise: Noise,
 ) -> tuple[HeldOut, HeldOut]:  # fmt: skip
-    """Return the errors without and with one more term, on the same folds and with the same noise.
+    """Return the errors without and with the term ``further``, on the same folds and for the same
+    noise.
 
     Each fold searches the search parameters of the further term again.
     """
@@ -240,7 +242,8 @@ class _Errors:
         )
 
     def judge(self, solution: Solution, keep: Keep) -> None:
-        """Store the errors of a solution, which was fitted to the kept rows, for all other rows."""
+        """Store, for all rows that were not kept, the errors of a solution that was fitted to the
+        kept rows."""
         for total, kept, of_rows, is_capture in (
             (self._capture, keep[0], self._noise.capture, True),
             (self._reference, keep[1], self._noise.reference, False),

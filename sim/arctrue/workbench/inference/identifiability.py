@@ -1,4 +1,5 @@
-"""The coefficients that a set determines, and the smallest effects that it could show."""
+"""Finds the coefficients that a set determines, and the smallest effects that the set could
+show."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
 """Smallest correlation at which a pair is listed; no decision uses it. At this correlation each σ
-is 2.3 times that of the coefficient alone, 1/√(1 − 0.9²)."""
+is 2.3 times the σ of the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
 """Share of a coefficient in directions that no row shows. Above it, the coefficient counts as not
 determined."""
@@ -42,13 +43,14 @@ class Identifiability:
     rank: int
     condition: float
     undetermined: list[str]
-    """Coefficients that have no effect on any row, or that others can replace exactly."""
+    """Coefficients that have no effect on any row, or that other coefficients can replace
+    exactly."""
     weakest: dict[str, float]
     """σ of the three coefficients with the largest σ, arcseconds (or their unit), by name."""
     correlated: list[Pair]
     smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
-    """RMS in each channel of the smallest form of each absent effect that would be found in 95 % of
-    such sets, at a level of 1 % divided by the number of candidates; effects without a search only.
+    """Smallest RMS in each channel with which each absent effect would be found in 95 % of such
+    sets, at a level of 1 % divided by the number of candidates; effects without a search only.
     """
 
 
@@ -91,7 +93,7 @@ def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
         sums = channel_sums(terms, observations, context, noise, capture=is_capture)
         if sums is None:
             continue
-        # Constants (of the runs, or a₀) can replace a part of the columns, which is therefore
+        # Constants (of the runs, or a₀) can replace a part of the columns, so that this part is
         # subtracted.
         own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
         constants = np.diag(sums.gram)[size:]

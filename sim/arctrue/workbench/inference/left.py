@@ -1,6 +1,6 @@
-"""The residual of a model on a set: the one place that computes *left* and *held out*.
+"""Computes the residual of a model on a set, *left* and *held out*; no other module computes it.
 
-Ladder, diagnosis, comparison, page and report show these figures and no others.
+The history of a model, diagnosis, comparison, page and report show only these figures.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class Left:
     rows: Mapping[str, int]
 
     def fall_from(self, before: Left) -> dict[str, Improvement]:
-        """Return the fall of *held out* from the model of ``before``, by channel; both are weighted
-        with the noise of this model."""
+        """Return the fall of *held out* from the model of ``before``, by channel; both residuals
+        are weighted with the noise of this model."""
         return falls(before.held_out, self.held_out, self.solution.noise)
 
     def mean_log_ratio(self, before: Left) -> float:

@@ -1,4 +1,4 @@
-"""The likelihood ratio of an effect, with the noise estimated anew on both sides.
+"""Calculates the likelihood ratio of an effect, with the noise estimated anew on both sides.
 
 Noise that is estimated from residuals which still contain an effect contains the effect too: a slip
 becomes slow noise, a reversal of a few rows becomes a correlation. Therefore, for every effect that
@@ -201,7 +201,7 @@ def freedom_of_a_size(
     """Return the degrees of freedom of the noise in an effect's size, and the index's share in its
     variance.
 
-    ``weights`` and ``offsets`` are those of :meth:`Residuals.projected`.
+    ``weights`` and ``offsets`` are results of :meth:`Residuals.projected`.
     """
     observations, noise = residuals.observations, residuals.solution.noise
     runs = {

@@ -20,8 +20,8 @@ HALF_ORDERS_TO = 30.5
 def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Return the best lines of both channels, over the angle and over time, best first.
 
-    At one speed a line in time is also a line in the angle, so that it is searched for in the angle
-    only.
+    At one speed a line in time is also a line in the angle, so that the line is searched for in the
+    angle only.
     """
     coarse: list[tuple[float, dict[str, float], LineSpectrum]] = []
     trials = 0.0

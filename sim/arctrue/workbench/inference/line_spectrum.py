@@ -1,4 +1,5 @@
-"""The share of residual variance that a line explains, at every order per turn and frequency.
+"""Calculates the share of residual variance that a line explains, at every order per turn and
+frequency.
 
 A line has one phase for all rows of a channel: it is fixed to the angle, or to time. C⁻¹·residual
 is summed in bins as wide as the median step of the rows, and transformed; the spectrum of the noise

@@ -1,4 +1,5 @@
-"""The likelihood ratio of two models of one set, of which one contains the other."""
+"""Calculates the likelihood ratio of two models of one set, if one of the models contains the
+other."""
 
 from __future__ import annotations
 
@@ -24,8 +25,8 @@ class ModelRatio:
     parameters : int
         Number of parameters that only the larger model has, search parameters included.
     p_value : float
-        Probability of such a gain by chance if the smaller model is true. It is too small if the
-        larger model searched for a place: :func:`arctrue.diagnose` counts the places.
+        Probability of such a gain by chance if the smaller model is true. This probability is too
+        small if the larger model searched for a place: :func:`arctrue.diagnose` counts the places.
     larger : int
         Number of the larger model, 1 or 2.
     """
@@ -37,7 +38,7 @@ class ModelRatio:
 
 
 def model_ratio(one: Solution, other: Solution) -> ModelRatio | None:
-    """Compare two models; return None if neither has all terms of the other."""
+    """Compare two models; return None if neither model has all terms of the other model."""
     if _contains(other, one):
         return _ratio(one, other, 2)
     if _contains(one, other):

@@ -1,4 +1,4 @@
-"""The fitted parameters of a whole model under one name each: ``hysteresis.reversal_error``.
+"""Collects the fitted parameters of a model, each under one name: ``hysteresis.reversal_error``.
 
 The second occurrence of an effect has ``#2`` after its name: ``periodic_error#2.amplitude``.
 """
@@ -21,7 +21,8 @@ Float = NDArray[np.float64]
 
 
 def labels(terms: Sequence[Term]) -> list[str]:
-    """Return the name of each term, with its number where the effect occurs more than once."""
+    """Return the name of each term, with the number of the occurrence if the effect occurs more
+    than once."""
     names = [term.effect.name for term in terms]
     found = []
     for place, name in enumerate(names):
@@ -68,7 +69,7 @@ def named_parameters(solution: Solution, covariance: Float | None = None) -> dic
     """Return every parameter with its standard uncertainty and unit.
 
     ``covariance``: covariance of all coefficients and, after them, of the continuous search
-    parameters of each term; by default that of the solution.
+    parameters of each term; by default the covariance of the solution.
     """
     own, sigmas = joint_uncertainty(solution)
     if covariance is not None:

@@ -1,4 +1,4 @@
-"""The earlier name of :mod:`arctrue.workbench.inference.design_matrix`, for one release."""
+"""Keeps the earlier name of :mod:`arctrue.workbench.inference.design_matrix` for one release."""
 
 from arctrue.workbench.inference.design_matrix import BLOCK_ROWS, Term, channel_columns, row_blocks
 

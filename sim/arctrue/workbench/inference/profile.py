@@ -1,12 +1,12 @@
 """Calculates intervals by profile likelihood: the values of a parameter that the data do not
 contradict.
 
-At each value of the parameter, all others, including the noise, have their most likely values. Such
-an interval also holds where the standard uncertainty of a linearised fit does not: slow noise that
-is estimated together with a drift has absorbed part of the drift, and a frequency of few periods is
-not a linear parameter. The limit of the likelihood ratio is that of Student's t with the degrees of
-freedom of the noise variance: exact for a linear parameter in white noise (Bates and Watts,
-Nonlinear Regression Analysis and Its Applications, chapter 6).
+At each value of the parameter, all other parameters and the noise have their most likely values.
+Such an interval also holds where the standard uncertainty of a linearised fit does not: slow noise
+that is estimated together with a drift has absorbed part of the drift, and a frequency of few
+periods is not a linear parameter. The limit of the likelihood ratio follows from Student's t with
+the degrees of freedom of the noise variance: exact for a linear parameter in white noise (Bates and
+Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ from arctrue.workbench.numeric.symmetric import solve_symmetric
 Float = NDArray[np.float64]
 
 NOISE_ROUNDS = 2
-"""Number of rounds of model and noise at each value; the first starts from the noise of the
+"""Number of rounds of model and noise at each value; the first round starts from the noise of the
 previous value."""
 FARTHEST = 40.0
 """Distance from the fitted value, in standard uncertainties, beyond which the interval counts as
 unbounded."""
 WIDER = 1.6
-"""Factor by which each step outwards is longer than the one before, until the likelihood has fallen
-far enough."""
+"""Factor by which each step outwards is longer than the step before, until the likelihood has
+fallen far enough."""
 PRECISION = 0.01
 """Accuracy of the ends of the interval, in standard uncertainties."""
 HALF_TURN_DEG = 180.0
@@ -211,7 +211,8 @@ def _as_a_walk(noise: Noise) -> Noise:
     """Return noise with the same steps from row to row, in which the slow parts are a random walk.
 
     The steps hardly distinguish a random walk from slow noise, but a slow walk hides a drift. The
-    search for the likeliest noise does not lead from one to the other, so that both are tried.
+    search for the likeliest noise does not lead from slow noise to a random walk, so that both are
+    tried.
     """
     laws = [
         None if law is None else replace(law, spectra=tuple(map(_slowest, law.spectra)))

@@ -1,4 +1,5 @@
-"""Residuals of a fitted model, and the part of their variance that additional columns explain."""
+"""Holds the residuals of a fitted model, and finds the part of their variance that additional
+columns explain."""
 
 from __future__ import annotations
 
@@ -35,8 +36,8 @@ TIMES_THE_NOISE = 4.0
 """Smallest ratio of squares: the part of a signal-period wave that the model leaves must be twice
 its phase noise."""
 MOST_OWN_SHARE = 0.5
-"""Largest value of the limit on the share, whatever the noise is: a block of which the model leaves
-more is always tested."""
+"""Largest value of the limit on the share, whatever the noise is: a block is always tested if the
+model leaves a larger share."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class Score:
     information: Matrix
     """Normal matrix of the block, with the model projected out."""
     cross: Matrix
-    """Products of the model's columns (terms, run offsets, constant) with those of the block."""
+    """Products of the model's columns (terms, run offsets, constant) with the columns of the
+    block."""
     own_share: float
     """Share of the block's weighted squares that the model cannot explain, 0 to 1."""
 
@@ -90,8 +92,8 @@ def own_directions(
 def above_the_phase_noise(
     projected: Matrix, moment: Matrix, noise: Matrix
 ) -> tuple[Matrix, Matrix]:
-    """Return ``projected`` and ``moment`` in the directions in which the squares exceed those of
-    phase noise.
+    """Return ``projected`` and ``moment`` in the directions in which the squares exceed the squares
+    of phase noise.
 
     ``noise``: squares that the noise of the readings gives each column, shape (columns,). If the
     rows have few different signal phases, the model explains most of a wave, and the part that it
@@ -150,7 +152,7 @@ class Residuals:
         if values is None:
             return None
         if design is None or self.solution.held:
-            # Coefficients that were not fitted to these rows absorb none of their noise.
+            # Coefficients that were not fitted to these rows absorb no noise of these rows.
             return whiteness(values)
         return whiteness(values, design.every_column)
 
@@ -253,7 +255,7 @@ class Residuals:
         for name in ("_designs", "_normal", "_inverse", "_reading_noise_arcsec"):
             # The model's own matrices, and the noise of the set, do not depend on the residuals.
             other.__dict__[name] = getattr(self, name)
-        # A fit leaves the other residuals without a moment along the model's columns.
+        # After a fit, the other residuals have no moment along the model's columns.
         other.__dict__["_left_moment"] = np.zeros(self._layout.size)
         noise, layout = self.solution.noise, self._layout
         white = [self._whitened(capture, noise.capture), self._whitened(reference, noise.reference)]
@@ -276,8 +278,8 @@ class Residuals:
     def whitened_columns(
         self, effect: Effect, nonlinear: Nonlinear
     ) -> tuple[Matrix | None, Matrix | None]:
-        """Return the whitened columns of one effect by channel; None for a channel to which it adds
-        nothing."""
+        """Return the whitened columns of one effect by channel; None for a channel to which the
+        effect adds nothing."""
         term, noise = Term(effect, nonlinear), self.solution.noise
         found: list[Matrix | None] = []
         for rows, of_rows, is_it in (
@@ -399,8 +401,8 @@ class Residuals:
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
     ) -> tuple[Matrix | None, list[int], list[float]]:
         """Return whitened columns of one channel and the numbers of the effects that have columns
-        in it. For each of these, also return the sum of the squares of a wave (cosine and sine)
-        before whitening."""
+        in it. For each of these effects, also return the sum of the squares of a wave (cosine and
+        sine) before whitening."""
         noise = self.solution.noise.capture if capture else self.solution.noise.reference
         assert noise is not None
         blocks: list[Matrix] = []
@@ -450,7 +452,7 @@ class Residuals:
         self, effect: Effect, nonlinear: Nonlinear, score: Score
     ) -> tuple[tuple[Matrix | None, Matrix | None], Matrix]:
         """Return C⁻¹ times the columns of a scored effect, multiplied by its coefficients, with the
-        model projected out, by channel; and the run offsets in it, arcseconds."""
+        model projected out, by channel; and the run offsets in this result, arcseconds."""
         layout, noise = self._layout, self.solution.noise
         back = self._inverse @ (score.cross @ score.coefficients)
         found: list[Matrix | None] = []
@@ -495,7 +497,7 @@ class Residuals:
         """Return the solution of the model with one more effect, whose search parameters are not
         fitted.
 
-        It equals a fit with this noise, and is computed from the sums of the score test.
+        The solution equals a fit with this noise, and is computed from the sums of the score test.
         """
         solution, layout = self.solution, self._layout
         shift = self._inverse @ score.cross

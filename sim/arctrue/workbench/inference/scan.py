@@ -31,19 +31,19 @@ from arctrue.workbench.observations import ReferenceRows
 Float = NDArray[np.float64]
 
 LONGEST_WINDOW = 1 << 19
-"""Largest number of samples in one transform over time; with zeros it has four times as many, 16
-MB."""
+"""Largest number of samples in one transform over time; padded with zeros, the transform has four
+times as many, 16 MB."""
 BEST_PLACES = 4
 """Number of places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4
 """Largest number of steps of a search before it encloses the maximum."""
 EDGE_STEPS = 5
-"""Number of bisection steps: they reach a thirtieth of the grid step, which is exact enough where
-the gain is cut off."""
+"""Number of bisection steps near a place where the gain is set to 0: five steps reach a thirtieth
+of the grid step, which is exact enough."""
 PARABOLAS = 3
 """Number of parabolas, each through the three best places so far."""
 SAME_PLACE = 2e-3
-"""Share of the distance between the outer two places: a maximum that moves by less has been
+"""Share of the distance between the outer two places: a maximum that moves by less counts as
 found."""
 DISC_BINS = 1 << 15
 """Number of bins in a turn. With eight bins per period, the highest order that is searched is
@@ -64,11 +64,11 @@ is searched for at an eighth of a period or more from an order."""
 BLIND_FACTOR = 0.02
 """Value of |e^{jnα} − 1| below which two heads cannot see the order."""
 ALIAS_AHEAD = 6.0
-"""Gain by which an order above half the samples per turn must exceed the best order below: odds of
+"""Gain by which an order above half the samples per turn must exceed the best lower order: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 STATION_DECIMALS = 6
-"""Number of decimals of a radian to which stations are rounded; stations with equal results are
-one."""
+"""Number of decimals of a radian to which stations are rounded; stations with equal rounded angles
+count as one."""
 LARGEST_GAP_STEPS = 8.0
 """Largest gap of a reference run, in its own steps, at which the run counts as a whole turn."""
 
@@ -166,7 +166,7 @@ def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     the range.
 
     With N samples per turn, orders n and N − n differ only by a phase in each run: runs that start
-    at different angles separate them, one run does not. The lower order is then preferred.
+    at different angles separate them, one run does not. For one run, the lower order is preferred.
     """
     low, high = effect.search_range("order")
     above = int(low) - 1
@@ -263,12 +263,12 @@ def _away_from_halves(orders: Float | float) -> Float:
 def _inside_a_gap(
     effect: Effect, residuals: Residuals, power: Float, orders: Float, trials: float, step: float
 ) -> list[Place]:
-    """Return the best order that is nearer to a whole or half order than the turns resolve, if it
-    differs from it.
+    """Return the best order that differs significantly from a whole or half order but is nearer to
+    it than the turns resolve.
 
     Two lines are resolved at 1/(2·turns). The place of a single line is the more exact, the higher
-    the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it has
-    an order of its own if its gain exceeds that at the whole or half order by TOLD_APART.
+    the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
+    has an order of its own if its gain exceeds the gain at the whole or half order by TOLD_APART.
     """
     resolution = residuals.observations.order_resolution
     near = _away_from_halves(orders) < resolution
@@ -314,7 +314,8 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     shortest = min((period for period in periods if period > 0.0), default=0.0)
     if shortest <= 0.0:
         return []
-    # A long run is cut into windows, whose powers are added like those of the runs.
+    # A long run is cut into windows, and the powers of the windows are added like the powers of the
+    # runs.
     window_s = min(longest, LONGEST_WINDOW * shortest) * (1.0 + 1e-9)
     spacing = 0.25 / min(longest, window_s)
     total = np.zeros(0)
@@ -347,7 +348,7 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         return moved_to_maximum(
             effect, residuals, scored(effect, residuals, coarse, trials), "frequency", spacing
         )
-    # The whole run resolves frequencies that lie between those of a window.
+    # The whole run resolves frequencies that lie between the frequencies of a window.
     places = [
         {"frequency": float(frequency)}
         for place in coarse[:2]
@@ -475,18 +476,19 @@ LEAST_STEP_ROWS = 4
 """Smallest number of rows of the run on either side of a step: one more than the largest number of
 consecutive wrong rows."""
 STEP_PLACES = 24
-"""Number of places in a run at which the information about a step is computed; between them it
-changes slowly and is interpolated."""
+"""Number of places in a run at which the information about a step is computed; between these places
+the information changes slowly and is interpolated."""
 
 
 def step_trials(gain: float, rows: int) -> float:
     """Return the number of independent instants of a step among ``rows`` rows.
 
-    It grows with the gain, because a larger gain has a sharper maximum in time. The probability
-    that white noise gives a gain of b² anywhere is b·φ(b)·Σ ν(b·√r)·r over the instants k, r =
-    n/(k(n − k)) (James, James and Siegmund, Biometrika 74 (1987) 71; ν as Siegmund and Yakir, The
-    Statistics of Gene Mapping, 2007, approximate it). Here it is divided by the probability at one
-    instant, 2·Φ(−b). Below b = 1, where the formula does not hold, b = 1 is used.
+    This number grows with the gain, because a larger gain has a sharper maximum in time. The
+    probability that white noise gives a gain of b² anywhere is b·φ(b)·Σ ν(b·√r)·r over the instants
+    k, r = n/(k(n − k)) (James, James and Siegmund, Biometrika 74 (1987) 71; ν as Siegmund and
+    Yakir, The Statistics of Gene Mapping, 2007, approximate it). Here this probability is divided
+    by the probability at one instant, 2·Φ(−b). Below b = 1, where the formula does not hold, b = 1
+    is used.
     """
     if rows < 2 * LEAST_STEP_ROWS:
         return 0.0

@@ -24,7 +24,7 @@ ROUNDS = 6
 """Largest number of Gauss–Newton steps; SMALL_STEP ends them earlier."""
 HALVINGS = 5
 """Largest number of trials of a step; each trial after the first takes a quarter of the step
-before, so that the last is below the uncertainty of a place."""
+before, so that the last trial is below the uncertainty of a place."""
 SMALL_STEP = 0.02
 """The refinement ends when no search parameter would change by more than this share of its own
 uncertainty."""
@@ -108,8 +108,8 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         columns[:, own] = 0.0
         left = rows.difference_arcsec - columns @ solution.coefficients
         left -= solution.run_offsets_arcsec[run]
-        # Log likelihood of a step before row k minus that of no step: Σ_{i ≥ k} step·(left −
-        # step/2).
+        # Log likelihood of a step before row k minus the log likelihood of no step: Σ_{i ≥ k}
+        # step·(left − step/2).
         gain = np.cumsum((step * (left - 0.5 * step))[::-1])[::-1]
         best = float(rows.time_s[int(np.argmax(gain))])
         terms[index] = replace(term, nonlinear={**term.nonlinear, instant_name: best})

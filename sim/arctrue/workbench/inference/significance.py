@@ -18,7 +18,7 @@ def single_p_value(gain: float, rank: int, freedom: float) -> float:
     ``gain`` is twice the rise of the log likelihood with the noise free on both sides, of ``rank``
     columns; ``freedom`` is the number of degrees of freedom of the noise variance after the columns
     are fitted. In white noise this is the F test: with m degrees of freedom left, the rise is (m +
-    q)·log(1 + q·F/m). (Kenward and Roger, Biometrics 53 (1997) 983, for m in other noise.)
+    q)·log(1 + q·F/m). Kenward and Roger, Biometrics 53 (1997) 983, give m for other noise.
     """
     if rank <= 0:
         return 1.0
@@ -33,7 +33,7 @@ def corrected_p_value(
 ) -> float:
     """Return the probability that chance gives a gain at least as large anywhere in the search.
 
-    The gain is that at the best of ``trials`` independent places, for one of ``candidates``
+    The gain belongs to the best of ``trials`` independent places, for one of ``candidates``
     effects: Šidák over places, Bonferroni over candidates.
     """
     single = single_p_value(gain, rank, freedom)

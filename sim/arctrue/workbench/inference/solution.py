@@ -1,4 +1,4 @@
-"""A fitted model: coefficients of generalised least squares, predictions, uncertainties.
+"""Holds a fitted model: coefficients of generalised least squares, predictions, uncertainties.
 
 The inverse of the joint normal matrix of columns and tangents is the covariance of coefficients and
 search parameters together (Seber and Wild, Nonlinear Regression, section 2.1); the uncertainty of
@@ -32,7 +32,7 @@ from arctrue.workbench.observations import Observations
 
 @dataclass(frozen=True)
 class Solution:
-    """A fitted model."""
+    """A model fitted to a set, with coefficients, covariance and noise."""
 
     terms: tuple[Term, ...]
     observations: Observations
@@ -49,10 +49,10 @@ class Solution:
     """Number of combinations of coefficients that the data determine."""
     condition: float
     every_row: bool = False
-    """True if the coefficients are fitted to every row of a set of which the statistics use only a
-    part."""
+    """True if the coefficients are fitted to every row of a set, while the statistics use only a
+    part of its rows."""
     held: bool = False
-    """True if the coefficients are those of another set: only offsets were fitted to this set."""
+    """True if the coefficients were fitted to another set: only offsets were fitted to this set."""
     unknown_noise: frozenset[str] = frozenset()
     """Channels that have too few rows for their coefficients, so that the rows do not show their
     scatter."""
@@ -150,7 +150,8 @@ class Solution:
 
 @dataclass(frozen=True)
 class Held:
-    """Coefficients that are not fitted: their places among those of all terms, and their values."""
+    """Coefficients that are not fitted: their places among the coefficients of all terms, and their
+    values."""
 
     places: NDArray[np.int64]
     values: Matrix
@@ -259,7 +260,7 @@ def _largest_square_arcsec2(observations: Observations) -> float:
 
 
 def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> FitContext:
-    """Return ε(ψ) from those of the terms that are disc-fixed; ``coefficients`` has the values of
+    """Return ε(ψ) from the disc-fixed terms among ``terms``; ``coefficients`` has the values of
     each term."""
     orders: list[int] = []
     cosines: list[float] = []
@@ -303,7 +304,7 @@ def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, lis
 
 
 def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
-    """Return the terms and, after them, the tangents of each; also the places of each term's
+    """Return the terms and, after them, the tangents of each term; also the places of each term's
     tangents."""
     observations, terms = solution.observations, list(solution.terms)
     places: list[list[int]] = []
@@ -352,5 +353,6 @@ def _instant_sigma_s(solution: Solution, index: int) -> float:
     noise = 0.0 if of_rows is None else of_rows.white_rms_arcsec
     scatter = position_sigma_samples(abs(step), noise)
     within_s = float(np.hypot(scatter, np.sqrt(1.0 / 12.0)) * solution.observations.sample_period_s)
-    # σ is at most that of an instant with equal probability anywhere in the run.
+    # σ is at most the standard deviation of an instant that is equally probable anywhere in the
+    # run.
     return min(within_s, solution.observations.longest_run_s / float(np.sqrt(12.0)))

@@ -1,4 +1,4 @@
-"""Tangents of a model along its search parameters, as further columns of the model."""
+"""Computes tangents of a model along its search parameters, as further columns of the model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A model: its effects, their fitted values, and its history."""
+"""Contains the model: its effects, their fitted values, and its history."""
 
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable, default_model
 

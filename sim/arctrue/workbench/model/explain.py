@@ -2,7 +2,8 @@
 effect.
 
 Each step estimates the noise anew. At the end every added effect is omitted once: an effect that
-later effects replace is dropped, and the others are sorted by the error that they explain.
+later effects replace is dropped, and the remaining effects are sorted by the error that they
+explain.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 
 MOST_ADDED = 16
-"""Largest number of effects that are added to one set; each of them needs a diagnosis, which takes
+"""Largest number of effects that are added to one set; each effect needs a diagnosis, which takes
 seconds."""
 
 
@@ -52,7 +53,7 @@ class NotSeparated:
     """Causes that fit these rows equally well, and the measurement that would separate them."""
 
     effects: tuple[str, ...]
-    """Names of the effects; the named one comes first."""
+    """Names of the effects; the named effect comes first."""
     description: str | None = None
     """Description of a product of parts that fits equally well and is in no catalogue."""
     next_measurement: str | None = None
@@ -111,7 +112,8 @@ def explain(
     matters_counts: float = MATTERS_COUNTS,
     report_step: ReportStep = lambda text: None,
 ) -> Explanation:
-    """Add the named effects, drop the idle ones, and diagnose the remainder.
+    """Add the named effects, drop idle effects, which other effects replace, and diagnose the
+    remaining residual.
 
     Effects that ``model`` had stay. Raises NotTestableError for an effect that the set cannot test.
     """
@@ -167,7 +169,7 @@ def _without_idle(
     """Drop added effects that other effects have made idle, starting with the last one.
 
     An effect is idle if the Bayesian information criterion without it is not larger. The effect
-    that was added last is kept: the diagnosis named it when all others were in the model.
+    that was added last is kept: the diagnosis named it when all other effects were in the model.
     """
     dropped = []
     for place in reversed(range(kept, len(model.effects) - 1)):

@@ -140,9 +140,10 @@ def harmonics_of_reading(
 ) -> ReadingHarmonics:
     """Return the orders of a fitted model that a correction by the reading can remove.
 
-    An order counts if it is significant: the covariance is that of a fit of the model to
-    ``observations``, the limit is that of the calibration. ``taken``: places in the model of
-    effects that lanes with a condition correct. Raises ValueError for a model without coefficients.
+    An order counts if it is significant: the covariance comes from a fit of the model to
+    ``observations``, and the limit is the limit of the calibration. ``taken``: places in the model
+    of effects that lanes with a condition correct. Raises ValueError for a model without
+    coefficients.
     """
     left_out: list[str] = []
     entries = []
@@ -241,7 +242,7 @@ def _with_temperature(
     taken: frozenset[int],
 ) -> _Thermal:
     """Evaluate the model at T₀ and THERMAL_SPAN_K below and above; an order counts if it is
-    significant at one of them."""
+    significant at one of these temperatures."""
     reference_c = observations.reference_temperature_c
     count = arcsec_per_count(observations.counts_per_rev or 0)
     cold, middle, warm = (
@@ -291,7 +292,7 @@ def export_model(
     MODULATORS. ``with_local_table``: errors at one place of the turn go into a table, which needs a
     gateware with LOCAL_TABLE. ``with_real_orders``: lines at orders that are not whole get lanes,
     which need a gateware with REAL_ORDERS. Raises ValueError for a model without coefficients, a
-    set that does not count, or a reversal that is too steep for its width.
+    set without counts per turn, or a reversal that is too steep for its width.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
@@ -433,10 +434,10 @@ set."""
 def _orders_of_waves(orders: Iterable[int]) -> list[int]:
     """Return the orders of lanes that follow a condition, without order 0.
 
-    The file also contains the plain lane of such an order. Without it, the device's calibration
-    would fit the order, and the plain lane would then contain the condition's contribution to the
-    calibrated turn. If the lanes of a file are all used, the calibration has no free lane, so that
-    a plain lane of 0 may be omitted.
+    The file also contains the plain lane of such an order. Without this lane, the device's
+    calibration would fit the order, and the plain lane would then contain the condition's
+    contribution to the calibrated turn. If the lanes of a file are all used, the calibration has no
+    free lane, so that a plain lane of 0 may be omitted.
     """
     return sorted({order for order in orders if order > 0})
 
@@ -518,8 +519,8 @@ class _FollowedLanes:
         return list(dict.fromkeys(named))
 
     def _column_scale(self, one: ConditionedLane) -> float:
-        """Return the column's value, from its zero, at which its word is 1: 1.5 times the largest
-        of the set."""
+        """Return the deviation of a column from its zero at which its word is 1: 1.5 times the
+        largest deviation in the set."""
         channels = (self.observations.capture, self.observations.every_reference_row)
         most = [
             float(np.nanmax(np.abs(rows.conditions[one.column] - one.column_zero)))
@@ -568,8 +569,8 @@ class _FollowedLanes:
         ]
 
     def extension(self, first_lane: int) -> Extension:
-        """Make the coefficient file's extension for lanes that come after ``first_lane`` others.
-        Raises ValueError for a steep reversal."""
+        """Make the coefficient file's extension for lanes that come after ``first_lane`` other
+        lanes. Raises ValueError for a steep reversal."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev

@@ -153,7 +153,7 @@ def add_effect(
 
 
 def _with_settings(model: Model, name: str, settings: dict[str, object]) -> list[ModelEffect]:
-    """Return the model's effects, with the settings of one changed; this one moves to the end.
+    """Return the model's effects; the effect ``name`` gets the new settings and moves to the end.
 
     Raises AlreadyThereError if no setting changes.
     """
@@ -195,8 +195,8 @@ def as_stored(
     """Apply the stored coefficients to another set of the same table.
 
     Only the constants that belong to the set are fitted (each run's offset, a₀). Raises ValueError
-    if a stored effect has no coefficients, or has coefficients for columns other than those of this
-    set.
+    if a stored effect has no coefficients, or if its coefficients belong to other columns than the
+    columns of this set.
     """
     terms = model.terms(effects)
     values: list[float] = []

@@ -1,5 +1,5 @@
-"""Local errors of a fitted model as a table of the gateware, and the correction that the table
-makes."""
+"""Converts local errors of a fitted model to a table of the gateware, and calculates the correction
+of that table."""
 
 from __future__ import annotations
 
@@ -100,15 +100,16 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
     Parameters
     ----------
     errors : sequence of LocalError
-        One error or more. Every point holds the sum of all, so that windows may overlap.
+        One error or more. Every point holds the sum of all errors, so that windows may overlap.
     counts_per_rev : int
         Number of counts per turn.
 
     Returns
     -------
     LocalTable
-        The table with the narrowest windows that hold each error and the most fraction bits that
-        hold the largest point; more than four errors share one window of the whole turn.
+        The table with the narrowest windows that contain each error and the largest number of
+        fraction bits at which the largest point fits into its word; more than four errors share one
+        window of the whole turn.
 
     Raises
     ------

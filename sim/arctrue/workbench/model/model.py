@@ -1,4 +1,4 @@
-"""The data of a model: a list of effects with settings, fitted values and a history."""
+"""Defines the data of a model: a list of effects with settings, fitted values and a history."""
 
 from __future__ import annotations
 
@@ -172,7 +172,8 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
         Returns
         -------
         list of str
-            Descriptions of the differences; empty if both may be the same table.
+            Descriptions of the differences; empty if both descriptions may belong to the same
+            table.
         """
         found = []
         ours, theirs = self.counts_per_rev, other.counts_per_rev

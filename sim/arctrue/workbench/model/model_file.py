@@ -1,4 +1,4 @@
-"""Model files: TOML that people read, edit and keep under version control."""
+"""Reads and writes model files: TOML that people read, edit and keep under version control."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def known_unit(unit: str) -> bool:
 
 
 class _Declared(Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """A struct of which the file omits each key with the default value."""
+    """A structure that the file stores without the keys that have their default value."""
 
 
 class _Parameter(_Declared):
@@ -149,14 +149,16 @@ def model_lock(path: Path, waiting: Callable[[], None] = lambda: None) -> Iterat
     try:
         yield
     finally:
-        # Deleted before the release: a waiting process notices this and makes a new lock file.
+        # The lock file is deleted before the lock is released: a waiting process notices this and
+        # makes a new lock file.
         with suppress(OSError):
             place.unlink(missing_ok=True)
         lock.release()
 
 
 def folder_entry(model_file: Path, folder: Path) -> str:
-    """Return the folder as written in the model file: relative to it, with forward slashes.
+    """Return the folder as written in the model file: relative to the file's own folder, with
+    forward slashes.
 
     A model and its effects can therefore be moved together. The path is absolute if the file and
     the folder are on different drives.

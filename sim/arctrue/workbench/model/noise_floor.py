@@ -1,4 +1,4 @@
-"""One figure for the noise of a set, used at all steps of a history with this set."""
+"""Selects one figure for the noise of a set, for all steps of a history with this set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The error of head 1 that a fitted model predicts at any angle and condition."""
+"""Predicts the error of head 1 from a fitted model, at any angle and condition."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.workbench.observations.rows import ReferenceRows
 
 Float = NDArray[np.float64]
 KNOWN = ("temperature_c", "time_s", "direction", "speed_deg_s")
-"""Conditions that every set may have; a set may have further ones."""
+"""Conditions that every set may have; a set may have further conditions."""
 
 
 def table_rows(
@@ -23,7 +23,8 @@ def table_rows(
 ) -> ReferenceRows:
     """Return rows (n,) at these angles and conditions, in the form of a reference's rows.
 
-    Raises ValueError for a condition that is not known, or whose length is not that of the angles.
+    Raises ValueError for a condition that is not known, or whose length differs from the length of
+    the angles.
     """
     angle = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=np.float64)))
     if angle.ndim != 1:

@@ -1,4 +1,4 @@
-"""Date, program and data of each step of a model."""
+"""Records date, program and data of each step of a model."""
 
 from __future__ import annotations
 

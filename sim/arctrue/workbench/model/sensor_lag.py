@@ -1,4 +1,4 @@
-"""The time constant of a set's thermometer, fitted as a parameter of the temperature effects.
+"""Fits the time constant of a set's thermometer as a parameter of the temperature effects.
 
 A thermometer of first order shows T_s with T_s′ = (T − T_s)/τ, so that the table's temperature is T
 = T_s + τ·T_s′. The effects of a model that depend on T fit best with the right τ. The fitted time
@@ -52,9 +52,9 @@ def slope_k_s(
 ) -> Float:
     """Return dT_s/dt, (rows,): slope of the parabola through the run's rows within ``window_s``.
 
-    It is computed at instants a quarter of the window apart and interpolated linearly between them.
-    A parabola is used because at the ends of a run all rows are on one side: a straight line would
-    have the slope at another instant.
+    The slope is computed at instants a quarter of the window apart and interpolated linearly
+    between these instants. A parabola is used because at the ends of a run all rows are on one
+    side: a straight line would have the slope at another instant.
     """
     found = np.zeros_like(temperature_c)
     for first, last in run_spans(run):
@@ -83,7 +83,7 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     some = np.maximum(rows, 1.0)
     at_s = np.bincount(piece, time_s, minlength=pieces) / some
     mean = np.bincount(piece, shown - shown[0], minlength=pieces) / some
-    # Each knot uses PIECES pieces before it and PIECES after it; those outside of the run get no
+    # Each knot uses PIECES pieces before it and PIECES after it; pieces outside of the run get no
     # weight.
     near = np.arange(knots.size)[:, np.newaxis] + np.arange(-PIECES, PIECES)
     weight = np.where((near >= 0) & (near < pieces), rows[np.clip(near, 0, pieces - 1)], 0.0)
@@ -91,7 +91,7 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     half_s = PIECES * (knots[1] - knots[0])
     since = (at_s[near] - knots[:, np.newaxis]) / half_s
     powers = since[..., np.newaxis] ** np.arange(3)
-    # Two pieces with rows determine a straight line; a single one determines no slope.
+    # Two pieces with rows determine a straight line; a single piece determines no slope.
     filled = np.count_nonzero(weight, axis=1)
     powers[filled < 3, :, 2] = 0.0
     powers[filled < 2, :, 1] = 0.0
@@ -136,7 +136,7 @@ def fitted_sensor_lag(
     """Fit the time constant of the thermometer, seconds, with its standard uncertainty.
 
     ``model`` is fitted to the set. Raises NoLagError if the set has no temperatures with times, or
-    if they or the model do not depend on a time constant.
+    if the temperatures or the model do not depend on a time constant.
     """
     rows = observations.capture
     if rows is None or rows.temperature_c is None:

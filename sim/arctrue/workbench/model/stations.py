@@ -1,4 +1,5 @@
-"""The model that a reference run alone determines: the orders that its stations can separate."""
+"""Makes the model that a reference run alone determines, with the orders that its stations can
+separate."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import ReferenceRows
 
 MOST_ORDER = 20
-"""Highest order of the model; it equals that of the default model."""
+"""Highest order of the model; it equals the highest order of the default model."""
 LEAST_ORDER = 2
 """Smallest allowed value of the highest order: a correction needs eccentricity and ovality."""
 

@@ -43,7 +43,7 @@ Taker = Literal[
 orders" have a phase that continues from turn to turn; "firmware's model" are lanes that the
 firmware computes at the table's temperature; "the mean" is the weighted mean of three or four
 heads, as ``arctrue calibrate --angle mean`` writes it. "not in the output": only a head other than
-head 1 has the error; "reference": the error is one of the reference, not of the table."""
+head 1 has the error; "reference": the error is an error of the reference, not of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +86,8 @@ def outcome(
     """Compute how far ``coefficients``, which were exported from the model, correct each of its
     effects.
 
-    The figures are calculated from the model, not measured: on the rows of the capture, or on those
-    of the reference if there is no capture. ``temperature_c`` is that of the export.
+    The figures are calculated from the model, not measured: on the rows of the capture or, without
+    a capture, on the rows of the reference. ``temperature_c`` is the temperature of the export.
     """
     table_rows, reference_rows = _rows_of_head1(observations), observations.every_reference_row
     assert table_rows is not None
@@ -179,8 +179,8 @@ def without_reference_errors(
     observations: Observations,
     effects: Mapping[str, type[Effect]],
 ) -> MeasurementSet:
-    """Return the set without the errors of its reference, so that they do not count against a
-    correction."""
+    """Return the set without the errors of its reference, so that these errors do not count against
+    a correction."""
     reference = measurement.reference
     if reference is None or observations.every_reference_row is None:
         return measurement
@@ -306,8 +306,8 @@ def _values(
 
 
 def _rows_of_head1(observations: Observations) -> ReferenceRows | None:
-    """Return rows for the error of head 1: those of the capture or, without a capture, of the
-    reference."""
+    """Return rows for the error of head 1: the rows of the capture or, without a capture, the rows
+    of the reference."""
     rows = observations.capture
     if rows is None:
         return observations.every_reference_row

@@ -1,4 +1,4 @@
-"""Degrees of freedom of the noise in a linear combination of rows."""
+"""Calculates the degrees of freedom of the noise in a linear combination of rows."""
 
 from __future__ import annotations
 

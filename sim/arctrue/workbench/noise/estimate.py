@@ -23,10 +23,11 @@ UNEVEN_P = 1e-4
 """Noise counts as uneven if even noise would show as large a difference with a probability below
 this limit."""
 LEAST_ROWS_A_BIN = 40
-"""Smallest number of rows in a bin; with it, the scatter of the bin has an uncertainty of 11 %,
-1/√(2·40)."""
+"""Smallest number of rows in a bin; with this number, the scatter of the bin has an uncertainty of
+11 %, 1/√(2·40)."""
 ROBUST_LIMIT = 4.0
-"""Limit of whitened residuals: larger ones are clipped to it before their scatter is estimated."""
+"""Limit of whitened residuals: larger residuals are clipped to this limit before their scatter is
+estimated."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,7 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
 
 
 def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
-    """Return the deviation of each group divided by the typical one; None if no difference is
+    """Return the deviation of each group divided by the typical deviation; None if no difference is
     significant."""
     counts = np.bincount(group, minlength=groups).astype(np.float64)
     full = counts >= LEAST_ROWS_A_BIN

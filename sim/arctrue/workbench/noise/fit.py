@@ -34,8 +34,8 @@ start."""
 LEAST_FREEDOM = 3.0
 """Degrees of freedom that a channel needs for an estimate of its scatter."""
 NO_KNOWLEDGE_ARCSEC2 = 1.0
-"""Variance of a channel whose noise cannot be estimated. The channel has no weight if the other
-channel has one."""
+"""Variance of a channel whose noise cannot be estimated. The channel gets no weight if the noise of
+the other channel can be estimated."""
 
 
 class DesignColumns(Protocol):
@@ -163,7 +163,7 @@ def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
 
 
 def _channel_rows(design: DesignColumns, residual: Float, *, capture: bool) -> ChannelRows:
-    """Return the rows of a channel in the form that the noise estimate needs."""
+    """Return the rows of a channel in the form that the estimate of the noise needs."""
     if capture:
         rows = design.observations.capture
         assert rows is not None
@@ -210,7 +210,8 @@ def _white_start(design: Design) -> tuple[Noise, frozenset[str]]:
             laws.append(None)
             continue
         spectra = tuple(Spectrum(variance[channel]) for _ in law.spectra)
-        # A single channel keeps its weight: then the noise of the whole set is not determined.
+        # If the set has a single channel, this channel keeps its weight, and the noise of the whole
+        # set is not determined.
         weightless = channel in unknown and len(variance) > len(unknown)
         laws.append(replace(law, spectra=spectra, weightless=weightless))
     return _with_laws(observations, laws[0], laws[1]), frozenset(unknown)

@@ -1,9 +1,9 @@
-"""Stationary noise as a sum of decaying parts, with the derivatives of its likelihood.
+"""Models stationary noise as a sum of decaying parts, and differentiates its likelihood.
 
-A part has the covariance a·exp(−c·τ) or, with a frequency, that of an oscillator driven by white
-noise, a·exp(−c·τ)·(cos dτ + (c/d)·sin dτ). A smooth part is the critically damped oscillator, in
-which two exponentials of nearly the same rate approximate (1 + λτ)·exp(−λτ): Matérn noise of order
-3/2.
+A part has the covariance a·exp(−c·τ) or, with a frequency, the covariance of an oscillator driven
+by white noise, a·exp(−c·τ)·(cos dτ + (c/d)·sin dτ). A smooth part is the critically damped
+oscillator, in which two exponentials of nearly the same rate approximate (1 + λτ)·exp(−λτ): Matérn
+noise of order 3/2.
 
 The covariance is semiseparable, so that a likelihood and its derivatives take time linear in the
 rows (Foreman-Mackey et al., Astron. J. 154 (2017) 220; backward pass: Foreman-Mackey, Res. Notes
@@ -26,7 +26,7 @@ Kind = Literal["exponential", "smooth", "oscillator"]
 
 NEARLY_EQUAL = 1.1
 """Ratio of the two exponential rates of a smooth part to λ: this factor for one rate, its inverse
-for the other. The covariance differs from (1 + λτ)·exp(−λτ) by at most 0.003 of the variance
+for the other rate. The covariance differs from (1 + λτ)·exp(−λτ) by at most 0.003 of the variance
 (largest difference over τ, both in closed form)."""
 MOST_EXACT = 4
 """Largest number of columns of the semiseparable form for which the library's backward pass is
@@ -155,7 +155,7 @@ class KernelFactor:
 
 def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNoise) -> float:
     """Return the log likelihood of the first column of ``values``; the other columns are fitted to
-    it.
+    the first.
 
     ``values`` has the shape (rows, 1 + k).
     """
@@ -171,8 +171,8 @@ def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNo
 def with_slopes(
     clock: Float, readings: Float, values: Float, noise: KernelNoise, free: Sequence[int]
 ) -> tuple[float, Float]:
-    """Return the log likelihood, and its derivatives with respect to the ``free`` ones of
-    :attr:`KernelNoise.logs`.
+    """Return the log likelihood, and its derivatives with respect to the logarithms of
+    :attr:`KernelNoise.logs` that are ``free``.
 
     The coefficients have their most likely values, so that only the noise changes the likelihood.
     """
@@ -192,8 +192,8 @@ def with_slopes(
 
 
 def _fitted(whitened: Float) -> tuple[Float, Float]:
-    """Return the whitened first column minus its fit by the others, and the coefficients of the
-    fit."""
+    """Return the whitened first column minus its fit by the other columns, and the coefficients of
+    the fit."""
     own, columns = whitened[:, 0], whitened[:, 1:]
     if columns.shape[1] == 0:
         return own, np.zeros(0)

@@ -29,10 +29,10 @@ LONGEST_SPANS = 10.0
 random walk."""
 OSCILLATOR_SPANS = 0.25
 """Longest decay time of an oscillator, in lengths of the longest stretch; an oscillation with a
-longer decay time would be a line."""
+longer decay time counts as a line."""
 SMOOTH_MUST_GAIN = 2.0
-"""Gain in log likelihood that smooth noise needs over two exponentials. Both have the same number
-of parameters, and the simpler noise is given up only at odds of 7 to 1."""
+"""Gain in log likelihood that smooth noise needs over two exponentials. Both kinds of noise have
+the same number of parameters, and the simpler noise is given up only at odds of 7 to 1."""
 ENOUGH = 0.01
 """Gain in log likelihood below which a step is the last of the search."""
 STEPS = 60
@@ -92,8 +92,8 @@ class KernelFit:
 def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
     """Return the maximum of the likelihood that is reached from ``start``.
 
-    In noise with more than MOST_FREE columns only the last part is fitted and the others are fixed,
-    because that part was added to noise at its maximum.
+    In noise with more than MOST_FREE columns only the last part is fitted and all other parts are
+    fixed, because that part was added to noise at its maximum.
     """
     low, high = _limits(rows, start)
     whole = np.clip(start.logs, low, high)
@@ -133,7 +133,7 @@ def best_fit(rows: Rows, starts: Iterable[KernelNoise]) -> KernelFit:
 def usual_starts(rows: Rows) -> list[KernelNoise]:
     """Return two starts: two exponentials, and one exponential with a smooth part.
 
-    Their variances come from the scatter of neighbours and of all rows.
+    The variances of the starts come from the scatter of neighbours and of all rows.
     """
     left = rows.left()
     whole = max(float(np.mean(left**2)), 1e-30)

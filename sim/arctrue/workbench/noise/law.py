@@ -1,4 +1,4 @@
-"""The noise of one channel as a law that also applies to rows that were not measured."""
+"""Describes the noise of one channel by a law that also applies to rows that were not measured."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ class NoiseLaw:
     """Spectrum and scale of every run, and the scale at every angle."""
 
     spectra: tuple[Spectrum, ...]
-    """Spectrum of each run; the first one also applies to runs that were not measured."""
+    """Spectrum of each run; the first spectrum also applies to runs that were not measured."""
     runs: Integer
     """Names of the runs, in increasing order."""
     run_scale: Float
-    """Standard deviation of each run divided by that of its spectrum, shape (runs,)."""
+    """Standard deviation of each run divided by the standard deviation of its spectrum, shape
+    (runs,)."""
     angle_scale: Float | None = None
-    """Standard deviation in equal parts of the turn, divided by that of the spectrum, shape
-    (ANGLE_BINS,)."""
+    """Standard deviation in equal parts of the turn, divided by the standard deviation of the
+    spectrum, shape (ANGLE_BINS,)."""
     weightless: bool = False
 
     def on(self, rows: CaptureRows | ReferenceRows) -> RowNoise:
@@ -65,7 +66,8 @@ class NoiseLaw:
         return RowNoise(clock, starts, spectra, scale, self.weightless)
 
     def _joined(self, starts: Integer, clock: Float, run: Integer, index: Integer) -> Integer:
-        """Return the starts without those at which the noise of the previous stretch continues.
+        """Return the starts of stretches, without the starts at which the noise of the previous
+        stretch continues.
 
         The noise continues if the clock does not go back, both stretches have one spectrum, and the
         pause is no longer than the longer stretch: stretches of that length do not show the noise
@@ -138,8 +140,8 @@ def reference_clock(rows: ReferenceRows) -> Float:
 
 
 def stated_scale(rows: CaptureRows | ReferenceRows) -> Float:
-    """Return the stated standard uncertainty of each row divided by its root mean square; 1 if none
-    is stated."""
+    """Return the stated standard uncertainty of each row divided by its root mean square; 1 if no
+    uncertainty is stated."""
     stated = getattr(rows, "u_arcsec", None)
     if stated is None or not np.all(stated > 0.0):
         return np.ones(rows.run.size)

@@ -1,4 +1,4 @@
-"""The noise of a set: the rows of both channels, and the index of the capture's runs."""
+"""Describes the noise of a set: the rows of both channels, and the index of the capture's runs."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 INDEX_FREEDOM = 6.0
-"""Weight of ±1 count as the prior of an index whose repeatability is not stated, as a number of
-runs."""
+"""Weight of the prior ±1 count of an index whose repeatability the set does not state, as a number
+of runs."""
 
 
 STATED_INDEX_FREEDOM = 60.0
@@ -94,7 +94,7 @@ def index_variance(observations: Observations, offsets: Float) -> tuple[float, f
 
     The variance is the mean of a scaled inverse χ²: the prior (±1 count per head, or the
     repeatability that the set states) has the weight of a number of runs, and the offsets of the
-    set's own runs are added to it.
+    set's own runs are added to the prior.
     """
     stated = observations.index_repeatability_counts is not None
     freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM

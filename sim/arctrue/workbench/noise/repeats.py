@@ -1,8 +1,8 @@
-"""The noise of each channel from its own repeats: the scatter of rows at the same place.
+"""Calculates the noise of each channel from its own repeats: the scatter of rows at the same place.
 
-No model can remove this scatter, so that it is a figure of the set and not of the model. If a model
-describes a deviation that does not repeat, such as a vibration, the residual can be smaller than
-the scatter; the residual is then the noise.
+No model can remove this scatter, so that the scatter is a figure of the set and not of the model.
+If a model describes a deviation that does not repeat, such as a vibration, the residual can be
+smaller than the scatter; the residual is then the noise.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ Float = NDArray[np.float64]
 LARGEST_GAP_STEPS = 8.0
 """Distance of two rows, in steps of the run, above which there is a gap between them."""
 _SAME_PHASE = 0.02
-"""Largest phase difference of two rows that count as at one phase, as a share of a signal period. A
-subdivision error differs between them by at most 2π·0.02 of its amplitude."""
+"""Largest phase difference of two rows that count as rows at one phase, as a share of a signal
+period. A subdivision error differs between two such rows by at most 2π·0.02 of its amplitude."""
 _MOST_ROWS_APART = 25
 """Largest distance, in rows, between the place one turn later and the row with the same phase."""
 _LEAST_PAIRS = 50
-"""Smallest number of differences: they determine the noise to 10 %."""
+"""Smallest number of differences: 50 differences determine the noise to 10 %."""
 
 
 def row_noise_arcsec(
@@ -32,12 +32,13 @@ def row_noise_arcsec(
     """Return the standard deviation of a row of ``capture`` or ``reference``, at most
     ``rms_arcsec``.
 
-    ``rms_arcsec`` is the RMS of the residual in every row; ``residual`` may contain a part of the
-    rows.
+    ``rms_arcsec`` is the RMS of the residual in every row; ``residual`` may contain only a part of
+    the rows.
     """
     if channel == "reference":
         return min(reference_noise_arcsec(observations, residual), rms_arcsec)
-    # Each estimate contains errors that the other does not contain, and neither is below the noise.
+    # Each estimate contains errors that the other estimate does not contain, and neither estimate
+    # is below the noise.
     at_one_phase = _at_one_phase_arcsec(observations, residual)
     at_one_angle = capture_noise_arcsec(observations, residual)
     return min(at_one_angle, at_one_phase or at_one_angle, rms_arcsec)
@@ -90,8 +91,8 @@ def _turn_to_turn(rows: CaptureRows, electrical: Float, residual: Float, inside:
 def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
     """Return the standard deviation of one row, from turn to turn at one angle within each run.
 
-    The later turn is interpolated linearly at the angles of the earlier one, which leaves (1 − f)²
-    + f² of its variance. For runs of a single turn the differences are those from sample to sample.
+    The later turn is interpolated linearly at the angles of the earlier turn, which leaves (1 − f)²
+    + f² of its variance. For runs of a single turn, the differences from sample to sample are used.
     """
     rows = observations.capture
     assert rows is not None
@@ -106,7 +107,7 @@ def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
             continue
         place = np.searchsorted(angle, ahead[there], side="right") - 1
         place = np.minimum(place, angle.size - 2)
-        # If the part of a long capture has a gap, no row repeats the earlier one there.
+        # If the part of a long capture has a gap, no row repeats the earlier row there.
         near = angle[place + 1] - angle[place] < LARGEST_GAP_STEPS * np.median(np.diff(angle))
         there, place = there[near], place[near]
         if there.size < 16:

@@ -1,4 +1,4 @@
-"""Noise covariance C = L·Lᵀ of the rows of one channel, and whitening of columns by L⁻¹.
+"""Factors the noise covariance C = L·Lᵀ of the rows of one channel, and whitens columns by L⁻¹.
 
 The covariance is semiseparable: a Cholesky factor takes time linear in the rows (Foreman-Mackey et
 al., Astron. J. 154 (2017) 220; library celerite2). L⁻¹, applied to measured values and columns,
@@ -57,7 +57,8 @@ class Factor:
         return float(2.0 * np.sum(np.log(self.deviation)))
 
     def whiten(self, values: Float) -> Float:
-        """Multiply columns, shape (n, k), by L⁻¹: their noise then is white with variance 1."""
+        """Multiply columns, shape (n, k), by L⁻¹: the noise of the result is white with variance
+        1."""
         found = np.array(values, order="C")
         self.whiten_in_place(found)
         return found
@@ -117,7 +118,8 @@ class RowNoise:
     spectra: tuple[Spectrum, ...]
     """Spectrum of each stretch."""
     scale: Float
-    """Standard deviation of each row divided by that of its spectrum, shape (rows,)."""
+    """Standard deviation of each row divided by the standard deviation of its spectrum, shape
+    (rows,)."""
     weightless: bool = False
     """True if the noise of this channel cannot be estimated, so that no fit uses its rows."""
 
@@ -163,8 +165,8 @@ class RowNoise:
         return found[:, 0] if values.ndim == 1 else found
 
     def whiten(self, values: Float) -> Float:
-        """Whiten values or columns, shape (rows,) or (rows, k): their noise is then uncorrelated
-        with variance 1."""
+        """Whiten values or columns, shape (rows,) or (rows, k): the noise of the result is
+        uncorrelated with variance 1."""
         found = np.array(values, dtype=np.float64, order="C")
         self.whiten_in_place(found[:, np.newaxis] if found.ndim == 1 else found)
         return found
@@ -235,8 +237,8 @@ class RowNoise:
         return float(np.sqrt(sum(parts) / max(self.rows, 1)))
 
     def mean_square_scale(self, rows: slice) -> float:
-        """Return the harmonic mean of the squared scales in a stretch, the factor on its
-        spectrum."""
+        """Return the harmonic mean of the squared scales in a stretch; the noise spectrum of the
+        stretch is multiplied by this value."""
         return float(1.0 / np.mean(1.0 / self.scale[rows] ** 2))
 
     def step(self, rows: slice) -> float:

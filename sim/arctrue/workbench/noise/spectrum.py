@@ -1,4 +1,4 @@
-"""Stationary noise: a white part and exponentially correlated parts.
+"""Describes stationary noise by a white part and exponentially correlated parts.
 
 The covariance of two rows a time τ apart is Σ aⱼ·exp(−|τ|/τⱼ); for τ = 0 the white variance is
 added. A sum of parts with time constants a few octaves apart approximates any falling spectrum:
@@ -56,7 +56,7 @@ class Spectrum:
         """Return the mean |Σ eᵢ·exp(−2πj·f·tᵢ)|² per row, for rows ``step`` apart, arcsec².
 
         White noise has its variance at every frequency. ``frequency`` is in periods per unit of the
-        clock; the sum over rows is that of the infinite series.
+        clock; the sum is over an infinite series of rows.
         """
         flat = np.ravel(np.asarray(frequency, dtype=np.float64))
         found = np.full(flat.size, self.white)
@@ -76,7 +76,7 @@ class Spectrum:
 def time_constants(step: float, span: float) -> Float:
     """Return τⱼ from twice the step of the rows to their whole span, in even logarithmic steps.
 
-    Neighbouring time constants have a ratio of at most 8; there are at most seven.
+    Neighbouring time constants have a ratio of at most 8; there are at most seven time constants.
     """
     shortest = 2.0 * step
     if step <= 0.0 or span <= 2.0 * shortest:

@@ -19,7 +19,8 @@ Cost = Callable[[Float], float]
 PRIOR_CENTRE = 1e-3
 """Centre of the prior of a coloured part's variance, as a share of the variance of the rows."""
 PRIOR_WIDTH = float(np.log(1e3))
-"""Width of that prior in logarithms; it is log-normal, a factor of a thousand either way."""
+"""Standard deviation of the variance's logarithm in this log-normal prior: a factor of a thousand
+in either direction."""
 SMALLEST, LARGEST = 1e-7, 30.0
 """Limits of a coloured part's variance, as shares of the variance of the rows."""
 STATED_READINGS = 8.0
@@ -29,7 +30,7 @@ WALKS = (0.01, 0.1, 1.0, 10.0)
 rows."""
 ENOUGH = 0.01
 """Gain of log likelihood below which a step of the search is the last: steps along a flat direction
-gain little, and many of them gain much."""
+gain little, and many such steps gain much."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum that is not possible for any rows."""
 
@@ -72,7 +73,7 @@ def fit_spectrum(
     rounds: int = 40,
     walk: bool = False,
 ) -> SpectrumFit:
-    """Return the maximum of the restricted likelihood times the priors.
+    """Return the spectrum at the maximum of the restricted likelihood times the priors.
 
     ``start`` is the spectrum of the same rows under another hypothesis; the search may start from
     it. With ``walk`` it also tries starts near a random walk.
@@ -117,8 +118,8 @@ def fit_spectrum(
 
     begin = np.clip(begin, low, high)
     if start is not None:
-        # If the start contained an effect that the model now has, it is a bad start: the cheaper of
-        # two starts is used.
+        # If the start contained an effect that the model now has, the start is bad: of two starts,
+        # the start with the lower cost is used.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
     if walk:
@@ -154,7 +155,7 @@ def _with_a_walk(begin: Float, variance: float, low: Float, high: Float) -> list
     """Return starts whose slowest part has a larger variance; none without coloured parts.
 
     The likelihood hardly rises with the logarithm of a small variance, so that a search that starts
-    there ends there, even where a random walk is far more likely.
+    at a small variance ends there, even where a random walk is far more likely.
     """
     found = []
     for share in WALKS if begin.size > 1 else ():
@@ -165,7 +166,8 @@ def _with_a_walk(begin: Float, variance: float, low: Float, high: Float) -> list
 
 
 def _covariance(cost: Cost, best: Float) -> Float:
-    """Return the inverse of the curvature; in each direction at most the variance of the priors."""
+    """Return the inverse of the curvature, limited in each direction to the variance of the
+    priors."""
     size, width = best.size, 0.1
     curvature = np.empty((size, size))
     around = {}

@@ -22,13 +22,13 @@ LEAST_ROWS = 8
 free rows; with fewer rows the statistic has no χ² distribution."""
 MOST_EXACT_ROWS = 4_000
 """Largest number of rows for the exact covariances of the autocorrelations; it only limits cost.
-With more rows the covariances of white noise are used: a model of 41 columns changes them by a
-hundredth."""
+With more rows the covariances of white noise are used: a model of 41 columns changes these
+covariances by a hundredth."""
 
 
 @dataclass(frozen=True)
 class Whiteness:
-    """p values of the tests. A small one means that σ and p of the diagnosis may be too small."""
+    """p values of the tests. A small value means that σ and p of the diagnosis may be too small."""
 
     autocorrelation_p: float
     """p of Ljung and Box, Biometrika 65 (1978) 297, over LAGS lags, or fewer lags for few rows."""
@@ -60,7 +60,7 @@ def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
     E r_k = tr(MA_k)/m,  cov(r_j, r_k) = (2 tr(MA_jMA_k) − 2 tr(MA_j) tr(MA_k)/m)/(m(m + 2)).
 
     These moments hold for normal noise. Rows that normal noise does not contain are left out of the
-    tests of correlation: each gets a column of its own in the model.
+    tests of correlation: each such row gets a column of its own in the model.
     """
     rows = whitened.size
     values = whitened - whitened.mean() if rows else whitened
@@ -93,7 +93,8 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
     row.
 
     A row is wild if its residual, in its own standard deviation, exceeds what normal noise shows in
-    one of a hundred sets; the largest one is taken out first, because it also moves its neighbours.
+    one of a hundred sets; the row with the largest residual is taken out first, because it also
+    moves its neighbours.
     """
     limit = float(-ndtri(0.5 * WILD / values.size)) if values.size else 0.0
     for _ in range(int(MOST_WILD * values.size)):
@@ -115,7 +116,7 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
 WILD = 0.01
 """Probability that normal noise contains a row that counts as wild."""
 MOST_WILD = 0.02
-"""Largest share of wild rows; more of them are tails of the noise."""
+"""Largest share of wild rows; a larger share counts as tails of the noise."""
 
 
 def _orthonormal(rows: int, model: Float | None) -> Float:

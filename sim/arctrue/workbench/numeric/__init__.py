@@ -1,1 +1,1 @@
-"""Numerical methods that do not depend on rows, effects or noise."""
+"""Contains numerical methods that do not depend on rows, effects or noise."""

@@ -1,4 +1,4 @@
-"""Columns that many effects share: cosine and sine of multiples of an angle."""
+"""Computes columns that many effects share: cosine and sine of multiples of an angle."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""Sums of generalised least squares, on rows whose noise has variance one and no correlation.
+"""Computes the sums of generalised least squares, on rows whose noise has variance one and no
+correlation.
 
-The offset of each run is a column that is never written out: it equals the whitened ones on the
-rows of the run and is 0 elsewhere, so that its sums are sums over the rows of the run.
+The offset of each run is a column that is never written out: this column equals the whitened ones
+on the rows of the run and is 0 elsewhere, so that its sums are sums over the rows of the run.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ Matrix = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-9
 """Share of the largest eigenvalue of the scaled normal matrix below which an eigenvalue counts as
-zero; in double precision, rounding is about 1e-16 · rows of the largest."""
+zero; in double precision, rounding is about 1e-16 · rows of the largest eigenvalue."""
 UNSEEN = 1e-18
 """Share of the largest sum of squares below which a column is rounding, not data."""
 
@@ -31,9 +31,9 @@ def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int
 def log_determinant(normal: Matrix) -> float:
     """Return the log determinant of a normal matrix over the directions that the data determine.
 
-    It is the logarithm of the product of the eigenvalues above 0. Let D be the diagonal of N, Λ the
-    eigenvalues above 0 of D^−½·N·D^−½, and V₀ its eigenvectors to the eigenvalue 0. Then that
-    product is |Λ|·|D|·|V₀ᵀ·D⁻¹·V₀|.
+    The result is the logarithm of the product of the eigenvalues above 0. Let D be the diagonal of
+    N, Λ the eigenvalues above 0 of D^−½·N·D^−½, and V₀ its eigenvectors to the eigenvalue 0. Then
+    that product is |Λ|·|D|·|V₀ᵀ·D⁻¹·V₀|.
     """
     diagonal = np.diag(normal)
     seen = diagonal > UNSEEN * float(diagonal.max(initial=1e-300))

@@ -30,8 +30,8 @@ LARGEST_ERROR_RAD = 0.05
 """Largest distance of a reading from its target. At a larger distance the reading has another zero
 or other counts."""
 MOST_TURNS = 1_000_000
-"""Largest number of turns from the index. Farther away, double precision resolves an angle to less
-than a thousandth of a count."""
+"""Largest number of turns from the index. Farther from the index, double precision resolves an
+angle to less than a thousandth of a count."""
 MOST_COUNTS = 2**62 - 1
 """Largest count at which the difference of two heads fits into 64 bits."""
 
@@ -45,7 +45,8 @@ def observations_of(
     """Make the observations of a measurement set.
 
     ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
-    the set's own median. ``mask_outliers``: False uses every row except those that the set masks.
+    the set's own median. ``mask_outliers``: if False, every row is used except the rows that the
+    set masks.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg.
     """
@@ -221,7 +222,7 @@ def _reference_rows(
     target = np.radians(columns.target_deg)
     run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
     # The phase is calculated from counts alone, because target + error would add the noise of ε to
-    # it.
+    # the phase.
     electrical = electrical_rad(columns.head1_counts, facts)
     time = columns.time_s
     reading, seen = _reference_reading(facts, columns)
@@ -257,8 +258,8 @@ def _reference_rows(
 
 
 def _reference_reading(facts: Table, columns: Reference) -> tuple[Float, bool]:
-    """Return, for each row, the reading of head 1 or else the target, radians; and whether it is
-    the reading."""
+    """Return, for each row, the reading of head 1 or else the target, radians; also return whether
+    the angles are readings."""
     target = np.radians(columns.target_deg)
     if columns.head1_counts is None or facts.counts_per_rev is None or target.size == 0:
         return target, False

@@ -1,4 +1,4 @@
-"""Unit of a further column of a measurement set, from the column's name."""
+"""Finds the unit of a further column of a measurement set from the column's name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ UNITS = {
     "hz": "Hz",
     "rpm": "rpm",
 }
-"""Unit of a column by the last word of its name. The unit is that of a difference, so that °C
+"""Unit of a column by the last word of its name. The unit applies to a difference, so that °C
 become K."""
 
 

@@ -1,7 +1,7 @@
-"""Independent differences of the readings of any number of heads.
+"""Calculates the weights of independent differences of the readings of any number of heads.
 
 The differences Rᵢ − R₁ all contain the noise of head 1. With equal noise σ of every head their
-covariance is σ²(I + 1·1ᵀ). Its Cholesky factor turns them into
+covariance is σ²(I + 1·1ᵀ). The Cholesky factor of this covariance turns the differences into
 
     dₖ = √(2(k − 1)/k)·(Rₖ − (R₁ + … + Rₖ₋₁)/(k − 1)),  k = 2 … H,
 

@@ -1,4 +1,4 @@
-"""Finds the step in which an instrument shows its values."""
+"""Finds the step to which an instrument rounds its values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ cause."""
 
 
 def display_step(values: Float) -> float:
-    """Return the step in which an instrument shows its values (rows,); 0 if they are not rounded.
+    """Return the step to which an instrument rounds its values (rows,); 0 if they are not rounded.
 
     The step is the smallest difference of two values, if every difference is a whole number of
     steps and each value occurs LEAST_AGAIN times on average: values of 64 bits recur only if they

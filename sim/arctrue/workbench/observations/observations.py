@@ -1,4 +1,4 @@
-"""Both channels of a measurement set, ready for a fit."""
+"""Holds both channels of a measurement set, ready for a fit."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ class Observations:
     reference: ReferenceRows | None
     """Every row of the reference or, for a long reference, the part that statistics use."""
     counts_per_rev: int | None
-    """Counts per turn; None: not stated."""
+    """Number of counts per turn; None if the set does not state it."""
     grating_lines: int | None
-    """Lines of the disc; None: not stated."""
+    """Number of lines of the disc; None if the set does not state it."""
     head_separation_rad: float
     """Nominal angle from head 1 to head 2, radians."""
     drive_gear_teeth: float | None
-    """Teeth of the gear that drives the table; None: not stated."""
+    """Number of teeth of the gear that drives the table; None if the set does not state it."""
     disc_diameter_mm: float | None
-    """Diameter of the graduation, millimetres; None: not stated."""
+    """Diameter of the graduation, millimetres; None if the set does not state it."""
     heads: int = 2
     """Number of heads of the capture."""
     stored: StoredCapture | None = None
@@ -48,17 +48,18 @@ class Observations:
     masked: tuple[MaskedRow, ...] = ()
     """Rows that are not used, in the order of the files."""
     may_mask: bool = True
-    """True if single wrong rows may be left out; False if the set, or whoever reads it, decides
-    which rows are used."""
+    """True if single wrong rows may be left out; False if the set, or the caller that reads the
+    set, decides which rows are used."""
     outlying_share: Mapping[str, float] = field(default_factory=dict)
-    """Share of outliers among the rows of each channel; if it is above a limit, no outlier is
-    masked."""
+    """Share of outliers among the rows of each channel; if the share is above a limit, no outlier
+    is masked."""
     used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Numbers in the file (0, 1, …) of the samples that are used; None if all are used."""
+    """Numbers in the file (0, 1, …) of the samples that are used; None if all samples are used."""
     capture_sample: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
     """Number of the sample of each capture row; None if row k is sample k."""
     used_reference_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Numbers in the file (0, 1, …) of the reference rows that are used; None if all are used."""
+    """Numbers in the file (0, 1, …) of the reference rows that are used; None if all rows are
+    used."""
     index_repeatability_counts: float | None = None
     """Standard deviation of one head's index from run to run, as the set states it."""
     reference_uncertainty_arcsec: float | None = None
@@ -66,7 +67,7 @@ class Observations:
 
     @property
     def rows(self) -> int:
-        """Number of rows of both channels together that the statistics use."""
+        """Number of rows that the statistics use, of both channels together."""
         capture = 0 if self.capture is None else self.capture.run.size
         return capture + (0 if self.reference is None else self.reference.run.size)
 
@@ -92,7 +93,7 @@ class Observations:
         Parameters
         ----------
         sample : int
-            Number of the sample among those that are used, from 0.
+            Number of the sample among the samples that are used, from 0.
 
         Returns
         -------
@@ -108,7 +109,7 @@ class Observations:
         Parameters
         ----------
         row : int
-            Number of the row among those that are used, from 0.
+            Number of the row among the rows that are used, from 0.
 
         Returns
         -------
@@ -162,7 +163,8 @@ class Observations:
         return 1 if self.capture is None else self.capture.channels
 
     def pairs(self) -> list[CaptureRows | StoredCapture]:
-        """Give every sample of the capture once for each further head, as rows of Rᵢ − R₁.
+        """Return the rows of Rᵢ − R₁ of every sample of the capture, separately for each further
+        head.
 
         Returns
         -------
@@ -209,8 +211,8 @@ class Observations:
 
     @property
     def index_sigma_arcsec(self) -> float:
-        """Standard deviation of a run's offset from the index of both heads; each index repeats as
-        stated, or to ±1 whole count."""
+        """Standard deviation of a run's offset by the index of both heads; each index repeats as
+        the set states, or to ±1 whole count."""
         count = self.count_arcsec or 0.0
         if self.index_repeatability_counts is not None:
             return max(self.index_repeatability_counts * count * float(np.sqrt(2.0)), 1e-6)

@@ -1,9 +1,10 @@
-"""The part of a long capture or reference that searches and statistics use.
+"""Selects the part of a long capture or reference that searches and statistics use.
 
 The part consists of stretches of consecutive rows, spread over every run; a stretch has two turns
 if the run is long enough. Sample rate, electrical phase, turn-to-turn scatter and every run's own
-conditions are then those of the whole capture. An error that 150,000 rows of 0.2″ noise cannot show
-is smaller than 0.002″, far below what matters (half a count RMS, 0.039″).
+conditions are then the same as in the whole capture. An error that 150,000 rows of 0.2″ noise
+cannot show is smaller than 0.002″, far below the smallest error that matters (half a count RMS,
+0.039″).
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ from arctrue.workbench.observations.stored import StoredCapture
 MOST_ROWS = 150_000
 """Largest number of rows of a capture, or of a reference, that is used as a whole."""
 REFERENCE_STRETCH_ROWS = 2048
-"""Number of rows in one stretch of a reference: it has 42 cycles of a polygon, and shows every line
-that the rows resolve."""
+"""Number of rows in one stretch of a reference: a stretch has 42 cycles of a polygon, and shows
+every line that the rows resolve."""
 LEAST_ROWS_A_RUN = 256
-"""Smallest number of rows that is kept of every run, so that its offset and its conditions stay in
-the statistics."""
+"""Smallest number of rows that the part keeps of every run, so that the run's offset and conditions
+stay in the statistics."""
 STRETCH_TURNS = 2
 """Number of turns in one stretch: the second turn repeats the first."""
 LEAST_ROWS_A_TURN = 12_000
-"""Smallest number of rows of a turn after thinning, which keeps every second, third, … row; it
-equals the number in the paper."""
+"""Smallest number of rows of a turn after thinning, which keeps every second, third, … row; this
+number equals the number in the paper."""
 SEED = 20_120_215
 """Seed of the places within equal shares of a run, fixed so that a set always gives the same
 part."""

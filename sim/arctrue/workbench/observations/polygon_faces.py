@@ -15,9 +15,9 @@ FACE_TOLERANCE_DEG = 0.05
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
     """Return the face of each row, (rows,); the polygon may be turned on the table between runs.
 
-    If the rows of a run are between the faces, they get the nearest face, with the polygon placed
-    as in the first run at the faces. The result is None if no run has all its rows at the faces, so
-    that the place of the polygon is unknown.
+    If the rows of a run are between the faces, each row gets the nearest face, with the polygon
+    placed as in the first run at the faces. The result is None if no run has all its rows at the
+    faces, so that the place of the polygon is unknown.
     """
     if faces is None or target_deg.size == 0:
         return None

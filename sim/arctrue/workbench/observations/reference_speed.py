@@ -17,8 +17,8 @@ Integer = NDArray[np.int64]
 MOVING_STEP_DEG = 1.0
 """Largest step between rows that are read in motion; a run with stops has larger steps."""
 LEAST_ROWS = 8
-"""Smallest number of rows for a median of six second differences: with fewer rows one odd row
-decides it."""
+"""Smallest number of rows for a median of six second differences: with fewer rows, one odd row
+decides the median."""
 EVEN = 0.05
 """Relative tolerance of a steady speed, at which the times between marks are proportional to their
 distances."""
@@ -36,16 +36,17 @@ changes smoothly, but the distances of freely chosen stations do not."""
 
 
 def reference_speed(columns: Reference) -> Float | None:
-    """Return the signed speed of every row, rad/s, 0 where the table stood; None if it never moved.
+    """Return the signed speed of every row, rad/s, 0 where the table stood; None if the table never
+    moved.
 
     A pass is a sequence of rows between two changes of run, cycle, direction, or the sense in which
     the targets follow each other. Four kinds of passes are in motion. First, passes over stations
     close together. Second, passes that a clock sampled while the speed changed (a ramp): their
     times are even and their distances uneven. Third, passes over stations far apart (a polygon's
-    faces), if their times are those of steady speeds and at least two of the speeds differ: a table
-    that stops takes about as long at each station in every pass. Fourth, passes over stations far
-    apart at a steady speed, if a clock sampled them in the same steps as a pass of the first two
-    kinds: they are parts of one log at a higher speed.
+    faces), if their times fit steady speeds and at least two of the speeds differ: a table that
+    stops takes about as long at each station in every pass. Fourth, passes over stations far apart
+    at a steady speed, if a clock sampled them in the same steps as a pass of the first two kinds:
+    they are parts of one log at a higher speed.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
@@ -117,7 +118,8 @@ def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
 
 
 def _in_the_steps_of(time_s: Float, sampled_s: list[float]) -> bool:
-    """Tell whether the median time step equals that of one of the passes in motion."""
+    """Tell whether the median time step equals the median time step of one of the passes in
+    motion."""
     step_s = float(np.median(np.diff(time_s)))
     return any(abs(step_s / one - 1.0) < EVEN for one in sampled_s if one > 0.0)
 

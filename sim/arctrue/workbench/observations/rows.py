@@ -1,4 +1,5 @@
-"""The conditions and the measured value of each row, as the effects' columns need them."""
+"""Defines rows with the conditions and the measured value, from which effects compute their
+design-matrix columns."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ class _Sliceable:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Make every array a read-only view, so that no effect can change the rows that others are
-        fitted to."""
+        """Make every array a read-only view, so that no effect can change the rows to which other
+        effects are fitted."""
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
@@ -32,7 +33,7 @@ class _Sliceable:
                 object.__setattr__(self, item.name, view)
 
     def part(self, rows: slice | NDArray[np.bool_] | Integer) -> Self:
-        """Return only the given rows."""
+        """Return the object with only the given rows."""
         values = {}
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
@@ -66,7 +67,8 @@ class CaptureRows(_Sliceable):
     direction: Float
     """Direction of the run, +1 or −1."""
     speed_rad_s: Float
-    """Signed speed: the mean of the run if it turns evenly, otherwise that of the rows around."""
+    """Signed speed: the mean speed of the run if it turns evenly, otherwise the local speed, from
+    the rows around."""
     angle_rad: Float
     """Estimate of the true angle θ of the table, unwrapped."""
     disc1_rad: Float
@@ -90,7 +92,8 @@ class CaptureRows(_Sliceable):
     head_separation_rad: float
     """Nominal angle from head 1 to head 2 (or :attr:`head`), radians."""
     reference_temperature_c: float
-    """T₀ of the temperature effects: the model's, or the median over the whole set."""
+    """T₀ of the temperature effects: T₀ of the model, or the median temperature of the whole
+    set."""
     difference_arcsec: Float
     """R₂ − R₁ − α with the nominal α."""
     u_arcsec: Float | None = None
@@ -109,7 +112,7 @@ class CaptureRows(_Sliceable):
     further_electrical_rad: Float | None = None
     """Phases of the signal periods of heads 3 and 4, shape (rows, heads − 2)."""
     head: int = 2
-    """Number of the head i in Rᵢ − R₁, for which an effect states its columns."""
+    """Number of the head i in Rᵢ − R₁; an effect computes its columns for this head."""
 
     @property
     def measured_arcsec(self) -> Float:
@@ -145,7 +148,8 @@ class CaptureRows(_Sliceable):
         return f"run {run // self.channels} head {run % self.channels + 2}"
 
     def of_head(self, head: int) -> CaptureRows:
-        """Return the samples as rows of Rᵢ − R₁, for which an effect states what head i sees.
+        """Return the samples as rows of Rᵢ − R₁, from which an effect computes its columns for head
+        i.
 
         Parameters
         ----------
@@ -155,12 +159,12 @@ class CaptureRows(_Sliceable):
         Returns
         -------
         CaptureRows
-            Rows whose ``head`` is this one; ``channel`` is None.
+            Rows whose ``head`` is ``head``; ``channel`` is None.
 
         Raises
         ------
         ValueError
-            If these rows are already those of another head.
+            These rows already belong to another head.
         """
         if self.channel is None:
             if head == self.head:
@@ -198,8 +202,8 @@ class CaptureRows(_Sliceable):
 
     @cached_property
     def _of_heads(self) -> dict[int, CaptureRows]:
-        """Rows of each head. They are stored, so that an effect that keeps data for its rows gets
-        the same object again."""
+        """Rows of each head. These objects are stored, so that an effect that keeps data for its
+        rows gets the same object again."""
         return {head: self._asked_of(head) for head in range(2, self.heads + 1)}
 
     def _asked_of(self, head: int) -> CaptureRows:
@@ -245,7 +249,8 @@ class ReferenceRows(_Sliceable):
     line_rad: Float
     """Disc angle of the lines that head 1 sees at the station: its reading."""
     face: Integer | None
-    """Number of the polygon face, 0 … faces − 1; between two faces, the number of the nearest."""
+    """Number of the polygon face, 0 … faces − 1; between two faces, the number of the nearest
+    face."""
     faces: int | None
     """Number of faces of the polygon; None if the reference is no polygon."""
     electrical1_rad: Float | None
@@ -253,8 +258,8 @@ class ReferenceRows(_Sliceable):
     teeth: float | None
     """Number of teeth of the gear that drives the table (drive_gear_teeth); None if not stated."""
     speed_rad_s: Float | None
-    """Signed speed of the table while the reference was read; None if it stood still or is not
-    known."""
+    """Signed speed of the table while the reference was read; None if the table stood still or its
+    speed is not known."""
     run_start_s: Float | None
     """Time of the first reading of the row's run, seconds; None if the file has no time."""
     set_start_s: float
@@ -269,7 +274,7 @@ class ReferenceRows(_Sliceable):
     u_arcsec: Float | None = None
     """Standard uncertainty of ε, if the file gives one for each row."""
     row: Integer | None = None
-    """Number of the row among all that are used; None if the rows are 0, 1, … without a gap."""
+    """Number of the row among all used rows; None if the rows are 0, 1, … without a gap."""
     capture_runs: int | None = None
     """Number of runs of the capture of the same set; None if these rows do not belong to a set."""
     heads: int = 2

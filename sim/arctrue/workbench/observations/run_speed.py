@@ -1,4 +1,4 @@
-"""Speed of the table in each row of a capture, from its angle and the time stamps."""
+"""Calculates the speed of the table in each row of a capture from its angle and the time stamps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class RunSpeeds:
     """Speed of each row, (rows,); None if every run turns evenly."""
 
     def of(self, run: Integer, rows: slice | Integer) -> Float:
-        """Return the speed of the given rows; ``run`` is the run of each of them."""
+        """Return the speed of the given rows; ``run`` is the run of each row."""
         if self.local_rad_s is None:
             return self.mean_rad_s[run]
         return self.local_rad_s[rows]
@@ -96,7 +96,7 @@ def _local_slope(time: Float, angle: Float, angle_noise_rad: float) -> tuple[Flo
         total = np.concatenate([[0.0], np.cumsum(values)])
         return np.asarray(total[WINDOW_ROWS:] - total[:-WINDOW_ROWS])
 
-    # Times count from the middle of the run, for the same reason.
+    # Times count from the middle of the run, also so that the sums keep their digits.
     centred = t - 0.5 * t[-1]
     n = float(WINDOW_ROWS)
     s1, s2 = windowed(centred), windowed(centred * centred)

@@ -31,11 +31,11 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class StoredCapture:
-    """Every row of a capture in 48 bytes; a row in :class:`CaptureRows`, which is made for a part
-    at a time, takes 112.
+    """Stores every row of a capture in 48 bytes. A row in :class:`CaptureRows` takes 112 bytes, but
+    exists only for a part of the capture at a time.
 
     With three or four heads each sample has one row per channel, as :class:`CaptureRows` describes.
-    The counts are those of the samples: row k belongs to sample ``sample[k]``.
+    The counts are stored once per sample: row k belongs to sample ``sample[k]``.
     """
 
     table: Table
@@ -58,7 +58,7 @@ class StoredCapture:
     conditions: Mapping[str, Float] = field(default_factory=dict)
     reference_in_time: bool = False
     further_counts: tuple[Integer, ...] = ()
-    """Counts of heads 3 and 4, like those of heads 1 and 2."""
+    """Counts of heads 3 and 4, in the same form as the counts of heads 1 and 2."""
     sample: Integer | None = None
     """Number of the sample of each row; None if row k is sample k."""
     channel: Integer | None = None
@@ -108,7 +108,7 @@ class StoredCapture:
         return np.asarray(apart)
 
     def of_head(self, head: int) -> StoredCapture:
-        """Return every sample once, with the counts of head ``head`` in place of those of head
+        """Return every sample once, with the counts of head ``head`` in place of the counts of head
         2."""
         if self.channel is None or self.sample is None:
             return self

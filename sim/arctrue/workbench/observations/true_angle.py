@@ -1,8 +1,9 @@
-"""The table's true angle from the readings alone: θ = R₁ − ε(θ), with ε from the two heads.
+"""Calculates the table's true angle from the readings alone: θ = R₁ − ε(θ), with ε from the two
+heads.
 
-Effects are functions of the true angle; the readings differ from it by up to 150″, which at order
-20 is 0.015 rad of phase. A rough ε suffices: a remaining error of 1″ in ε changes this phase by
-10⁻⁴ rad.
+Effects are functions of the true angle; the readings differ from the true angle by up to 150″,
+which at order 20 is 0.015 rad of phase. A rough ε suffices: a remaining error of 1″ in ε changes
+this phase by 10⁻⁴ rad.
 """
 
 from __future__ import annotations

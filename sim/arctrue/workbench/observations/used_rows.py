@@ -34,7 +34,7 @@ class UsedRows(Generic[Channel]):
     """Places of these rows in the file (0, 1, …); None if all rows are used."""
     masked: list[MaskedRow]
     outlying_share: float
-    """Share of outliers among the checked rows; above MOST_SHARE no outlier is masked."""
+    """Share of outliers among the checked rows; if it is above MOST_SHARE, no outlier is masked."""
 
 
 def used_capture_rows(

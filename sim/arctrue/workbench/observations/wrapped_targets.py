@@ -11,17 +11,17 @@ from arctrue.workbench.observations.reference_speed import MOVING_STEP_DEG
 
 NO_PAUSE = 3.0
 """Largest time between the rows on both sides of a wrap, in median steps. Two rows may be missing
-there, but the table cannot have gone back by a turn in this time."""
+at the wrap, but the table cannot have gone back by a turn in this time."""
 
 
 def unwrapped(columns: Reference) -> Reference:
-    """Return the columns, with angles that continue past a turn if the angles are those of a
-    wrapped log.
+    """Return the columns, with angles that continue past a turn if the angles come from a wrapped
+    log.
 
     A log is wrapped if its rows are close together and within one turn, and if in some places the
     angle jumps back by about a turn between two successive readings of a run. Without this
-    correction, orders that are not whole would vanish, because they have another phase on each
-    turn. From run to run the table is assumed to have gone the shortest way.
+    correction, orders that are not whole would vanish, because such orders have another phase on
+    each turn. From run to run the table is assumed to have gone the shortest way.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < 3:

@@ -22,7 +22,7 @@ def without_wrong_rows(
 
     ``left_arcsec``: residual of each capture row, (rows,). The result is None if there is no such
     row, if the set itself decides which rows are used, or if so many rows are outliers that the
-    recording is faulty. A long capture keeps all rows: one in 150,000 changes no result.
+    recording is faulty. A long capture keeps all rows: one wrong row in 150,000 changes no result.
     """
     rows, count = observations.capture, observations.count_arcsec
     if rows is None or count is None or left_arcsec is None or not observations.may_mask:

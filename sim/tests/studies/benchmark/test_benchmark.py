@@ -130,7 +130,7 @@ def test_a_second_name_that_is_there_is_none_too_many() -> None:
 
 
 def test_intervals_are_the_published_ones() -> None:
-    # The two-sided interval of 0 in 100 ends at 3.62 %; that of 5 in 50 is 3.33 … 21.81 % (Clopper
+    # The two-sided interval of 0 in 100 is 0 … 3.62 %; that of 5 in 50 is 3.33 … 21.81 % (Clopper
     # and Pearson).
     assert Rate(0, 100).interval == pytest.approx((0.0, 0.03622), abs=1e-5)
     assert Rate(5, 50).interval == pytest.approx((0.03328, 0.21813), abs=1e-5)
@@ -139,8 +139,9 @@ def test_intervals_are_the_published_ones() -> None:
 
 
 def test_calibration_error_of_a_known_curve() -> None:
-    """Ten bins of three answers each have one right answer; in the first nine the stated
-    probability is 1/3. The expected value is calculated by hand."""
+    """The calibration error of a known curve is right: ten bins of three answers each have one
+    right answer, and in the first nine bins the stated probability is 1/3. The expected calibration
+    error is calculated by hand."""
     stated = [1 / 3] * 27 + [0.9] * 3
     right = [True, False, False] * 10
     bins = reliability(stated, right)
@@ -155,14 +156,14 @@ def test_calibration_error_of_a_known_curve() -> None:
     assert len(reliability([0.5] * 4, [True] * 4)) == 4
     found = calibration_error(stated, right)
     assert found.value == pytest.approx((0.9 - 1 / 3) / 10)
-    # A resample spreads the right answers unevenly over the bins, which can only increase such a
-    # small value.
+    # A resample distributes the right answers unevenly over the bins, which can only increase such
+    # a small calibration error.
     assert 0.0 < found.low < found.high < 0.5
 
 
 def test_log_score_is_compared_with_the_best_constant() -> None:
-    """4 right answers at 0.8 and 1 wrong answer at 0.3 are compared with the constant 0.8,
-    calculated by hand."""
+    """Four right answers at 0.8 and one wrong answer at 0.3 are compared with the constant 0.8; the
+    expected gain is calculated by hand."""
     found = log_score_gain([0.8] * 4 + [0.3], [True] * 4 + [False])
     own = (4 * np.log(0.8) + np.log(0.7)) / 5
     constant = (4 * np.log(0.8) + np.log(0.2)) / 5
@@ -175,8 +176,8 @@ def test_log_score_is_compared_with_the_best_constant() -> None:
 
 
 def test_interval_of_a_bootstrap_falls_with_the_root_of_the_number() -> None:
-    """The gain is a mean over the sets, except for the constant; its scatter therefore falls as
-    1/√n."""
+    """The interval of a bootstrap falls as 1/√n, because apart from the constant the gain is a mean
+    over the sets."""
     random = np.random.default_rng(1)
     widths = []
     for number in (100, 1600):
@@ -205,7 +206,7 @@ def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not()
 
 
 def test_sure_answers_are_counted_by_what_they_say() -> None:
-    """Only answers above 0.8 count as sure; the third set is not counted, since its answer has
+    """Only answers above 0.8 count as sure; the third set does not count, because its answer has
     0.7."""
     latency = effect("latency")
     sure, unsure = {"latency": 0.9, "unknown": 0.1}, {"latency": 0.7, "unknown": 0.3}
@@ -268,8 +269,8 @@ def test_rates_count_what_they_say() -> None:
 
 
 def test_a_class_of_names_where_nothing_is_counts_as_a_false_name() -> None:
-    """Where nothing is hidden, a class of names counts as a false name. Where there is a cause, it
-    is a class without the cause."""
+    """In a set without a cause, a class of names counts as a false name. In a set with a cause, it
+    counts as a class without the cause."""
     names = {"class": ["vibration", "bearing_ball_pass"]}
     sets = [
         judged("ambiguous", **names),
@@ -289,8 +290,8 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     text = benchmark_page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100** (0.100 … 0.100) |" in text
-    # The only answer is right; the best constant states a higher probability than this answer: log
-    # 0.9 − log 0.999.
+    # The only answer is right, but the best constant states a higher probability than this answer:
+    # the gain is log 0.9 − log 0.999.
     assert "constant, simulated | > 0 | **-0.104** (-0.104 … -0.104) |" in text
     assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
     assert "calibration error, simulated (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
@@ -588,7 +589,7 @@ def test_sets_that_are_not_the_frozen_ones_are_reported(tmp_path: Path, monkeypa
 def test_all_public_sets_can_be_frozen_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As nothing has changed, the written list equals the list in the tree."""
+    """The written list equals the list in the tree, because nothing has changed."""
     file = tmp_path / "public_sets.json"
     monkeypatch.setattr("arctrue.studies.benchmark.frozen.FILE", file)
     freeze(json.loads(FROZEN.read_text(encoding="utf-8"))["sets"])

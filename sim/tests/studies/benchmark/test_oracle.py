@@ -1,4 +1,5 @@
-"""Tests of the ideal test against dense linear algebra and against simulated draws."""
+"""Tests of the oracle, the ideal test of a set, against dense linear algebra and against simulated
+draws."""
 
 from __future__ import annotations
 
@@ -65,7 +66,8 @@ def test_noncentrality_is_that_of_generalised_least_squares(index_variance: floa
         {"capture": TrueNoise(in_radians, np.zeros(rows, dtype=bool))},
         index_variance,
     )
-    # The marginal covariance contains the variance of the offsets; the orders are free parameters.
+    # The marginal covariance contains the variance of the offsets; the amplitudes of the orders are
+    # free parameters.
     covariance = process.covariance() + index_variance * (run[:, None] == run)
     angle = 2 * np.pi * turn
     alpha = np.deg2rad(33.0)
@@ -79,8 +81,8 @@ def test_noncentrality_is_that_of_generalised_least_squares(index_variance: floa
 
 
 def test_a_constant_of_a_single_run_is_not_seen() -> None:
-    """An unknown offset of the index may have any size; several runs show how large it usually
-    is."""
+    """The oracle cannot see a constant in a single run, because an unknown offset of the index may
+    have any size; several runs show how large the offset usually is."""
     rows = 240
     turn = np.linspace(0.0, 2.0, rows)
     counts = np.round(turn * COUNTS).astype(np.int64)
@@ -117,8 +119,8 @@ def test_every_cause_that_can_be_hidden_has_a_form() -> None:
 
 
 def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:
-    """Over sets that differ only in their noise, the projection of the rows on the form is normal
-    with mean √λ."""
+    """The projection of the rows on the cause's form is normal with mean √λ, over sets that differ
+    only in their noise."""
     experiment = full().smaller(100, 4)
     wanted, faint = Wanted("hysteresis", 0.25), Wanted("hysteresis", 0.25e-9)
     scores, expected = [], 0.0
@@ -137,7 +139,8 @@ def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:
         expected = look("hysteresis", made.measurement, form, *arguments).noncentrality
         reference = made.measurement.reference
         assert reference is not None
-        # Hysteresis changes only the reference, so that the rows of the reference serve as data.
+        # Hysteresis changes only the reference, so that the test uses the rows of the reference as
+        # data.
         seen = {"capture": form["capture"], "reference": reference.error_arcsec}
         both = {name: form[name] + seen[name] for name in form}
         less = {name: form[name] - seen[name] for name in form}

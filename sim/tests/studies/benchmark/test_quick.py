@@ -1,5 +1,5 @@
-"""Tests that the diagnosis of the quick tier's sets is right; a list names the sets with a wrong
-answer, and the reason."""
+"""Tests that the diagnosis of the quick tier's sets is right, except for the sets in a list that
+states the reason of each wrong answer."""
 
 from __future__ import annotations
 
@@ -24,16 +24,15 @@ NOT_YET = {
     6718972854943811: CLASS,
     2662083054292693: SECOND,
 }
-"""Seeds of those of the 60 sets of the quick tier whose answer is still wrong, with the reason.
+"""Seeds of those of the quick tier's 60 sets whose answer is still wrong, each with the reason.
 
-There were 20 while the diagnosis assumed white noise, and 11 with a noise model. A set leaves the
-list when its answer becomes right. A change that adds a set makes the diagnosis worse.
+There were 20 such sets while the diagnosis assumed white noise, and 11 with a noise model. A set
+leaves the list when its answer becomes right. A change that adds a set makes the diagnosis worse.
 """
 PLACES = (0, 1, 2, 7, 4, 5)
-"""For each world, the place of the set that ``make test`` diagnoses. The chosen sets include every
-kind of content.
+"""Place, in each world, of the set that ``make test`` diagnoses.
 
-``make test-large`` diagnoses the others.
+The chosen sets include every kind of content. ``make test-large`` diagnoses the others.
 """
 ALLOWED = set(GOOD) - {FIRST}
 

@@ -1,4 +1,4 @@
-"""List which parts of the package a fresh interpreter loads."""
+"""Lists the files of the package that a fresh interpreter loads."""
 
 from __future__ import annotations
 

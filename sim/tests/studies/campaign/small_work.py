@@ -1,4 +1,4 @@
-"""Tasks for tests, which a worker can import."""
+"""Defines tasks for tests in a module that a worker can import."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def slow_square(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def killed_once(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Kill the first worker that takes task number 5."""
+    """Kill this worker, if it is the first one that takes task number 5; otherwise return the
+    square."""
     mark = Path(task["mark"])
     if task["number"] == 5 and not mark.exists():
         mark.touch()
@@ -34,7 +35,7 @@ def always_killed(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def noted(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Leave a file for each call; the files show whether a task was repeated."""
+    """Leave a file for each call, so that the files show whether a task was repeated."""
     place = Path(task["place"])
     (place / f"{task['number']}-{os.getpid()}").touch()
     time.sleep(0.1)

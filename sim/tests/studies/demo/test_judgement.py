@@ -47,8 +47,8 @@ def follow(scene: Scene, position: NDArray[np.int64], latency: int = LATENCY) ->
 
 
 def corrected(scene: Scene, share: float = 1.0) -> NDArray[np.int64]:
-    """Return the count of head 1 after a correction from the index on: ``share`` times its true
-    error, without the error's mean, is subtracted."""
+    """Return the count of head 1 after a correction from the index on. The correction subtracts
+    ``share`` times the true error of head 1, without the error's mean."""
     count = scene.heads[0].count
     scale = SETTINGS.counts_per_rev / (2 * np.pi)
     error = count - scene.heads[0].true_angle_rad * scale

@@ -1,5 +1,5 @@
-"""Tests that lines of the console give the figures of a turn, and that each fault in them is
-named."""
+"""Tests that lines of the console give the figures of a turn, and that a message names each fault
+in these lines."""
 
 import json
 

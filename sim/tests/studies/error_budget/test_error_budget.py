@@ -1,4 +1,4 @@
-"""Tests of the error sources against their equations, and of the covariance against drawn
+"""Tests of the error sources against their equations, and of the covariance against simulated
 calibrations."""
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ def test_without_a_source_nothing_is_left() -> None:
 
 
 def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
-    """With a = 144″ the term (a²/2) sin 2θ is 0.036″ RMS; the other orders add a tenth of this."""
+    """The neglected term (a²/2) sin 2θ is 0.036″ RMS with the eccentricity a = 144″; the other
+    orders add a tenth of this."""
     amplitude = 144.1
     expected = amplitude**2 / 2.0 / ARCSEC_PER_RAD / math.sqrt(2.0)
     assert rms("approximation", "paper") == pytest.approx(expected, rel=0.1)
@@ -62,8 +63,8 @@ def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
 
 
 def test_uneven_steps_hurt_the_dft_alone() -> None:
-    """The ripple r of order 7 moves a part of order 1 (144″) into orders 6 and 8, which TF(n)
-    magnifies."""
+    """Uneven steps disturb only the DFT: their ripple of order 7 moves a part of order 1 (144″)
+    into orders 6 and 8, which TF(n) magnifies."""
     assert 0.05 < rms("uneven", "paper") < 0.15
     assert rms("uneven") < 1e-4
 
@@ -76,7 +77,7 @@ def test_two_roundings_of_a_count() -> None:
 
 
 def test_the_latency_is_the_angle_travelled() -> None:
-    """400 ns from pin to pin (docs/paper.md) at 30°/s are 0.0432″."""
+    """The latency of 400 ns from pin to pin (docs/paper.md) causes 0.0432″ at 30°/s."""
     paper = json.loads((ROOT / "docs" / "data" / "paper.json").read_text(encoding="utf-8"))
     (table_1,) = (one["values"] for one in paper["items"] if one["label"] == "Table 1")
     assert table_1["pin_to_pin_ns"] == 400.0
@@ -87,8 +88,8 @@ def test_the_latency_is_the_angle_travelled() -> None:
 
 
 def test_the_place_of_the_index_is_drawn_as_it_is_printed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The distribution is rectangular within ± 50″; a normal distribution with the same σ would
-    have 8 % outside."""
+    """The place of the index has a rectangular distribution within ± 50″; a normal distribution
+    with the same σ would have 8 % outside."""
     monkeypatch.setattr(chain, "SAMPLES", 60)
     monkeypatch.setattr(chain, "SCORED_ANGLES", 1)
     off = [
@@ -104,16 +105,16 @@ def test_the_place_of_the_index_is_drawn_as_it_is_printed(monkeypatch: pytest.Mo
 
 
 def test_heat_is_the_centre_that_moved() -> None:
-    """The centre moves by 0.9 µm/K · 2 K/h · 12 s. Divided by the radius of 53.975 mm, this is the
-    amplitude of order 1."""
+    """The centre moves by 0.9 µm/K · 2 K/h · 12 s during a turn. Divided by the radius of 53.975
+    mm, this is the amplitude of order 1."""
     moved = 0.9e-6 * 2.0 / 3600.0 * 12.0
     expected = moved / 53.975e-3 * ARCSEC_PER_RAD / math.sqrt(2.0)
     assert rms("heat") == pytest.approx(expected, rel=1e-2)
 
 
 def test_subdivision_is_that_of_its_harmonics() -> None:
-    """Per signal period, an offset p causes an error of p once, and gain and phase errors p cause
-    p/2 twice, in radians of the period."""
+    """The subdivision error equals that of its harmonics: per signal period, an offset p causes an
+    error of p once, and gain and phase errors p cause p/2 twice, in radians of the period."""
     radian = 1_296_000 / (2.0 * math.pi * 16384)
     once, twice = 0.01 * math.sqrt(2.0), 0.005 * math.sqrt(2.0)
     expected = radian * math.hypot(once, twice) / math.sqrt(2.0)
@@ -121,8 +122,8 @@ def test_subdivision_is_that_of_its_harmonics() -> None:
 
 
 def test_noise_is_that_of_the_transfer_function() -> None:
-    """The mean comes from 8 draws. The bound is 4 standard deviations of the mean square, of which
-    two thirds come from order 11."""
+    """The noise equals that of the transfer function. The mean comes from 8 draws; the bound is 4
+    standard deviations of the mean square, of which two thirds come from order 11."""
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
     expected = NOISE_ARCSEC**2 * 4.0 / SAMPLES * np.sum(gain**2)
     found = [rms("noise", draw=draw) ** 2 for draw in range(8)]
@@ -131,8 +132,8 @@ def test_noise_is_that_of_the_transfer_function() -> None:
 
 
 def test_the_page_s_noise_is_the_expected_one_within_its_stated_spread() -> None:
-    """The expected noise is computed without TF(n), from the covariance of a fit with the columns
-    of both heads."""
+    """The page's noise equals the expected noise, which the test computes without TF(n), from the
+    covariance of a fit with the columns of both heads."""
     angle = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
     there = angle + HEAD_SEPARATION_RAD
     columns = np.hstack(
@@ -160,8 +161,8 @@ def test_the_page_calls_the_covariance_s_uncertainty_partial() -> None:
 
 
 def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
-    """For 150 draws of noise and index, the ratio of scatter to u is 1 within 5 of its standard
-    deviations."""
+    """The ratio of the scatter to the stated u is 1 within 5 of its standard deviations, for 150
+    draws of noise and index."""
     table = RotaryTable(
         two_heads(), (DiscEccentricity(30e-6, 1.0),), noise_rad=0.5 * RAD_PER_ARCSEC
     )
@@ -187,8 +188,8 @@ def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
 
 
 def test_the_sources_add_up_to_the_whole() -> None:
-    """The sources are independent: their sum equals the whole within 4 standard errors, plus 5 %
-    for their interaction."""
+    """The sources are independent: the sum of their variances equals the variance of the whole
+    within 4 standard errors, plus 5 % for their interaction."""
     for one in FOUND["methods"].values():
         whole = one["whole"]
         assert one["sum_arcsec"] == pytest.approx(
@@ -207,8 +208,8 @@ def test_the_polygon_shows_the_axis_and_agrees_without_it() -> None:
 
 
 def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
-    """The u of the table equals that of the readings, which the test propagates through the
-    solution one by one."""
+    """The u of the table equals the u that the test propagates from each reading through the
+    least-squares solution."""
     cycles, faces = 4, 6
     face = (np.arange(faces) - np.array(spread_shifts(cycles, faces))[:, None]) % faces
     errors = np.random.default_rng(3).normal(0.0, 1.0, (cycles, faces))
@@ -224,8 +225,8 @@ def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
     assert np.abs(through.sum(axis=0)).max() < 1e-12
     expected = found.scatter_arcsec * np.linalg.norm(through, axis=1)
     np.testing.assert_allclose(found.u_table_arcsec, expected, rtol=1e-9)
-    # The number of readings minus the number of fitted values, which are faces and table, each
-    # without its mean, and one offset for each cycle.
+    # The degrees of freedom are the number of readings minus the number of fitted values, which are
+    # faces and table, each without its mean, and one offset for each cycle.
     assert found.degrees_of_freedom == cycles * faces - 2 * (faces - 1) - cycles
 
 
@@ -247,7 +248,7 @@ def test_page_and_json_agree(tmp_path: Path) -> None:
 
 def test_drawn_calibrations_hold_where_the_covariance_knows_the_input() -> None:
     """The stated noise is right within 4/√(2·100·n) for 100 trials, where n orders contribute. The
-    test uses n = 1, the smallest number."""
+    test assumes n = 1, the smallest number."""
     cases = {one["case"]: one for one in FOUND["monte_carlo"]["cases"]}
     for name in ("noise", "ripple", "lanes"):
         one = cases[name]

@@ -1,5 +1,5 @@
-"""Tests of the choice of α against an exhaustive search, drawn noise and a perturbed transfer
-function."""
+"""Tests of the choice of the head separation α against an exhaustive search, simulated noise and a
+perturbed transfer function."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ DISC = Disc.of_paper()
 
 @pytest.mark.parametrize("most", [3, 10, 24, 40])
 def test_no_alpha_beats_the_bound_and_the_candidates_reach_it(most: int) -> None:
-    """The search goes over half a turn in steps of 0.01°; no candidate lies exactly on this
-    grid."""
+    """No α in an exhaustive search over half a turn, in steps of 0.01°, has a smaller worst gain
+    than the candidates; no candidate lies exactly on this grid."""
     orders = np.arange(1, most + 1)
     worst = gain_map(np.arange(0.01, 180.0, 0.01), orders).max(axis=1)
     assert worst.min() >= least_worst_gain(most) * (1.0 - 1e-9)
@@ -54,8 +54,8 @@ def test_blind_orders_are_those_that_close_a_turn() -> None:
 
 
 def test_noise_is_that_of_drawn_differences() -> None:
-    """300 turns of white noise are transformed by DFT and TF; the bound is 4 standard deviations of
-    the mean square."""
+    """The noise equals that of 300 simulated turns of white noise, transformed by DFT and TF; the
+    bound is 4 standard deviations of the mean square."""
     samples, most, draws = 256, 10, 300
     random = np.random.default_rng(4)
     difference = random.normal(0.0, 0.1 * math.sqrt(2.0), (draws, samples))
@@ -67,7 +67,8 @@ def test_noise_is_that_of_drawn_differences() -> None:
 
 
 def test_mounting_is_that_of_a_transfer_function_at_another_alpha() -> None:
-    """Compare the slope with the finite difference between two transfer functions."""
+    """The effect of mounting equals the finite difference between the transfer functions at two
+    values of α."""
     alpha, off = math.radians(33.0), 1e-6
     change = transfer_function(DISC.orders, alpha + off) / transfer_function(DISC.orders, alpha)
     left = np.abs(change - 1.0) * DISC.amplitude_arcsec
@@ -77,7 +78,7 @@ def test_mounting_is_that_of_a_transfer_function_at_another_alpha() -> None:
 
 
 def test_sensitivity_is_1_76_at_order_1_and_210_at_order_11() -> None:
-    """The figures for 33° are known."""
+    """The sensitivity at 33° equals the known values, 1.76 for order 1 and 210 for order 11."""
     found = sensitivity_map(np.array([33.0]), np.array([1, 11]))[0]
     assert found == pytest.approx([1.76, 210.0], rel=2e-3)
 
@@ -86,15 +87,15 @@ def test_best_choices_keep_the_heads_apart_and_are_sorted() -> None:
     found = best_choices(40, DISC)
     assert all(one.alpha_deg >= 20.0 for one in found)
     assert [one.total_arcsec for one in found] == sorted(one.total_arcsec for one in found)
-    # No candidate, each evaluated alone, has a smaller total.
+    # No candidate has a smaller total if it is evaluated alone.
     assert found[0].total_arcsec == min(
         judged(alpha, 40, DISC).total_arcsec for alpha in candidates_deg(40) if alpha >= 20.0
     )
 
 
 def test_the_tolerance_of_mounting_makes_the_best_gain_a_little_worse() -> None:
-    """A tolerance of 50″ moves order n by n·50″: at most 40 · 50″ of the 360°/41 between
-    candidates."""
+    """A mounting tolerance of 50″ changes the phase of order n by n·50″: by at most 40 · 50″, a
+    small share of the 360°/41 between candidates."""
     best = candidates_deg(40)[10]
     share = 40 * 50 / 3600 / (360 / 41)
     assert 1.0 < detuned(best, 40) / least_worst_gain(40) < 1.0 / (1.0 - share)
@@ -108,8 +109,8 @@ def test_lanes_go_to_the_largest_orders() -> None:
 
 
 def test_bits_are_what_the_bit_true_lanes_leave() -> None:
-    """The phases of the lanes are drawn at random; the tolerance is 4 % of the RMS of 20,000
-    draws."""
+    """The stated rounding equals that of bit-true lanes, whose phases are drawn at random; the
+    tolerance is 4 % of the RMS of 20,000 draws."""
     random = np.random.default_rng(9)
     amplitude = np.round(DISC.amplitude_arcsec / 0.07724762 * 2048.0)
     phase = random.integers(0, 1 << 24, (20_000, amplitude.size), dtype=np.int32)

@@ -1,4 +1,5 @@
-"""Tests of the places of three and four heads against stated figures and another search."""
+"""Tests of the places of three and four heads, against stated figures and against another
+search."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests of the page docs/heads.md: every row at a small scale, its bounds, and the committed
-page."""
+"""Tests of the study on the page docs/heads.md: every row at a small scale, its bounds, and the
+committed page."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_any_head_may_be_missing(found: dict[str, Any]) -> None:
     assert [one["missing"] for one in three] == [1, 2, 3, 4]
     for one in (every, *three):
         # The noise of 0.1″ and the counts of 0.077″ act through the weights; rounding the carrier
-        # before the lanes adds to this.
+        # before the lanes adds to this noise.
         expected = np.hypot(0.1, 0.0223) * one["noise"]
         assert one["rms_arcsec"] == pytest.approx(expected, rel=0.1)
         assert abs(one["zero_apart_arcsec"]) < 0.01
@@ -95,7 +95,8 @@ def test_the_committed_error_function_reaches_what_was_asked_for() -> None:
     every, rest = COMMITTED["error_function"]["rows"]
     assert (every["orders"], every["turns"]) == (500, 10)
     assert every["left_2_sigma_arcsec"] <= 0.045
-    # The RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %; twice this is allowed.
+    # The RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %; the test allows twice this
+    # scatter.
     assert rest["expected_2_sigma_arcsec"] <= 0.012
     assert rest["left_2_sigma_arcsec"] <= 0.012 * (1.0 + 2.0 / np.sqrt(2.0 * 998.0))
 

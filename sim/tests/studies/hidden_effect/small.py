@@ -1,4 +1,4 @@
-"""Settings of a small scale: 2¹⁸ counts, and the instrument that other tests also build."""
+"""Defines settings of a small scale: 2¹⁸ counts, and the instrument that other tests also build."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def small_settings() -> HiddenSettings:
 
 
 def _generics_of_the_tests(case: Case) -> dict[str, str]:
-    """Return the generics of the shared core with every extension if the case needs an
-    extension."""
+    """Return the generics of the shared core with every extension if the case needs an extension;
+    otherwise return no generics."""
     return EXTENSIONS if GENERICS_OF(case) else {}
 
 
 def run_small(name: str, folder: Path) -> HiddenResult:
-    """Run the case of this name; check that the generics of the case are exactly those that its
+    """Run the case of this name; check that the case states exactly the generics that its
     coefficients need."""
     with patch.object(experiment, "_generics_of", _generics_of_the_tests):
         result = run_hidden(CASES[name], small_settings(), folder)

@@ -1,8 +1,8 @@
 """Tests that effects in proportion to a condition are found, exported to lanes that follow the
-condition, and removed.
+condition, and removed from the output.
 
 The further turns have another direction, speed or temperature than the measured set; no coefficient
-is fitted to them.
+is fitted to these turns.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ COARSER = 64
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 SPEED_RAD_S = np.radians(30.0)
 LATENCY_ARCSEC = 28.0 * COUNT_ARCSEC
-"""Error that the latency causes. 20 µs at 30°/s are 28 counts at 2²⁴; the small scale hides as many
-counts."""
+"""Error that the latency of 20 µs causes at 30°/s: 28 counts with 2²⁴ counts per turn. The small
+scale hides as many counts."""
 LAG_CLOCKS = 1.5 * (1 << 14) + 9 + 600
 """Largest lag of the modulator in clocks.
 
@@ -34,8 +34,8 @@ the speed); docs/entities/table_conditions.md gives the division and two sweeps,
 
 
 def latency_bound_arcsec() -> float:
-    """Return the bound: two counts, plus the latency's change while the speed changes during the
-    modulator's lag."""
+    """Return the bound of the corrected error: two counts, plus the change of the latency's error
+    while the speed changes during the modulator's lag."""
     scale = small_settings().revolution
     change_rad = CHANGE_TURN * 2.0 * np.pi
     change_s = change_rad / (0.5 * (1.0 + SLOW) * SPEED_RAD_S)
@@ -58,8 +58,8 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
     assert modulators(result) == ["speed"]
     left = result.judged_arcsec()
     assert left["corrected"] <= latency_bound_arcsec()
-    # Half of the delay's counts changes with the speed, and the subtracted mean of the turn removes
-    # half of this change.
+    # Half of the delay's counts changes with the speed; the test subtracts the mean of the turn,
+    # which removes half of this change.
     assert left["unit_left_out"] >= 0.25 * LATENCY_ARCSEC > latency_bound_arcsec()
 
 
@@ -78,7 +78,7 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
 def test_a_wave_in_proportion_to_a_condition(
     name: str, modulator: str, size_arcsec: float, tmp_path: Path
 ) -> None:
-    """At most a count of the effect remains; without its lanes the error is that of the
+    """The lanes remove the effect to at most a count; without these lanes the error is that of the
     geometry."""
     result = run_small(name, tmp_path)
     assert modulators(result) == [modulator]
@@ -89,8 +89,8 @@ def test_a_wave_in_proportion_to_a_condition(
 
 @pytest.mark.large
 def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
-    """The turn is backward and warm, with a changing speed; each effect leaves as much as it does
-    alone.
+    """Each of the three effects leaves as much error as it does alone, in a turn that is backward
+    and warm and has a changing speed.
 
     The lobes follow the speed squared with the same lag as the latency; they are a sixth of the
     latency and change twice as fast with the speed.
@@ -108,7 +108,7 @@ def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
 
 
 def test_each_fresh_turn_has_conditions_of_its_own() -> None:
-    """Every case has a fresh turn with another speed, direction or temperature than the measured
+    """Every case has a fresh turn, with another speed, direction or temperature than the measured
     set."""
     for name in ("latency", "centrifugal_lobes", "loose_centre", "all_at_once", "warm_ovality"):
         case = CASES[name]

@@ -45,8 +45,8 @@ def test_the_wind_up_goes_over_within_its_stroke_at_a_reversal() -> None:
     # The slope of Dahl's model is at most 2/stroke, and the speed is 0.5 rad/s.
     most = 2.0 / STROKE_RAD * 0.5 * (seconds[1] - seconds[0])
     assert np.max(np.abs(np.diff(turn))) < 1.001 * most
-    # A station is 60 degrees after the last reversal, where the wind-up has reached its end within
-    # 2·exp(-60).
+    # The last reversal is 60 degrees before the station, where the wind-up has reached its end
+    # within 2·exp(-60).
     at = plan.drive.state(plan.station_s)
     stood = ShaftWindUp(1.0, STROKE_RAD).disc_turn_rad(at)
     np.testing.assert_allclose(stood, plan.direction, atol=1e-12)

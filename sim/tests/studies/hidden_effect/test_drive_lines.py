@@ -15,8 +15,8 @@ from .small import INTERPOLATION, LINES, run_small
 
 COUNTS = LINES * INTERPOLATION
 SIZE_COUNTS = (1 << 24) / COUNTS * COUNTS / 1_296_000
-"""Amplitude of a line in counts: 1″ at the paper's scale, enlarged with the size of a count, so
-that it is 12.9 counts at every scale."""
+"""Amplitude of a line in counts: 1″ with 2²⁴ counts per turn. The case enlarges the line with the
+size of a count, so that it is 12.9 counts at every scale."""
 MOST_LEFT_COUNTS = 1.0
 """Largest amplitude that may remain, in counts."""
 
@@ -26,7 +26,7 @@ MOST_LEFT_COUNTS = 1.0
     ("name", "shares"),
     [
         ("belt", [1.0]),
-        # Bessel functions of the wobble: J₁, J₀, J₁, to second order.
+        # The shares are the Bessel functions J₁, J₀, J₁ of the wobble, to second order.
         (
             "drive_gear_error",
             [MESH_WOBBLE_RAD / 2.0, 1.0 - MESH_WOBBLE_RAD**2 / 4.0, MESH_WOBBLE_RAD / 2.0],
@@ -38,8 +38,8 @@ def test_lines_of_the_drive_are_taken_away_forwards_and_backwards(
 ) -> None:
     result = run_small(name, tmp_path)
     left = {key: np.array(counts) for key, counts in result.lines_counts.items()}
-    # Without their lanes all lines are in the output. A fit over two turns separates them to one
-    # twentieth.
+    # Without their lanes all lines are in the output. A fit over two turns separates the lines to
+    # one twentieth.
     assert left["without"] == pytest.approx(SIZE_COUNTS * np.array(shares), rel=0.05)
     for way in ("forwards", "backwards"):
         assert left[way].max() <= MOST_LEFT_COUNTS, (way, left[way])
@@ -54,7 +54,8 @@ def test_the_pulses_come_where_the_table_passes_the_index() -> None:
     times = times_at(drive, places)
     passed = (drive.state(times).angle_rad / TURN_RAD - probe.first_turns) * probe.per_turn
     assert np.abs(passed - np.rint(passed)).max() < 1e-4
-    # The table goes forward over all ten edges, and back over the edges of the last two turns.
+    # The table goes forward over all ten edges of the index, and back over the edges of the last
+    # two turns.
     top = drive.knot_times_s[3]
     assert np.count_nonzero(times < top) == 10
     assert 6 <= np.count_nonzero(times > top) <= 8

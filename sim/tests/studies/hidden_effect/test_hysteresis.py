@@ -12,7 +12,8 @@ from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.reference import counts_standing
 
 REVERSAL_ARCSEC = 2 * 64.0
-"""Reversal error: ±1″ at 2²⁴ counts, and 64 times as much at 2¹⁸ counts."""
+"""Reversal error in arcseconds: ±1″ with 2²⁴ counts per turn, and 64 times as much with 2¹⁸
+counts."""
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 
 
@@ -40,8 +41,8 @@ def test_it_becomes_a_lane_that_follows_the_direction(result: HiddenResult) -> N
 
 
 def test_the_output_loses_it_and_without_the_lane_keeps_it(result: HiddenResult) -> None:
-    """At new stations, the output shows the whole reversal error without the lane, and at most 6″
-    with it (a count is 4.9″)."""
+    """The output shows the whole reversal error at new stations without the lane, and at most 6″
+    with the lane (a count is 4.9″)."""
     assert result.reversal_arcsec is not None
     without, left = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
     assert without == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)

@@ -1,4 +1,4 @@
-"""Test with a hidden gear of 71.4 teeth in front of the table, which drives a gateware with
+"""Test of a hidden gear with 71.4 teeth per turn of the table; the table drives a gateware with
 REAL_ORDERS."""
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from .small import INTERPOLATION, LINES, run_small
 COUNTS = LINES * INTERPOLATION
 COUNT_ARCSEC = 1_296_000 / COUNTS
 SIZE_ARCSEC = (1 << 24) / COUNTS
-"""Size of the line: 1″ at the paper's scale; the case enlarges it with the size of a count."""
+"""Amplitude of the line in arcseconds: 1″ with 2²⁴ counts per turn; the case enlarges the line with
+the size of a count."""
 
 
 def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
-    """The reference shows the order in one turn. Some turns later the output no longer contains the
-    line."""
+    """The lane removes the line of non-integer order, which the diagnosis finds in one turn of the
+    reference. Some turns later the output no longer contains the line."""
     result = run_small("periodic_error", tmp_path)
     assert result.diagnosed.effect == "periodic_error"
     found = result.diagnosed.model.effects[-1].parameters
-    # An order known to 0.001 gives a phase that is right to a hundredth of a period after ten
-    # turns.
+    # If the order is known to 0.001, the phase is right to a hundredth of a period after ten turns.
     assert found["order"].value == pytest.approx(GEAR_TEETH, abs=0.001)
     held = read_coefficient_file(tmp_path / "coefficients.toml", EVERYTHING)
     assert held.extension is not None
@@ -35,6 +35,6 @@ def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
     left = result.judged_arcsec()
     assert left["paper"] > 0.9 * SIZE_ARCSEC
     assert left["unit_left_out"] > 0.9 * SIZE_ARCSEC, "without its lane the line stays"
-    # The bound is one count of the output, one of the reading, and the error of the calibration's
-    # integer orders.
+    # The bound is one count of the output, one count of the reading, and the error of the
+    # calibration's integer orders.
     assert left["corrected"] <= 3.0 * COUNT_ARCSEC

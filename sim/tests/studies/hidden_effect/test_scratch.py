@@ -1,4 +1,4 @@
-"""Test with a hidden scratch of the disc; the table drives a gateware with LOCAL_TABLE."""
+"""Test of a hidden scratch on the disc; the table drives a gateware with LOCAL_TABLE."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ grows with the square root of the scale."""
 
 
 def test_a_scratch_is_taken_away_to_a_tenth(tmp_path: Path) -> None:
-    """Captures with a sample every 0.3° show the place and the width of the scratch; the test
-    compares every edge of the output."""
+    """The local table removes the scratch to a tenth: captures with a sample every 0.3° show its
+    place and width, and the test compares every edge of the output."""
     result = run_small("graduation_defect", tmp_path)
     assert result.diagnosed.effect == "graduation_defect"
     found = result.diagnosed.model.effects[-1].parameters

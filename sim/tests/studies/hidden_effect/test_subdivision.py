@@ -1,5 +1,5 @@
-"""Test of the demo's second act at a small scale: the set alone shows the effect, and the output no
-longer contains it."""
+"""Test of the demo's second act at a small scale: the set shows the effect, and the corrected
+output no longer contains it."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from arctrue.studies.simulate.truth import read_truth
 from arctrue.table import TableState
 
 ARCSEC_A_RADIAN = 648_000 / np.pi
-# To first order (Heydemann), the offsets of head 1's SignalDistortion give an error once per signal
-# period; half the gain difference and half the phase error give one twice per period. The values
-# are shares of a radian of the signal period.
+# To first order (Heydemann), the offsets of head 1's SignalDistortion cause an error once per
+# signal period; half the gain difference and half the phase error cause an error twice per period.
+# The values are shares of a radian of the signal period.
 ONCE_ARCSEC = np.hypot(0.036, 0.035) / LINES * ARCSEC_A_RADIAN
 TWICE_ARCSEC = 0.5 * np.hypot(0.016, 0.012) / LINES * ARCSEC_A_RADIAN
 COUNT_ARCSEC = 1_296_000 / (LINES * 256)
@@ -63,7 +63,7 @@ def test_the_workbench_names_it_and_sees_nothing_else(result: HiddenResult) -> N
 def test_its_size_is_that_of_the_signals(result: HiddenResult) -> None:
     found = result.diagnosed.model.effects[-1].parameters
     once, twice = found["head1_multiple_1_amplitude"], found["head1_multiple_2_amplitude"]
-    # The tolerance covers the second order of the distortion, its square, which is a twentieth.
+    # The tolerance covers the square of the distortion, its second order, which is a twentieth.
     assert once.value == pytest.approx(ONCE_ARCSEC, abs=4 * once.sigma + 0.05 * ONCE_ARCSEC)
     assert twice.value == pytest.approx(TWICE_ARCSEC, abs=4 * twice.sigma + 0.05 * ONCE_ARCSEC)
 
@@ -74,19 +74,19 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     assert capture is not None
     assert reference is not None
     samples = result.settings.revolution.samples
-    # The run has two turns. The closing sample of the first turn belongs to it, and a turn may be
-    # one sample longer.
+    # The run has two turns. The first turn includes its closing sample, and a turn may be one
+    # sample longer.
     assert 2 * samples - 60 < capture.run.size < 2 * samples + 60
-    # The expected error of these turns comes from the table's geometry; the constant of each turn
-    # is unknown.
+    # The table's geometry gives the expected error of these turns; the constant of each turn is
+    # unknown.
     table = result.settings.table(result.case.build(result.settings))
     turn = np.linspace(-0.7, 5 * np.pi, 1 << 19)
     head1, head2 = (table.reading_rad(head, TableState.at_rest(turn)) for head in (0, 1))
     stations = np.deg2rad(reference.target_deg)
     error = np.interp(stations, turn, head1 - turn) * ARCSEC_A_RADIAN
     off = reference.error_arcsec - error
-    # The readings are whole counts, the edges come in whole clocks (1.14 per count), and there is
-    # noise of 0.1″ twice.
+    # The readings are whole counts, the edges come in whole clocks (1.14 per count), and each of
+    # the two readings has 0.1″ of noise.
     whole = COUNT_ARCSEC / np.sqrt(12)
     assert 0.9 * whole < np.std(off) < np.hypot(whole, whole / 1.14) + 0.2
     count_rad = table.count_rad
@@ -98,9 +98,9 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     stands = np.interp(stations, turn, head1) / count_rad
     turns = np.round((reference.head1_counts - stands) / table.counts_per_rev)
     late = reference.head1_counts - stands - turns * table.counts_per_rev
-    # A reading is rounded down to its count (0.5 on average). Its zero is the edge of Z between two
-    # recorded edges, which is known to one count, like an index mark. Edges come in whole clocks,
-    # half a clock late on average.
+    # A reading is rounded down to its count (0.5 on average). The zero of the reading is the edge
+    # of Z between two recorded edges, which is known to one count, like an index mark. Edges come
+    # in whole clocks, half a clock late on average.
     assert abs(np.mean(late) + 0.5) < 1.0 + 0.5 / 1.14
 
 
@@ -115,14 +115,14 @@ def test_the_output_of_the_gateware_gets_better(result: HiddenResult) -> None:
     periods = (result.raw_period, result.paper_period, result.corrected_period)
     raw_signal, paper_signal, corrected_signal = (item.amplitude_arcsec[0] for item in periods)
     assert raw_signal == pytest.approx(ONCE_ARCSEC, rel=0.05)
-    # The paper's model removes the error of the disc and leaves the line of the signal period
+    # The paper's model removes the error of the disc and leaves the error of the signal period
     # unchanged.
     assert paper.amplitude_arcsec[0] < 0.01 * raw.amplitude_arcsec[0]
     assert paper_signal == pytest.approx(raw_signal, rel=0.05)
     assert corrected_signal < 0.1 * paper_signal
     assert corrected.edges_rms_arcsec < 0.5 * paper.edges_rms_arcsec
-    # Two parts remain: the whole counts of input and output, 1.2″ each, and the orders without a
-    # lane, 0.7″.
+    # Two parts remain in the output: the whole counts of input and output, 1.2″ each, and the
+    # orders without a lane, 0.7″.
     whole = COUNT_ARCSEC / np.sqrt(12)
     assert corrected.edges_rms_arcsec == pytest.approx(np.hypot(whole * np.sqrt(2), 1.1), rel=0.25)
 

@@ -1,4 +1,4 @@
-"""Tests of thermal effects: one that the catalogue has, and one that no catalogue has."""
+"""Tests of two thermal effects: one is in the catalogue, the other is in no catalogue."""
 
 from __future__ import annotations
 
@@ -85,18 +85,19 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
     turn_arcsec = rate * float(np.diff(heated).mean())
     assert np.all(every < 2.5 * turn_arcsec)
     assert every[-1] < 0.6 * held[-1]
-    # With coefficients for the present temperature only the change within a turn remains, and it
-    # does not grow.
+    # With coefficients for the present temperature, only the change within a turn remains, and this
+    # change does not grow.
     assert np.all(by_host < 0.15 * turn_arcsec + COUNT_ARCSEC)
-    # If the firmware itself follows its thermometer, even the change within a turn is corrected.
+    # If the firmware itself follows its thermometer, the lanes also correct the change within a
+    # turn.
     assert held.max() > 100.0
     assert np.all(alone < FOLLOWED_ARCSEC)
 
 
 @pytest.mark.large
 def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: HiddenResult) -> None:
-    """A lag of 60 s is five turns. If the lag is not stated, the captured turn contradicts the
-    model."""
+    """The lanes follow a thermometer that lags by 60 s, which is five turns, if the file states the
+    lag. If the file does not state the lag, the captured turn contradicts the model."""
     ways = ["by the firmware"]
     with pytest.raises(InstrumentError, match="worse_prediction"):
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)
@@ -117,7 +118,8 @@ def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -
 
 
 def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
-    # The firmware's coefficients contain the order 2 of the cold turn, but not its thermal change.
+    # The firmware's coefficients contain order 2 of the cold turn, but not the thermal change of
+    # order 2.
     assert lobes.paper.amplitude_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
     assert lobes.corrected.amplitude_arcsec[1] < 0.5 * COUNT_ARCSEC
     assert lobes.corrected.edges_rms_arcsec < 0.1 * lobes.paper.edges_rms_arcsec

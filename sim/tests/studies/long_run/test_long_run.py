@@ -1,4 +1,5 @@
-"""Tests of the long run: its page against its data, its model on a known table, and a small run."""
+"""Tests of the long run: its page against its data, its thermal model on a known table, and a small
+run."""
 
 from __future__ import annotations
 
@@ -30,8 +31,8 @@ STRATEGIES = ("single", "model")
 
 @pytest.fixture(scope="module")
 def scenario() -> Scenario:
-    """Return the shipped scenario, shortened, with the core that other tests build and with 32
-    lines."""
+    """Return the shipped scenario, shortened to 32 lines and fewer turns, with the core that other
+    tests build."""
     short = shortened(read_scenario(SCENARIO, lines=32), TURNS)
     scale = structs.replace(short.scale, lanes=LANES, samples=SAMPLES)
     errors = structs.replace(short.errors, noise_arcsec=4.0)
@@ -45,7 +46,8 @@ def found(scenario: Scenario) -> dict[str, Any]:
 
 
 def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: float) -> float:
-    """Return the expected RMS that a turn leaves with the coefficients of the preceding turn.
+    """Return the expected RMS error of a turn that is corrected with the coefficients of the
+    preceding turn.
 
     The sum has three independent parts: the change of order 1 from turn to turn with the
     temperature; the stated u of both components of the orders 1 to 3 that a turn applies; and the
@@ -64,8 +66,8 @@ def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: flo
 def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     found: dict[str, Any], scenario: Scenario
 ) -> None:
-    """The disc's centre moves by 2 µm/K, which plane geometry converts to an angle at the radius of
-    the lines."""
+    """Recalibration and the thermal model follow the disc's centre, which moves by 2 µm/K; plane
+    geometry converts this to an angle at the radius of the lines."""
     per_k = np.degrees(2e-6 / DISC_RADIUS_M) * 3600
     order, *_ = found["model"]["orders"]
     assert order["order"] == 1
@@ -78,7 +80,7 @@ def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     # The test compares medians: heat that is 33 times as fast may by chance let a turn apply the
     # weak order 11 (docs/long-run.md: in 4 of 1,000 turns), which leaves 24″ in that turn.
     typical = {name: np.median(found["strategies"][name]["left_arcsec"][2:]) for name in STRATEGIES}
-    # The median of a sum of squares is below its mean.
+    # The median of a sum of squares is smaller than the mean of this sum.
     expected = expected_single_arcsec(found, scenario, per_k)
     assert typical["single"] < expected < np.median(held["left_arcsec"][2:]) / 2.0
     assert typical["model"] < typical["single"] / np.sqrt(2)
@@ -91,8 +93,8 @@ def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
 
 
 def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
-    """The course has only 30 turns, and heat is 33 times as fast, so that every difference of two
-    turns contains heat."""
+    """The report of a short run claims nothing about noise and trends: the course has only 30
+    turns, and heat is 33 times as fast, so that every difference of two turns contains heat."""
     for deviation in found["allan"]["deviation_arcsec"].values():
         deviation[-1] = None
     page = long_run_page(found)
@@ -101,7 +103,8 @@ def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -
 
 
 def test_lost_counts_come_back(found: dict[str, Any]) -> None:
-    """At the index the core moves its zero and, with ``heal``, puts the lost counts back."""
+    """The lost counts come back: at the index the core moves its zero and, with ``heal``, adds the
+    lost counts again."""
     ((turn, _),) = found["events"].items()
     count_arcsec = 1_296_000 / found["counts_per_rev"]
     for one in found["strategies"].values():
@@ -113,8 +116,8 @@ def test_lost_counts_come_back(found: dict[str, Any]) -> None:
 
 
 def test_what_is_left_of_an_uncorrected_turn_is_its_error(scenario: Scenario) -> None:
-    """The error of the paper's table is [−150.0″, 137.9″] at 20 °C; at the end of the run, 5 K
-    warmer, order 1 has grown."""
+    """An uncorrected turn has the error of the paper's table, [−150.0″, 137.9″] at 20 °C; at the
+    end of the run, 5 K warmer, order 1 has grown."""
     truth = Truth(scenario)
     first, last = truth.error_arcsec(1), truth.error_arcsec(TURNS)
     assert (first.min(), first.max()) == pytest.approx((-150.0, 137.9), abs=12.0)

@@ -1,5 +1,5 @@
-"""Tests of every method against the errors that its principle can determine and those that it
-cannot."""
+"""Tests, for every method, that the method determines exactly the errors that its principle can
+determine."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOTION_ORDERS = tuple(range(2, 9))
 
 @cache
 def left(name: str, motion_m: float = 0.1e-6) -> np.ndarray:
-    """Return the amplitudes of orders 1 to 128 that remain after a method."""
+    """Return the amplitudes in arcseconds of orders 1 to 128 that remain after a method."""
     method: Method = {
         "eda": equal_division(4),
         "two": TWO_HEADS_LEAST_SQUARES,
@@ -47,7 +47,8 @@ def left(name: str, motion_m: float = 0.1e-6) -> np.ndarray:
 
 
 def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
-    """The axis motion of order 2 is 0.1 µm, which is 0.38″ at the radius of 53.975 mm."""
+    """Four heads separate the axis motion of order 2 from the disc, and three do not; the motion is
+    0.1 µm, which is 0.38″ at the radius of 53.975 mm."""
     limit = (
         6.0
         * 0.1
@@ -61,7 +62,8 @@ def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
 
 
 def test_equal_division_leaves_the_multiples_of_its_heads_and_no_others() -> None:
-    """Orders 4, 8, 12, 24 and 120 of the disc remain unchanged: 0.7, 0.35, 0.2, 0.3 and 0.2″."""
+    """The mean leaves orders 4, 8, 12, 24 and 120 of the disc unchanged: 0.7, 0.35, 0.2, 0.3 and
+    0.2″."""
     found = left("eda")
     np.testing.assert_allclose(found[[3, 7, 11, 23, 119]], [0.7, 0.35, 0.2, 0.3, 0.2], atol=0.01)
     others = np.delete(found[:40], [3, 7, 11, 15, 19, 23, 27, 31, 35, 39])
@@ -74,8 +76,8 @@ def test_two_heads_do_not_see_order_120() -> None:
 
 
 def test_a_free_spin_sees_all_but_the_torque_that_is_not_fitted() -> None:
-    """Order 5 of the torque, 10⁻⁴ of the friction, moves the angle by τ/(n²ω²) at speeds of 40 to
-    63 rad/s."""
+    """A free spin finds all orders except the torque's order 5, which is not fitted. This torque,
+    10⁻⁴ of the friction, changes the angle by τ/(n²ω²) at speeds of 40 to 63 rad/s."""
     found = left("spin")[:40]
     spin = FreeSpin()
     swing = spin.torque_rad_s2[2] / (5 * np.array([63.0, 40.0])) ** 2 * 206265.0
@@ -86,15 +88,15 @@ def test_a_free_spin_sees_all_but_the_torque_that_is_not_fitted() -> None:
 
 
 def test_a_spin_that_ends_is_refused() -> None:
-    """With the friction of stop-and-go, a table that starts at 10 turns a second stops after 3.1
-    turns."""
+    """A table that starts at 10 turns a second stops after 3.1 turns, with the friction of
+    stop-and-go; the method must refuse it."""
     with pytest.raises(ValueError, match=r"comes to rest after 3.1 turns, a spin of 3 was"):
         timed_lines(World(SHORT), FreeSpin(turns_a_spin=3))
 
 
 def test_the_spin_has_the_friction_of_stop_and_go() -> None:
-    """The axis of that servo is released at 20 rad/s: a stepwise solution of LuGre's model is
-    compared with the free response."""
+    """The spin has the friction of stop-and-go: the servo's axis is released at 20 rad/s, and the
+    free response equals a stepwise solution of LuGre's model."""
     axis, step_s = Axis(), 1e-5
     speed, bend, gone = np.array([20.0]), np.array([0.0]), 0.0
     for _ in range(20_000):
@@ -108,7 +110,8 @@ def test_the_spin_has_the_friction_of_stop_and_go() -> None:
 
 
 def test_the_spin_obeys_its_equation_of_motion() -> None:
-    """The second derivative of the angle, by finite differences, equals the sum of the torques.
+    """The spin obeys its equation of motion: the second derivative of the angle, by finite
+    differences, equals the sum of the torques.
 
     After two turns the speed falls by 5 % in a tenth of a turn, while τ/(n²ω²) is exact only for a
     constant speed: the test allows a tenth of the torque.
@@ -128,16 +131,16 @@ def test_the_spin_obeys_its_equation_of_motion() -> None:
 
 
 def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
-    """The mean of heads at 180° keeps the even orders, that of heads at 120° the multiples of
-    three: W(n) is 1 for these and 0 for all others."""
+    """The mean of heads at 180° keeps the even orders, and the mean of heads at 120° keeps the
+    multiples of three: W(n) is 1 for these orders and 0 for all others."""
     world = World(dataclasses.replace(SHORT, radial_motion_m=0.0))
     disc = world.score(None).amplitude_arcsec
     for heads in (2, 3):
         places = tuple(360.0 * k / heads for k in range(heads))
         found = world.score(mean_of("mean", places, "").run(world)).amplitude_arcsec
         kept = np.arange(1, 129) % heads == 0
-        # Heads that stand 50″ off their places let 2.4e-4·n of an order through, and order 2
-        # couples to order 1.
+        # Heads that stand 50″ off their places let 2.4e-4·n of order n through, and order 2 couples
+        # to order 1.
         np.testing.assert_allclose(found[kept][1:], disc[kept][1:], atol=0.05)
         assert found[~kept].max() < 0.1
 
@@ -156,7 +159,8 @@ def test_a_calibrated_mean_stays_where_the_axis_moves_otherwise() -> None:
 
 
 def test_gain_of_two_places_is_the_transfer_function() -> None:
-    """The noise of one head is 1/√2 of that of the difference, which TF(n) multiplies."""
+    """The gain of two places is the transfer function: the noise of one head is 1/√2 of that of the
+    difference of two heads, which TF(n) multiplies."""
     orders = np.arange(1, 120)
     gain = order_gain(np.radians([0.0, 33.0]), orders)
     expected = np.sqrt(2.0) * noise_gain(orders, np.radians(33.0))
@@ -181,7 +185,8 @@ def test_three_places_see_nothing_of_the_disc_where_the_axis_moves() -> None:
 
 
 def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
-    """VEDA, as the paper describes it, computes virtual heads as sums of δ over k steps of α.
+    """The virtual heads of VEDA, which the paper describes as sums of δ over k steps of α, equal
+    the transfer function of the two real heads.
 
     The mean over all 120 heads of 33° = 11/120 turn is −ε without the multiples of 120. As the page
     states, this equals the transfer function of the nominal α.
@@ -210,8 +215,8 @@ def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
 
 
 def test_closure_parts_table_and_polygon() -> None:
-    """For random errors without scatter, the closure returns the errors of polygon and table, each
-    minus its mean."""
+    """The closure returns the errors of polygon and table, each minus its mean, for random errors
+    without scatter."""
     random = np.random.default_rng(5)
     table, faces = random.normal(size=24), random.normal(size=24)
     shifts = spread_shifts(10, 24)
@@ -224,7 +229,8 @@ def test_closure_parts_table_and_polygon() -> None:
 
 
 def test_the_uncertainty_of_a_closure_covers_its_error() -> None:
-    """Over 400 draws, the RMS of (found − true)/u is 1 within 4 of its standard deviations."""
+    """The stated uncertainty covers the error of a closure: over 400 draws, the RMS of (found −
+    true)/u is 1 within 4 of its standard deviations."""
     random = np.random.default_rng(6)
     face = np.array([(np.arange(24) - shift) % 24 for shift in spread_shifts(10, 24)])
     ratios = []
@@ -240,7 +246,8 @@ def test_one_position_of_the_polygon_is_refused() -> None:
 
 
 def test_closure_does_not_need_the_certificate_and_the_table_does() -> None:
-    """The errors of the faces are 2″ here, and the closure is as accurate as before."""
+    """The closure does not need the certificate of the polygon: its faces have errors of 2″ here,
+    and the closure is as accurate as with a good polygon."""
     world = World(dataclasses.replace(SHORT, minutes=16.0))
     polygon, autocollimator = world.instruments()
     wrong = dataclasses.replace(
@@ -259,8 +266,8 @@ def test_closure_does_not_need_the_certificate_and_the_table_does() -> None:
 
 
 def test_straight_lines_between_24_stations_leave_a_part_of_order_1() -> None:
-    """Half way between the stations at 0° and 15°, the chord has the height A·cos² 7.5°: 1.22″
-    below 144″·cos."""
+    """Straight lines between 24 stations leave a part of order 1: half way between the stations at
+    0° and 15°, the chord has the height A·cos² 7.5°, which is 1.22″ below 144″·cos."""
     station = np.arange(24) * (2.0 * np.pi / 24)
     angle = np.linspace(0.0, 2.0 * np.pi, 2000)
     gap = 144.0 * np.cos(angle) - straight_lines(station, 144.0 * np.cos(station))(angle)

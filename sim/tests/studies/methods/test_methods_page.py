@@ -1,5 +1,5 @@
-"""Tests that the committed page follows from the committed JSON, and that its words agree with the
-figures."""
+"""Tests that the committed page follows from the committed JSON, and that the words of the page
+agree with the figures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_page_and_json_agree() -> None:
 
 
 def test_the_page_says_what_the_figures_say() -> None:
-    """The figures support the statements in the last section of the page."""
+    """The statements in the last section of the page agree with the figures."""
     by_name = {one["name"]: one for one in FOUND["methods"]}
     rms = {name: one["rms_arcsec"] for name, one in by_name.items()}
     later = {name: one["rms_later_arcsec"] for name, one in by_name.items()}
@@ -35,7 +35,8 @@ def test_the_page_says_what_the_figures_say() -> None:
     assert third["worst_gain_to_128"] is not None
     assert round(listed["worst_gain_to_128"], 1) == 1.2
     assert round(every["worst_gain_to_128"], 1) == 11.2
-    # The axis at rest gives 3 to 4″, unknown motion of an order gives more.
+    # The method leaves 3 to 4″ if the axis is at rest, and more if the axis has unknown motion of
+    # an order.
     least = [min(one["u_arcsec"]) for one in FOUND["own_places"]]
     assert least == sorted(least)
     assert 2.0 < least[0] < 5.0

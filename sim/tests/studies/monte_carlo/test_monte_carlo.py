@@ -45,8 +45,8 @@ def test_state_of_a_result_holds_all_that_a_trial_loads(tmp_path: Path) -> None:
 
 
 def test_truth_is_the_error_at_even_readings() -> None:
-    # The expected values are independent: bisection in the geometry finds the angle at which each
-    # reading appears.
+    # The expected values are computed independently: bisection in the geometry finds the angle at
+    # which each reading appears.
     table = drawn_table(5, {**QUIET, **INPUTS["radial_motion"].draw(np.random.default_rng(1))})
     readings = np.arange(256) * (table.counts_per_rev / 256)
     angle = angle_of_reading(table, 0, readings)
@@ -103,7 +103,7 @@ def test_stated_separation_is_that_of_its_distribution() -> None:
     values = drawn(3, "separation")
     off, u = found["alpha"]
     # R₂ − R₁ contains the mounting error and, with the factor 1, the error of the place where head
-    # 2 detects the index. Both are known to one count.
+    # 2 detects the index. R₂ − R₁ shows both errors to one count.
     assert off == pytest.approx(-values["detection_arcsec"], abs=0.3)
     assert u == pytest.approx(50 / np.sqrt(3), rel=1e-4)
     assert run_trial(task("noise"))["alpha"] is None
@@ -113,8 +113,8 @@ def test_stated_separation_is_that_of_its_distribution() -> None:
     ("hits", "verdict"), [(950, ""), (940, ""), (900, "too small"), (995, "too large")]
 )
 def test_coverage_is_judged_by_its_chance(hits: int, verdict: str) -> None:
-    # 1000 trials at 95 % have a standard deviation of 6.9 hits. If all 35 figures together may fail
-    # with 1 %, each may deviate by 3.6 standard deviations.
+    # The number of hits in 1000 trials at 95 % has a standard deviation of 6.9. If all 35 figures
+    # together may fail with 1 %, each may deviate by 3.6 standard deviations.
     assert Covered(hits, 1000, 35).verdict == verdict
 
 
@@ -182,8 +182,8 @@ def test_every_trial_has_a_seed_of_its_own() -> None:
 
 
 def test_the_study_is_not_called_a_propagation_of_distributions() -> None:
-    """JCGM 101 propagates the estimates of one measurement; in this study every trial has another
-    table."""
+    """The page does not call the study a propagation of distributions: JCGM 101 propagates the
+    estimates of one measurement, and in this study every trial has another table."""
     root = Path(__file__).resolve().parents[4]
     texts = {name: (root / name).read_text(encoding="utf-8") for name in (
         "docs/monte-carlo.md", "docs/architecture.md", "docs/commands.md", "README.md",

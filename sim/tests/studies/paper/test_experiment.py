@@ -31,7 +31,8 @@ def test_it_corrects_to_the_counts_and_the_orders_that_are_not_applied() -> None
     if reason := missing():
         pytest.skip(reason)
     result = run_experiment(ExperimentSettings(revolution=SMALL, cycles=3))
-    # Before the compensation the range is that of the paper, except for one count and the noise.
+    # Before the compensation the range equals that of the paper, except for one count and the
+    # noise.
     count = SMALL.arcsec_per_count
     assert result.before.span_arcsec == pytest.approx(PUBLISHED.before_arcsec, abs=count + 1.0)
     # After the compensation, orders 3 and above leave 2.95″ together. A mean of three cycles
@@ -51,6 +52,7 @@ def test_one_cycle_is_refused() -> None:
 
 
 def test_the_uncorrected_error_is_the_eccentricity_of_the_table() -> None:
-    """An eccentricity e at a radius r causes an error of e / r, which the paper prints."""
+    """The uncorrected error is that of the table's eccentricity: an eccentricity e at a radius r
+    causes an error of e / r, which the paper prints."""
     (eccentricity,) = [e for e in SMALL.table().causes if isinstance(e, DiscEccentricity)]
     assert eccentricity.offset_m / DISC_RADIUS_M * 206265 == pytest.approx(144.0, abs=0.2)

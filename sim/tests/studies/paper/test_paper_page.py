@@ -1,4 +1,5 @@
-"""Tests that the page, its JSON and the equations agree, and that the drawings are made."""
+"""Tests that the page of the paper's experiment, its JSON and the equations agree, and that the
+drawings are made."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ def test_page_and_json_agree() -> None:
 
 @pytest.mark.parametrize("make", EQUATIONS, ids=lambda make: make.__name__)
 def test_equations_give_what_the_json_has(make) -> None:  # type: ignore[no-untyped-def]
-    """Rounding errors differ from machine to machine, but the figures must not."""
+    """The equations give the printed figures of the JSON, although rounding errors differ from
+    machine to machine."""
     item = make()
     stored = {one["label"]: one for one in FOUND["items"]}[item.label]
     for name, value in item.values.items():
@@ -48,7 +50,8 @@ def test_every_equation_and_table_of_the_paper_is_there() -> None:
 
 
 def test_figures_of_the_experiment_come_from_its_stations() -> None:
-    """The test computes span, largest σ, u₃ and U again from the 24 stored faces."""
+    """The figures of the experiment follow from its stations: the test computes the span, the
+    largest σ, u₃ and U again from the 24 stored faces."""
     for one in FOUND["experiments"]:
         mean = np.array(one["after"]["mean_arcsec"])
         deviation = np.array(one["after"]["deviation_arcsec"])
@@ -71,8 +74,8 @@ def test_the_first_run_has_the_paper_s_size() -> None:
 
 
 def test_the_broken_line_of_fig_11_b_is_that_of_independent_faces() -> None:
-    """The test draws independent errors of 24 faces; it leaves out order 12, which has only one
-    component."""
+    """The broken line of Fig. 11 b equals that of simulated independent errors of 24 faces; the
+    test leaves out order 12, which has only one component."""
     budget = PUBLISHED.budget
     face = np.hypot(budget.polygon_arcsec, budget.autocollimator_arcsec)
     drawn = np.random.default_rng(1).normal(0.0, face, (4000, PUBLISHED.faces))
@@ -89,7 +92,7 @@ def test_drawings_are_the_committed_ones(tmp_path: Path) -> None:
 
 
 def test_drawn_square_waves_are_those_of_the_paper() -> None:
-    """In Fig. 4 the levels are 00, 10, 11, 01 while the reading rises."""
+    """The drawing of figure 4 has the levels 00, 10, 11, 01 while the reading rises."""
     text = (DOCS / "images" / drawing_name("4")).read_text(encoding="utf-8")
     levels = re.findall(r">([01]{2})</text>", text)
     assert levels[0:8:2] == ["00", "10", "11", "01"]

@@ -1,4 +1,5 @@
-"""Tests of equations (13) to (17) against the printed values and the underlying geometry."""
+"""Tests of equations (13) to (17) of the paper against the printed values and the underlying
+geometry."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ def plain_polygon() -> Polygon:
 
 
 def test_eccentricity_and_tower_difference_are_the_printed_ones() -> None:
-    """The paper prints one digit: 0.0005 and 0.0001."""
+    """The eccentricity and the tower difference equal the printed values, which have one digit:
+    0.0005 and 0.0001."""
     u4 = ARCSEC_PER_RAD * mounting_eccentricity_rad(1e-6, 0.03e-6, 10e-3)
     u5 = ARCSEC_PER_RAD * tower_difference_rad(np.deg2rad(15.0), 8.0 / ARCSEC_PER_RAD)
     assert round(u4, 4) == 0.0005
@@ -59,7 +61,8 @@ def test_a_hollow_face_met_off_its_centre_errs_by_equation_14() -> None:
 
 
 def test_a_leaning_face_errs_less_than_equation_15_allows() -> None:
-    """Near the axis of the autocollimator the error of the reflection is of third order."""
+    """A leaning face has a smaller error than equation (15) allows: near the axis of the
+    autocollimator the error of the reflection is of third order."""
     tilt = np.full(PUBLISHED.faces, PUBLISHED.tilt_arcsec / ARCSEC_PER_RAD)
     polygon = dataclasses.replace(plain_polygon(), tilt_rad=tilt)
     deviation = np.full(PUBLISHED.faces, 150.0 / ARCSEC_PER_RAD)
@@ -76,7 +79,8 @@ def test_an_upright_flat_polygon_shows_where_the_table_stands() -> None:
 
 
 def test_drawn_instruments_keep_to_table_3() -> None:
-    """For 2,400 drawn faces the sample deviation is within 4 of its own standard deviations."""
+    """The sample deviation of 2,400 simulated faces equals that of table 3 within 4 of its own
+    standard deviations."""
     random = np.random.default_rng(8)
     drawn = [
         ARCSEC_PER_RAD * PUBLISHED.drawn_polygon(random).direction_rad(FACES, np.zeros(24))
@@ -91,7 +95,8 @@ def test_drawn_instruments_keep_to_table_3() -> None:
 
 
 def test_station_errors_have_the_sign_of_the_table() -> None:
-    """If the reading at a face is too large, the table has turned too far there."""
+    """Station errors have the sign of the table: if the reading at a face is too large, the table
+    has turned too far there."""
     readings = np.zeros((2, 24))
     readings[:, 5] = -24.0 / ARCSEC_PER_RAD
     errors = station_errors(readings)

@@ -1,4 +1,4 @@
-"""Test of a revolution at one sixteenth of the paper's size, with 4 lanes."""
+"""Test of ``arctrue revolution`` at one sixteenth of the paper's size, with 4 lanes."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def result() -> RevolutionResult:
 
 
 def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> None:
-    """The errors of the output equal R1 − θ from the table's geometry."""
+    """The errors of the uncorrected output equal R1 − θ from the table's geometry."""
     table = result.settings.table()
     state = TableState.at_rest(result.before.angle_rad)
-    # The noise depends on time; at rest it has a single value.
+    # The noise depends on time; in this state at rest it has a single value.
     error = np.rad2deg(table.reading_rad(0, state) - state.angle_rad) * 3600
     off = result.before.error_arcsec - (error - error.mean())
-    # Noise of 0.2″, with 8 independent values in a bin, gives 0.07″. The rounding to counts of 1.2″
-    # adds only a hundredth of a count.
+    # Noise of 0.2″, with 8 independent values in a bin, gives 0.07″ per bin. The rounding to counts
+    # of 1.2″ adds only a hundredth of a count.
     assert np.sqrt(np.mean(off**2)) < 0.12
     assert result.before.lowest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[0], abs=1.0)
     assert result.before.highest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[1], abs=1.0)
@@ -94,7 +94,7 @@ def test_command(tmp_path: Path) -> None:
 
 @pytest.mark.large
 def test_four_heads(tmp_path: Path) -> None:
-    """With ``arctrue revolution --heads 4`` the firmware calibrates the mean from the first turn.
+    """The firmware calibrates the mean from the first turn with ``arctrue revolution --heads 4``.
 
     With counts of 4.94″ a line of the mean has an uncertainty of 0.13″
     (sim/tests/instrument/test_four_heads.py); the bound is twice this. Those tests use the same
@@ -112,5 +112,6 @@ def test_four_heads(tmp_path: Path) -> None:
     )
     assert before[0] == pytest.approx(144.0, abs=0.5)
     assert after[:4].max() < 0.26
-    # The output has whole counts: an error of 1/√12 count where the roundings do not average out.
+    # The output has whole counts, which cause an error of 1/√12 count where the roundings do not
+    # average out.
     assert written_result["after"]["rms_arcsec"] < 4.94 / np.sqrt(12)

@@ -1,4 +1,5 @@
-"""Tests of the table's course against its legs, which the tests evaluate by other means."""
+"""Tests of the table's course against its legs, whose travel, angle and time the tests compute by
+other means."""
 
 from __future__ import annotations
 

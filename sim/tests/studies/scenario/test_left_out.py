@@ -13,8 +13,8 @@ PAUSED_TURN, TURNS = 3, 6
 SHORT_S, LONG_S = 0.5, 5.0
 
 SAME_RAD = 1e-9
-"""Largest rounding error of the angle in float64, for an instant twelve seconds later at half a
-radian a second."""
+"""Largest rounding error in rad of the angle in float64, for an instant twelve seconds later at
+half a radian a second."""
 
 SCENARIO = f"""
 format = 1

@@ -67,8 +67,8 @@ for_turns = 0.25
 
 
 def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
-    """A relative path starts at the folder of the scenario; the message about a bad file names its
-    key."""
+    """The reader finds coefficients next to the scenario: a relative path starts at the folder of
+    the scenario. The message about a bad file names its key."""
     bank = Coefficients.from_harmonics([3], [2.5], [0.4], 1 << 20, 4)
     write_coefficient_file(tmp_path / "lanes.toml", bank)
     text = LEAST + '[firmware]\ncoefficients = "lanes.toml"\nthermometer = "table"\nheal = 1\n'
@@ -82,8 +82,8 @@ def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
 
 
 def test_a_long_motion_keeps_no_more_edges_than_fit(tmp_path: Path) -> None:
-    """With 2²⁰ counts every 17th edge is recorded; for 1,000 turns 4 million edges are recorded in
-    total."""
+    """The scenario records every 17th edge with 2²⁰ counts; for 1,000 turns it records 4 million
+    edges in total."""
     short = read_scenario(_file(tmp_path, LEAST))
     assert short.kept_every == 17
     long = read_scenario(_file(tmp_path, LEAST.replace("turns = 2 ", "turns = 1000 ")))

@@ -25,8 +25,8 @@ SCENARIOS = ROOT / "sim" / "scenarios"
 COUNT_ARCSEC = 1_296_000 / (64 * 1024)
 UM_PER_K = 8.0
 WARM_C = (20.0, 22.0, 25.0)
-"""Temperatures of the turns. Each is constant for several turns; the table warms in the pauses
-between them."""
+"""Temperatures of the turns. Each temperature is constant for several turns; the table warms in the
+pauses between them."""
 
 WARMING = f"""
 format = 1
@@ -103,8 +103,8 @@ def test_temperature_of_the_turns(result: ScenarioResult) -> None:
 
 
 def test_order_one_follows_the_eccentricity(result: ScenarioResult) -> None:
-    """By plane geometry, a small offset e of the disc changes the angle by e/r at the radius r of
-    its lines."""
+    """The amplitude of order 1 follows the geometry: a small offset e of the disc changes the angle
+    by e/r at the radius r of its lines."""
     for turn in result.turns:
         if turn.number in (3, 5, 6):
             # This turn contains a pause or touches one.
@@ -121,15 +121,16 @@ def test_the_calibrated_order_one_follows_too(result: ScenarioResult) -> None:
     compared = 0
     for turn in result.turns:
         for reply in turn.telemetry:
-            # Telemetry describes the turn before; both must have the same temperature.
+            # Telemetry in a turn describes the preceding turn; both turns must have the same
+            # temperature.
             if turn.number not in (2, 5, 8) or reply["result"] == "refused":
                 continue
             order, amplitude, _, uncertainty, _ = reply["harmonics"][0]
             metres = (10 + UM_PER_K * (turn.temperature_c - 20.0)) * 1e-6
             expected = np.rad2deg(metres / DISC_RADIUS_M) * 3600
             assert order == 1
-            # The rounding to counts is not white noise; a tenth of a count is allowed in addition
-            # to 4 sigma.
+            # The rounding to counts is not white noise; the test allows a tenth of a count in
+            # addition to 4 sigma.
             assert abs(amplitude - expected) < 4 * uncertainty + COUNT_ARCSEC / 10
             compared += 1
     assert compared >= 2
@@ -172,7 +173,7 @@ def test_command_and_its_exit_code(tmp_path: Path, limits: str) -> None:
 
 
 def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The scenario has a hung processor and a slow bus, at different times."""
+    """A shipped scenario runs, with a hung processor and a slow bus at different times."""
     stalls: list[tuple[int, int]] = []
     stall_bus = Instrument.stall_bus
 
@@ -225,8 +226,8 @@ def test_bad_file_ends_with_two(tmp_path: Path) -> None:
 
 
 def test_a_table_that_is_too_fast_is_told(tmp_path: Path) -> None:
-    """A vibration of 3600″ at 500 Hz moves by up to 1,900″, or a hundred counts, in one clock of 6
-    kHz."""
+    """The command reports a table that is too fast: a vibration of 3600″ at 500 Hz moves it by up
+    to 1,900″, or a hundred counts, in one clock of 6 kHz."""
     file = tmp_path / "fast.toml"
     start, _, _ = WARMING.partition("[motion]")
     effect = '[[cause]]\nname = "bracket_vibration"\nhead = 1\narcsec = 3600\nhz = 500\n'

@@ -1,4 +1,5 @@
-"""Tests of the score of a turn, and of the effect of a wrong reference, with known errors."""
+"""Tests of the scores of a turn, and of the effect of a wrong reference; the true errors are
+known."""
 
 from __future__ import annotations
 
@@ -27,8 +28,8 @@ SPEED_RAD_S = 0.5
 
 
 def _track(lost_counts: int) -> tuple[EdgeTrack, np.ndarray]:
-    """Return the track of three turns with 30″ of order 2; counts are lost in the middle of turn
-    2."""
+    """Return the track of three turns with 30″ of order 2, and its travel in turns; counts are lost
+    in the middle of turn 2."""
     position = np.arange(3 * COUNTS)
     reading = position * (2 * np.pi / COUNTS)
     angle = reading - 30 * RAD_PER_ARCSEC * np.cos(2 * reading + 0.4)
@@ -69,8 +70,8 @@ def test_score_of_edges_at_uneven_places_is_that_of_their_cosines() -> None:
     expected = np.zeros(64)
     expected[[1, 63]] = 1.5, 0.25
     # In a part of half a degree, the mean place of about 550 edges differs from the centre by 0.004
-    # of the part. This causes an error of 1.5 · 2 · 4e-5 for order 2 and of 0.25 · 64 · 4e-5 for
-    # order 64; the signs of the differences halve it.
+    # of the part. This difference causes an error of 1.5 · 2 · 4e-5 for order 2 and of 0.25 · 64 ·
+    # 4e-5 for order 64; the signs of the differences halve it.
     np.testing.assert_allclose(score.amplitude_arcsec, expected, atol=1e-3)
     assert score.mean_arcsec == pytest.approx(2.0, abs=5e-3)
     # The RMS is taken about the mean of the parts, which differs by 0.0023 from the mean of the

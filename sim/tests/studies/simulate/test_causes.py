@@ -1,7 +1,7 @@
 """Tests of each physical cause against a first-order formula derived by hand.
 
-The formulas neglect (e/R)², where e is the largest displacement and R the radius of the disc. This
-is 7e-5″ at 1 µm, and it is the bound unless a test states another.
+The formulas neglect (e/R)², where e is the largest displacement and R the radius of the disc. The
+neglected part is 7e-5″ at 1 µm; it is the bound of each test that states no other bound.
 """
 
 from __future__ import annotations
@@ -113,8 +113,8 @@ def test_bracket_shakes_with_a_phase_a_run() -> None:
 
 
 def centre_seen(x_m: Float, y_m: Float, head: int) -> Float:
-    """Return the change of a head's reading when the disc's centre is at (x, y): y/R at head 1,
-    (x·sin α + y·cos α)/R at head 2."""
+    """Return the change of a head's reading when the disc's centre is at (x, y): the change is y/R
+    at head 1 and (x·sin α + y·cos α)/R at head 2."""
     if head == 0:
         return y_m / RADIUS_M
     return np.asarray((x_m * np.sin(ALPHA) + y_m * np.cos(ALPHA)) / RADIUS_M)
@@ -199,7 +199,7 @@ def test_signal_offset_returns_once_a_period_gain_and_phase_twice() -> None:
         (SignalDistortion(0, lines, phase_error_rad=share), share * np.cos(phase) ** 2),
     )
     for effect, expected in cases:
-        # The formulas neglect the square of the share.
+        # The formulas neglect the square of ``share``.
         np.testing.assert_allclose(
             error(effect, 0, conditions()), expected / lines, atol=share**2 / lines
         )
@@ -248,8 +248,8 @@ def test_errors_of_the_instrument() -> None:
 
 
 def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> None:
-    """The test computes with vectors for beam, face and sensor; the cause neglects terms of second
-    order."""
+    """The cause equals the law of reflection, which the test computes with vectors for beam, face
+    and sensor; the cause neglects terms of second order."""
     deviation = np.sin(ANGLE) * 50 * ARCSEC
     tilt, roll, phase = 60 * ARCSEC, np.deg2rad(2.0), 0.4
     offset, flatness, width = 0.5e-3, 0.03e-6, 10e-3
@@ -275,8 +275,8 @@ def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> 
 
 
 def test_an_autocollimator_does_not_see_that_the_polygon_is_off_the_axis() -> None:
-    """For an offset of 0.3 µm, equation (14) gives 8sh/H²·ρ = 0.00015″; an encoder would have
-    2.06″."""
+    """An autocollimator does not see a polygon off the axis: equation (14) gives 8sh/H²·ρ =
+    0.00015″ for an offset of 0.3 µm; an encoder with this offset would have 2.06″."""
     cause = PolygonMounting(0.3e-6, 0.03e-6, 10e-3, 0.0, np.deg2rad(1.0), 0.0)
     still = np.zeros(ANGLE.size)
     made = cause.instrument_error_rad(Stations(conditions(), np.zeros(ANGLE.size, int)), still)
@@ -287,8 +287,8 @@ def test_wind_up_goes_over_within_its_stroke() -> None:
     travel = np.linspace(0.0, 0.3, ANGLE.size)
     up = replace(conditions(), since_reversal_rad=travel)
     found = ShaftWindUp(2e-6, 0.05).disc_turn_rad(up)
-    # At the reversal the wind-up is still on the old side. After ln 2 strokes it is in the middle,
-    # and at the end on the new side.
+    # At the reversal the wind-up is still on the old side. After ln 2 strokes it is zero, and at
+    # the end it is on the new side.
     assert found[0] == pytest.approx(-2e-6)
     assert np.interp(0.05 * np.log(2), travel, found) == pytest.approx(0.0, abs=2e-9)
     assert found[-1] == pytest.approx(2e-6 * (1 - 2 * np.exp(-6)))

@@ -1,4 +1,5 @@
-"""Tests of ``arctrue simulate``: the set, the sealed truth next to it, and wrong usage."""
+"""Tests that ``arctrue simulate`` writes the set and the sealed truth next to it, and refuses wrong
+usage."""
 
 from __future__ import annotations
 
@@ -58,7 +59,7 @@ def test_simulated_again_over_itself(tmp_path: Path) -> None:
     out = tmp_path / "bench"
     simulate(str(out), "--seed", "1", "--experiment", "full")
     simulate(str(out), "--seed", "2", "--experiment", "lean")
-    # If the reference run of the earlier set stayed, it would look like a part of this set.
+    # A reference run that remained from the earlier set would look like a part of this set.
     assert not (out / "reference.csv").exists()
     assert read_truth(out)["seed"] == 2
 

@@ -1,4 +1,4 @@
-"""Tests of whole simulated sets: how a cause shows in each channel, noise floor, seeds and
+"""Tests of whole simulated sets: the effect of a cause in each channel, the noise floor, seeds and
 refusals."""
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def test_no_size_gives_a_set_that_cannot_be_read(name: str, tmp_path: Path) -> N
     try:
         largest = simulated(LARGEST_SIZE * REGISTRY[name].high)
     except ValueError:
-        return  # the cause itself refuses this size with its own message
+        return  # the cause refuses this size with a message of its own
     write_measurement_set(tmp_path, largest)
     again = read_measurement_set(tmp_path)
     assert again.capture is not None
@@ -65,7 +65,7 @@ def reference_arcsec(measurement: MeasurementSet) -> Float:
 
 
 def both(name: str, size: float, seed: int = 5) -> tuple[MeasurementSet, MeasurementSet]:
-    """Return a set with a cause and the same set without it."""
+    """Return a set with a cause and the set without this cause."""
     with_it = simulate_set([Wanted(name, size)], SMALL, seed, **QUIET)  # type: ignore[arg-type]
     without = simulate_set([], SMALL, seed, **QUIET)  # type: ignore[arg-type]
     return with_it.measurement, without.measurement
@@ -144,7 +144,8 @@ def test_hysteresis_is_in_the_reference_only() -> None:
     change = reference_arcsec(with_it) - reference_arcsec(without)
     assert with_it.reference is not None
     assert with_it.reference.direction is not None
-    # At the displaced angle the graduation error differs by its slope, which is 6e-4 of 0.5″.
+    # At the displaced angle the graduation error differs by its slope times the displacement: 6e-4
+    # of 0.5″.
     np.testing.assert_allclose(np.abs(change), 0.5, atol=1e-3)
     assert np.all(np.sign(change) == np.sign(change[0]) * with_it.reference.direction)
     moved = difference_arcsec(with_it) - difference_arcsec(without)
@@ -282,7 +283,7 @@ def test_noise_that_is_none_is_an_error() -> None:
 
 def test_a_run_with_a_pause_and_a_reversal() -> None:
     # The table goes forward, pauses, and goes backward. The shaft keeps its wind-up during the
-    # pause and changes side after it.
+    # pause and changes to the other side after the reversal.
     profile = ((0.0, 0.5), (4.0, 0.5), (5.0, 0.0), (7.0, 0.0), (8.0, -0.5), (12.0, -0.5))
     run = CaptureRun(0.0, 12.0, 0.5, 1200, profile=profile)
     heads = []
@@ -298,8 +299,8 @@ def test_a_run_with_a_pause_and_a_reversal() -> None:
         assert capture.capture is not None
         heads.append(capture.capture.head1_counts)
     turned_rad = (heads[1] - heads[0]) * table.count_rad
-    # The run starts as if the table had just reversed. 2 rad are 40 strokes, and a stroke leaves
-    # 2/e.
+    # The run starts as if the table had just reversed. 2 rad are 40 strokes; each stroke reduces
+    # the remaining wind-up by the factor 1/e, from 2 at the reversal.
     assert turned_rad[[0, 400, 600, 700]] == pytest.approx([-1e-4, 1e-4, 1e-4, 1e-4], abs=4e-7)
     assert turned_rad[-1] == pytest.approx(-1e-4, abs=4e-7)
     stroke = round((7.0 + np.sqrt(2 * 0.05 / 0.5)) * 100)

@@ -32,8 +32,8 @@ def test_the_path_is_the_integral_of_its_speed() -> None:
 
 
 def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
-    """At constant speed the torque has the Stribeck level and a viscous part. Below the level the
-    axis only bends, by torque over σ₀."""
+    """The friction torque has the Stribeck level and a viscous part at constant speed. Below the
+    Stribeck level the axis only bends, by torque divided by σ₀."""
     axis, step_s = Axis(), 1e-4
     speed, bend = np.array([0.005, 0.5]), np.zeros(2)
     for _ in range(5000):
@@ -56,8 +56,8 @@ def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
 
 
 def test_the_servo_brings_the_signal_to_the_target() -> None:
-    """Without noise the servo's error has two parts: one count from rounding down, and one count
-    within which the loop does not react."""
+    """The servo brings the signal to the target except for two parts: one count from rounding down,
+    and one count within which the loop does not react."""
 
     def shown(angle_rad: np.ndarray) -> np.ndarray:
         return np.floor(angle_rad / COUNT_RAD) * COUNT_RAD
@@ -73,8 +73,8 @@ def test_the_servo_brings_the_signal_to_the_target() -> None:
 
 
 def test_raw_the_table_stops_where_the_geometry_says() -> None:
-    """The table stops at target − ε, which the test computes from the exact rays of the eccentric
-    disc."""
+    """The table stops at target − ε with the raw signal; the test computes ε from the exact rays of
+    the eccentric disc."""
     table = RevolutionSettings(noise_arcsec=0.0).table()
     target = np.arange(24) * (2.0 * np.pi / 24)
     stands = target.copy()
@@ -87,8 +87,8 @@ def test_raw_the_table_stops_where_the_geometry_says() -> None:
 
 
 def test_corrected_the_table_stops_within_the_calibration() -> None:
-    """The bound is U of the calibration at an angle, 0.12″ (k = 2), plus the scatter of a mean of
-    ten."""
+    """The table stops within the calibration's U at an angle with the corrected signal, 0.12″ (k =
+    2), plus the scatter of a mean of ten."""
     assert np.abs(FOUND["corrected"]["true_mean_arcsec"]).max() < 0.3
     raw, corrected = (FOUND[name]["true_deviation_arcsec"] for name in ("raw", "corrected"))
     assert np.mean(corrected) < 1.5 * np.mean(raw) + 0.05

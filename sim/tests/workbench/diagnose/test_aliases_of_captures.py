@@ -1,4 +1,5 @@
-"""Tests that an order with at least two samples in each period gets no false name.
+"""Tests that the diagnosis gives no false name to an order with at least two samples in each
+period.
 
 With N evenly spaced samples per turn, the cos and sin columns of order N − n equal those of order
 n, up to a phase that depends on where a run starts.
@@ -26,7 +27,7 @@ START_RAD = 1.0
 def _reading(at_disc_rad: Float, order: float) -> Float:
     """Solve R = ψ + ε(R) in 3 iterations, where ε is the paper's error plus 0.6″ of one order.
 
-    The error of the iteration falls by 90″ · 129 / 1 rad = 0.06 each time.
+    Each iteration multiplies its error by 90″ · 129 / 1 rad = 0.06.
     """
     found = at_disc_rad
     for _ in range(3):
@@ -65,8 +66,8 @@ def _diagnosed(order: float, samples_a_turn: float, *, starts_differ: bool) -> D
 
 @pytest.mark.parametrize(("order", "samples"), [(129.0, 233.3), (129.0, 234.0)])
 def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: float) -> None:
-    """In each run order 129 at 233.3 samples per turn looks like order 104.3, but its phase differs
-    from run to run by N·start."""
+    """Runs that start at different angles show the order: order 129 looks like order 104.3 in each
+    run at 233.3 samples per turn, but its phase differs from run to run by N·start."""
     found = _diagnosed(order, samples, starts_differ=True)
     assert found.named is not None
     assert found.named.name == "high_order_graduation"
@@ -77,7 +78,7 @@ def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: fl
 @pytest.mark.parametrize("samples", [233.3, 234.0])
 def test_runs_from_one_angle_leave_a_class(samples: float) -> None:
     """Order 129 and a line at N − 129 both remain possible: the class contains the graduation of
-    order 129, and the line at N − 129 has 129 as an alias."""
+    order 129, and the diagnosis lists 129 as an alias of the line at N − 129."""
     found = _diagnosed(129.0, samples, starts_differ=False)
     assert found.verdict == "ambiguous"
     assert "high_order_graduation" in found.effect_class
@@ -90,8 +91,8 @@ def test_runs_from_one_angle_leave_a_class(samples: float) -> None:
 
 
 def test_listed_aliases_are_the_same_columns_at_the_samples() -> None:
-    """The set contains a line of order 104.3; at every sample the cos and sin columns of the listed
-    orders span those of the line."""
+    """The cos and sin columns of each listed order span those of the set's line of order 104.3 at
+    every sample."""
     found = _diagnosed(104.3, 233.3, starts_differ=False)
     assert "periodic_error" in found.effect_class
     listed = diagnosis_data(found, [])["aliases"]
@@ -101,8 +102,8 @@ def test_listed_aliases_are_the_same_columns_at_the_samples() -> None:
     for order in listed:
         alias = np.stack([np.cos(order * step), np.sin(order * step)], axis=1)
         left = line - alias @ np.linalg.lstsq(alias, line, rcond=None)[0]
-        # The search finds the order of the line to 0.0005, which is a phase of 0.006 over half of
-        # four turns.
+        # The search finds the order of the line to 0.0005, which causes a phase error of 0.006 rad
+        # over half of four turns.
         np.testing.assert_allclose(left, 0.0, atol=0.015)
 
 

@@ -1,5 +1,5 @@
-"""Tests of stated probabilities: the fit is compared with drawn answers, the shrinkage with an
-integral."""
+"""Tests of stated probabilities: simulated answers test the fit, and an integral tests the
+shrinkage."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from arctrue.workbench.diagnose.grounds import Grounds
 
 USUAL = Grounds(0.999, -30.0, 200.0, 150.0, 0.9, 0.0, 1, 0, Distance(0.1, 4, 20.0, 1.0, 0.3))
 MACKAY = 0.01
-"""Largest error of the approximation σ(μ/√(1 + πv/8)) to the mean of a logistic function of a
+"""Largest error with which σ(μ/√(1 + πv/8)) approximates the mean of a logistic function of a
 normal value, for variances v up to 9."""
 
 
@@ -52,8 +52,8 @@ def test_what_is_stated_is_the_mean_over_the_uncertain_value(mean: float, varian
 
 @pytest.mark.parametrize("answers", [0, 3, 200])
 def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
-    """Laplace's rule: if n of n answers were right and the prior is flat, the next answer is right
-    with the posterior mean."""
+    """Laplace's rule limits the confidence: if n of n answers were right and the prior is flat, the
+    next answer is right with the posterior mean."""
     row = np.zeros(len(FEATURES))
     row[0] = 1.0
     share = (
@@ -114,8 +114,8 @@ def _drawn(number: int, share: float, verdict: str, random: np.random.Generator)
 
 
 def test_the_fit_states_the_share_that_is_right() -> None:
-    """Fit 4,000 names and 4,000 classes with known shares of right answers; the confidences agree
-    within 4 binomial standard errors."""
+    """The confidences of a fit to 4,000 names and 4,000 classes agree with the known shares of
+    right answers within 4 binomial standard errors."""
     random = np.random.default_rng(7)
     rows = _drawn(4000, 0.97, "named", random) + _drawn(4000, 0.7, "ambiguous", random)
     learned = fitted(rows)
@@ -129,7 +129,7 @@ def test_the_fit_states_the_share_that_is_right() -> None:
 
 
 def test_few_answers_are_not_trusted() -> None:
-    """After three right answers of three, the confidence stays at or below the posterior of a share
+    """The confidence after three right answers of three stays at or below the posterior of a share
     with a wide prior."""
     rows = _drawn(3, 1.0, "named", np.random.default_rng(1))
     (few,) = confidences(rows[:1], fitted(rows))
@@ -144,8 +144,8 @@ def test_the_table_is_read_as_it_was_written(tmp_path) -> None:  # type: ignore[
 
 
 def test_the_coefficients_in_use_are_those_of_the_table() -> None:
-    """A new fit to the table agrees with the file, except for its rounding and the last digits of
-    the optimiser."""
+    """A new fit to the table agrees with the stored coefficients, except for the rounding in the
+    file and the last digits of the optimiser."""
     rows = read_stated(TABLE)
     assert json.loads(FILE.read_text(encoding="utf-8"))["features"] == list(FEATURES)
     here, used = fitted(rows), calibration()

@@ -1,5 +1,5 @@
-"""Tests that a product of parts is refused as a description if it only cancels the model's own
-columns.
+"""Tests that the diagnosis refuses a product of parts as a description if the product only cancels
+the model's own columns.
 
 Var(y) = Var(part) + Var(other) + 2 cov: a part that is larger than the measured error must cancel
 other columns of the model.
@@ -28,10 +28,10 @@ TIME_S: Float = np.arange(int(SWEEP_S * SWEEPS / STEP_S), dtype=np.float64) * ST
 RUN = (TIME_S // SWEEP_S).astype(np.int64)
 UP = RUN % 2 == 0
 STROKE = np.where(UP, TIME_S / SWEEP_S - RUN, 1.0 - TIME_S / SWEEP_S + RUN)
-"""Position of each row as a share of the stroke, for seven sweeps up and down."""
+"""Position of each row as a fraction of the stroke, for seven sweeps up and down."""
 AT_ONE_END = 5000.0 * np.exp(-60.0 * STROKE)
-"""Error in arcseconds within a sixtieth of the stroke, as from a stop, a cable, or a seam of the
-scale."""
+"""Error in arcseconds that exists only within a sixtieth of the stroke, as from a stop, a cable, or
+a seam of the scale."""
 
 
 def _sweeps(further_arcsec: Float, turns: float = 1.0, load: Float | None = None) -> Residuals:
@@ -52,8 +52,8 @@ def _sweeps(further_arcsec: Float, turns: float = 1.0, load: Float | None = None
 
 
 def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, float]:
-    """Return the RMS of what the product predicts and the RMS of the measured rows, both about
-    their means."""
+    """Return the RMS of the product's prediction and the RMS of the measured rows, both about their
+    means."""
     rows = residuals.observations.reference
     assert rows is not None
     columns = effect.reference_columns(rows, {}, residuals.solution.context)
@@ -63,8 +63,8 @@ def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, fl
 
 
 def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
-    """To describe 5,000″ at the seam, order 0.5 would need an amplitude of 36,000″, five times the
-    measured error."""
+    """The half order is refused: to describe 5,000″ at the seam, order 0.5 would need an amplitude
+    of 36,000″, five times the measured error."""
     residuals = _sweeps(AT_ONE_END)
     half = ProductOfParts.of(ALWAYS, (0.5,), "reference")
     moved, measured = _rms_arcsec(residuals, half)
@@ -80,14 +80,15 @@ def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
 
 @pytest.mark.parametrize("order", [0.5, 1.5])
 def test_a_half_order_that_repeats_is_described(order: float) -> None:
-    """The error of 300″ extends over three turns: the rows cover the two turns of its period and
-    one more turn."""
+    """The error of 300″ extends over three turns, so that its half order is described: the rows
+    cover the two turns of its period and one more turn."""
     residuals = _sweeps(300.0 * np.cos(order * 6.0 * np.pi * STROKE + 0.8), turns=3.0)
     assert best_parts(residuals)[0].effect.orders == (order,)
 
 
 def test_the_zero_of_a_condition_is_a_convention() -> None:
-    """A load of 30 ± 1 N m times 400″ of order 1 is 12,000″ if the zero of the load is at 0 N m.
+    """The zero of a condition does not matter: a load of 30 ± 1 N m times 400″ of order 1 is
+    12,000″ if the load is counted from 0 N m.
 
     The model's own order 1 absorbs the mean, so that only the variation of ± 400″ counts.
     """
@@ -103,24 +104,27 @@ def test_the_zero_of_a_condition_is_a_convention() -> None:
 
 
 def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
-    """exp(−t/0.5 s) lasts for about 10° of a sweep at 20°/s, which is 0.75 periods only for orders
-    of 30 and more."""
+    """A condition that ends after a bump resolves only orders of 30 and more: exp(−t/0.5 s) lasts
+    for about 10° of a sweep at 20°/s, which is 0.75 periods only for these orders."""
     rows = _sweeps(AT_ONE_END).observations.reference
     assert rows is not None
     start = np.exp(-(TIME_S - RUN * SWEEP_S) / 0.5)
     orders = np.arange(1.0, 61.0)
     shown = resolved_orders(rows, start, orders)
-    # The sum over steps of 2°, each weighted with exp(−t/τ) at its end, is a geometric series.
+    # The sum over steps of 2°, each weighted with exp(−t/τ) at the end of the step, is a geometric
+    # series.
     way_deg = 2.0 / (np.exp(0.1 / 0.5) - 1.0)
     assert list(shown) == list(orders * way_deg / 360.0 >= 0.75)
     assert resolved_orders(rows, np.ones(TIME_S.size), orders).all()
 
 
 def test_a_refined_settling_still_passes_its_wave() -> None:
-    """A bump at each start settles in 2 s, which is 40° at 20°/s: a third of a period of order 3.
+    """The refined time constant still lasts for 0.75 periods: a bump at each start settles in 2 s,
+    which is 40° at 20°/s, a third of a period of order 3.
 
     Of the time constants on the grid, the smallest one that lasts for 0.75 periods describes the
-    bump best. The refinement must not go below it, although a smaller one would fit better.
+    bump best. The refinement must not go below this time constant, although a smaller one would fit
+    better.
     """
     since = TIME_S - RUN * SWEEP_S
     residuals = _sweeps(4000.0 * np.exp(-since / 2.0) * np.cos(6.0 * np.pi * STROKE + 1.0))

@@ -1,5 +1,5 @@
-"""Tests of conditions that the physics of an effect sets for its values, in addition to the shape
-of its columns."""
+"""Tests of the conditions that the physics of an effect sets for the effect's values, in addition
+to the shape of its columns."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def _of_step(counts: float, sigma: float, count_arcsec: float | None = ARCSEC_A_
 
 
 def test_faces_lapped_one_by_one_are_not_refused() -> None:
-    """At most the share CONTRADICTED_P of 2,000 polygons with independent faces is refused (99.9 %
-    bound)."""
+    """The rule wrongly refuses at most the share CONTRADICTED_P of 2,000 polygons with independent
+    faces (99.9 % bound)."""
     random = np.random.default_rng(3)
     refused = sum(_of_faces(random.normal(0.0, 0.2, FACES)) is not None for _ in range(2000))
     assert refused <= binom.isf(0.001, 2000, CONTRADICTED_P)
@@ -64,11 +64,12 @@ def test_one_face_alone_may_be_a_place_of_the_table() -> None:
 def test_a_flat_place_of_the_bearing_is_no_polygon(
     place_deg: float, width_deg: float, along: float
 ) -> None:
-    """The axis dips at one place of the turn; the columns come from plane geometry, order by order.
+    """The axis dips at one place of the turn, and the rule must refuse a polygon as the cause. The
+    columns come from plane geometry, order by order.
 
     Head 1 reads y, and R₂ − R₁ contains x·sin α + y·(cos α − 1). Up to order 20 the fitted
-    graduation absorbs the latter, divided by e^{jnα} − 1, so that the reference shows y minus this
-    graduation.
+    graduation absorbs this second expression, divided by e^{jnα} − 1, so that the reference shows y
+    minus the fitted graduation.
     """
     grid = np.arange(720) * np.pi / 360.0
     away = np.angle(np.exp(1j * (grid - np.radians(place_deg))))
@@ -91,8 +92,8 @@ def test_faces_that_repeat_within_a_turn_are_a_shape_of_the_table(times: int) ->
     reported = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
     assert reported is not None
     if times == 2:
-        # Twelve random values do not look like a wave; only their repetition contradicts the
-        # effect.
+        # Twelve random values do not look like a wave; only the repetition of these values
+        # contradicts the effect.
         assert "repeat 2 times a turn" in reported
 
 
@@ -131,13 +132,14 @@ def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: 
 
 
 def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> None:
-    """A bracket that leans with the direction was once named a periodic error of 192 s."""
+    """A line that keeps to the schedule of the visits is no line in time; in an earlier version, a
+    bracket that leans with the direction was named a periodic error of 192 s."""
     reported = _of_line(1.0 / 192.0)
     assert reported is not None
     assert "192 s" in reported
     assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
-    # A line that is half a resolution of ten visits away from this frequency drifts against the
-    # visits and is accepted. A much slower line is refused.
+    # The rule accepts a line that is half a resolution of ten visits away from this frequency,
+    # because the line drifts against the visits. It refuses a much slower line.
     assert _of_line(1.0 / 192.0 + 0.5 / 1920.0) is None
     assert _of_line(0.1 / 1920.0) is None
     # If the visits are in mixed order, or each station is visited once, the visits have no
@@ -155,15 +157,16 @@ def _of_order(order: float, sigma: float):  # type: ignore[no-untyped-def]
 
 
 def test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass() -> None:
-    """A belt that repeats every two turns was once named a ball pass of order 0.499 ± 0.008."""
+    """A half-integer order is no ball pass; in an earlier version, a belt that repeats every two
+    turns was named a ball pass of order 0.499 ± 0.008."""
     reported = _of_order(0.4992, 0.0076)
     assert reported is not None
     assert "every two turns" in reported
     whole = _of_order(3.01, 0.004)
     assert whole is not None
     assert "every turn" in whole
-    # With a much smaller uncertainty the order differs from a half-integer order. Without a known
-    # uncertainty there is no contradiction.
+    # If the uncertainty is much smaller, the order differs from a half-integer order. If the
+    # uncertainty is unknown, there is no contradiction.
     assert _of_order(0.4992, 0.00012) is None
     assert _of_order(7.85, 0.003) is None
     assert _of_order(0.4992, float("nan")) is None

@@ -1,5 +1,5 @@
-"""Tests of the scope of a verdict: what the verdict covers, when the set cannot tell, and which
-effects look alike."""
+"""Tests of the scope of a verdict: which effects the verdict covers, when the set cannot tell, and
+which effects look alike."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def _residuals(slow_arcsec: float = 0.0) -> Residuals:
 
 
 def test_smallest_size_is_that_of_dense_least_squares() -> None:
-    """With white noise of 0.15″ and a constant in the model, a reversal error of ± z·σ/√n and more
-    is detectable."""
+    """The smallest detectable reversal error is ± z·σ/√n, with white noise of 0.15″ and a constant
+    in the model."""
     observations = observations_of(measurement_set(runs=1, cycles=2))
     residuals = Residuals(
         fit([_base()], observations, noise=white_noise(observations, (0.1, 0.15)))
@@ -91,8 +91,8 @@ def test_adequate_says_what_it_covers() -> None:
 
 @pytest.mark.parametrize(("slow_arcsec", "blind"), [(0.0, False), (0.3, False), (3.0, True)])
 def test_noise_that_is_all_slow_cannot_tell(slow_arcsec: float, blind: bool) -> None:
-    """A reference whose drift is twice its scatter can show the effect; one whose drift is twenty
-    times its scatter cannot."""
+    """A reference whose drift is twice its scatter can show an effect; a reference whose drift is
+    twenty times its scatter cannot."""
     residuals = _residuals(slow_arcsec)
     found = blindness(residuals, coverage(residuals, [], {}, 20, REFUSED), {"capture": 1.0}, 0.0)
     assert (found is not None) == blind
@@ -126,11 +126,12 @@ def test_a_residual_smaller_than_what_can_be_found_cannot_tell() -> None:
 def test_a_drift_that_slow_noise_may_be_is_not_adequate(
     drift_rms_arcsec: float, verdict: str
 ) -> None:
-    """If the noise is white, 288 readings of 0.15″ determine a drift to 0.15″/√288 = 0.009″ RMS.
+    """The verdict is not adequate for a drift that slow noise may be. If the noise is white, 288
+    readings of 0.15″ determine a drift to 0.15″/√288 = 0.009″ RMS, and a drift of 6.8 times this
+    value is significant.
 
-    A drift of 6.8 times this value is then significant. But slow noise of the same size explains
-    the rows as well; only the straightness of a drift distinguishes the two. At 11 times this value
-    the set can distinguish them.
+    But slow noise of this size explains the rows as well; only the straightness of a drift
+    distinguishes the two. At 11 times this value the set can distinguish them.
     """
     made = measurement_set(runs=2)
     assert made.reference is not None
@@ -154,8 +155,9 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
 def test_noise_with_many_columns_is_little_known(
     gain: float, rank: int, freedom: float, is_named: bool
 ) -> None:
-    """For 48 readings, 23 face errors leave 25 degrees of freedom: F(23, 25) = 2.2 has a
-    probability of 3 %, not of 10⁻⁴."""
+    """A channel with many columns knows its noise badly: with 48 readings, 23 face errors leave 25
+    degrees of freedom, and F(23, 25) = 2.2 has a probability of 3 %; with known noise it would be
+    10⁻⁴."""
     item: Any = SimpleNamespace(
         name="x",
         evidence=SimpleNamespace(score=SimpleNamespace(gain=gain, rank=rank)),
@@ -168,7 +170,8 @@ def test_noise_with_many_columns_is_little_known(
 
 
 def test_an_order_with_fewer_than_two_stations_a_period_has_aliases() -> None:
-    """At 24 faces, 90 teeth have the same cos and sin columns as the orders 18, 6, 42 and 30."""
+    """A gear with 90 teeth has aliases at 24 faces: the orders 18, 6, 42 and 30 have its cos and
+    sin columns."""
     made = measurement_set(runs=2)
     assert made.reference is not None
     target = np.radians(made.reference.target_deg)
@@ -202,8 +205,8 @@ def test_an_order_with_two_stations_a_period_has_none(order: float, stations: in
 
 
 def test_a_bound_of_hardly_known_noise_says_so() -> None:
-    """At this limit of freedom, the F test needs 2.8 times the size that would suffice if the noise
-    were known."""
+    """The bound states that the noise is hardly known: at this limit of the degrees of freedom, the
+    F test needs 2.8 times the size that would suffice if the noise were known."""
     ratio = [np.sqrt(needed_gain(1, 19, freedom) / needed_gain(1, 19)) for freedom in (2.0, 6.0)]
     assert ratio == [pytest.approx(37.0, rel=0.01), pytest.approx(2.8, rel=0.02)]
     found = diagnose(observations_of(measurement_set()), [_base()], {})

@@ -1,4 +1,5 @@
-"""Tests that faults of the record are reported with their row, and not as effects of the table."""
+"""Tests that the diagnosis reports faults of the record with their row, and not as effects of the
+table."""
 
 from __future__ import annotations
 
@@ -49,7 +50,7 @@ def test_a_head_that_is_off_and_back_at_once_is_masked_and_reported(head: int, r
     assert [item.row for item in seen.masked] == list(range(ROW + 2, ROW + 2 + rows))
     sign = -1.0 if head == 1 else 1.0
     for item in seen.masked:
-        # The row is off by 3,000 counts, within the noise and the slope of the error over three
+        # The row is off by 3,000 counts, to within the noise and the slope of the error over three
         # rows.
         assert item.away_arcsec == pytest.approx(sign * 3_000 * 0.0772, abs=3.0)
         assert str(item).startswith(f"capture.csv, row {item.row}: outlier (")
@@ -57,8 +58,8 @@ def test_a_head_that_is_off_and_back_at_once_is_masked_and_reported(head: int, r
 
 
 def test_a_slip_stays_and_is_an_effect() -> None:
-    """A slip of any size is an effect: from one instant on the counter is wrong by a constant, as
-    in count_slip."""
+    """The diagnosis reports a slip of any size as an effect: from one instant on the counter is
+    wrong by a constant, as in count_slip."""
     made, capture = _copied()
     capture.head2_counts[ROW : 2 * 3 * SAMPLES_A_TURN] += 3_000
     assert _faults(made, capture) == []
@@ -73,8 +74,8 @@ def test_a_head_that_stands_while_the_other_goes_on_is_reported() -> None:
 
 
 def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:
-    """With ten counts per row and 1.6 counts of noise per step, a tenth of a step does not indicate
-    a fault."""
+    """Dense rows of coarse counts have no jumps: with ten counts per row and 1.6 counts of noise
+    per step, a tenth of a step does not indicate a fault."""
     random = np.random.default_rng(5)
     size = 40_000
     turn = np.arange(size) * 10.0
@@ -126,8 +127,8 @@ def test_one_reading_of_a_station_far_from_its_others_is_reported() -> None:
 
 @pytest.mark.parametrize("name", ["bearing_ball_pass", "count_slip", "reference_drift"])
 def test_the_largest_effects_are_no_faults(name: str) -> None:
-    """At the stations these effects cause errors that differ from cycle to cycle; these differences
-    are no faults."""
+    """The largest effects are no faults of the record, although at the stations they cause errors
+    that differ from cycle to cycle."""
     from arctrue.table.registry import RECIPES
 
     made = simulate_set([Wanted(name, RECIPES[name].high)], full().smaller(2000, 4), 77)
@@ -135,19 +136,21 @@ def test_the_largest_effects_are_no_faults(name: str) -> None:
 
 
 def test_a_disturbance_of_one_turn_is_no_defect_of_the_disc() -> None:
-    """Eight rows of one turn are off by 60 counts, which the other eleven turns do not show."""
+    """The diagnosis names no defect of the disc if eight rows of one turn are off by 60 counts and
+    the other eleven turns do not have this error."""
     made, capture = _copied()
     capture.head2_counts[ROW : ROW + 8] += 60
     _, found = diagnosed(replace(made, capture=capture))
     tempting = {item.name: item.p_corrected for item in found.candidates}
-    # Its p is a tenth of the limit for a name, so that only the other turns contradict the effect.
+    # The probability p of the effect is a tenth of the limit for a name, so that only the other
+    # turns contradict the effect.
     assert tempting["graduation_defect"] < 1e-3
     assert found.named is None
     assert found.effect_class == []
 
 
 def test_white_noise_has_the_scatter_that_it_was_made_with() -> None:
-    """The estimate is right to 2 %, four standard errors of a median deviation from 80,000
+    """The estimated scatter is right to 2 %, four standard errors of a median deviation from 80,000
     values."""
     noise = np.random.default_rng(9).normal(0.0, 0.3, 80_000)
     ramp = 5.0 * np.arange(noise.size) + 40.0 * np.sin(np.arange(noise.size) / 500.0)
@@ -165,8 +168,8 @@ def test_what_is_off_for_longer_than_three_rows_is_no_excursion() -> None:
 
 @pytest.mark.parametrize(("gap_rows", "faults"), [(60, 0), (0, 1)])
 def test_a_run_that_ends_in_a_gap_is_not_cut(gap_rows: int, faults: int) -> None:
-    """A run of three turns lacks its last 50 rows. It counts as cut, unless another run has a gap
-    as well."""
+    """The diagnosis calls a run of three turns that lacks its last 50 rows cut, unless another run
+    has a gap as well."""
     made, capture = _copied()
     kept = np.ones(capture.run.size, dtype=bool)
     kept[ROW : ROW + gap_rows] = False

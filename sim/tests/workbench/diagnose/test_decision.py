@@ -1,4 +1,4 @@
-"""Tests of the ordered rules of the verdict; each rule has a set made for it."""
+"""Tests of the ordered rules of the verdict; each test makes a set for its rule."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ COUNT_ARCSEC = 2.0 * np.pi / COUNTS_PER_REV / ARCSEC
 
 
 def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
-    """Each knock is a step of whole counts. The residuals show the other steps only with the first
-    step in the model."""
+    """The diagnosis does not call repeated knocks a slip, although each knock is a step of whole
+    counts. The residuals show the other steps only if the model contains the first step."""
     counts = 12
     instants = np.array([3.1, 9.7, 15.2, 22.8, 29.9])
 
@@ -59,8 +59,8 @@ def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
 
 
 def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
-    """The set has a reversal error of 1.6″ and an order 2 that grows with the temperature. The
-    square root of the gain of order 2 is at most a tenth of that of the reversal error."""
+    """The diagnosis names the reversal error of 1.6″ although order 2 grows with the temperature.
+    The square root of the gain of order 2 is at most a tenth of that of the reversal error."""
     share = 0.3 * np.sqrt(OF_THE_SAME_KIND)
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -74,8 +74,9 @@ def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
 
 
 def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture() -> None:
-    """A lean of the polygon changes order 1 of the capture by exactly the amount that the
-    graduation absorbs."""
+    """The lean of the polygon needs no evidence from the runs of the capture: the lean changes
+    order 1 of the capture by the amount that the graduation absorbs, so that only the reference
+    shows the lean."""
     measurement = measurement_set()
     assert measurement.reference is not None
     target = np.radians(measurement.reference.target_deg)
@@ -87,8 +88,8 @@ def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture()
     assert rows is not None
     assert on_every_pass(lean, found.base)
     assert found.named is lean
-    # The noise may give this part another size in each run; it must neither confirm nor contradict
-    # the lean.
+    # The noise may change the size of this part in each run; the part must neither confirm nor
+    # contradict the lean.
     change = lean.solution.capture_prediction_arcsec(False) - found.base.capture_prediction_arcsec(
         False
     )

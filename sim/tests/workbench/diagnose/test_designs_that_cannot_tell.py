@@ -1,4 +1,4 @@
-"""Tests of sets in which two conditions changed together, and of readings that a display
+"""Tests of sets in which two conditions changed together, and of sets whose readings a display
 rounded."""
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ def test_a_run_that_warms_evenly_does_not_tell_temperature_from_time(seed: int) 
     assert found.effect_class == ["thermal_head_drift"]
     assert found.described is not None
     assert found.described.effect.parts == ["time", "head2"]  # type: ignore[attr-defined]
-    # Both explanations are equally likely, and the requested measurement separates them.
+    # Both explanations are equally likely, and the measurement that the diagnosis requests
+    # separates them.
     share = found.probability["thermal_head_drift"], found.probability["unknown"]
     assert share[0] == pytest.approx(share[1], abs=0.05)
     assert found.measurement is not None

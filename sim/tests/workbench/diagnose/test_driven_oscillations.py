@@ -1,5 +1,5 @@
-"""Tests that noise with a resonance is described but gets no name; the noise is integrated from an
-equation of motion."""
+"""Tests that the diagnosis describes noise with a resonance but gives it no name; the noise is
+integrated from an equation of motion."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
 
 @pytest.mark.parametrize("period_s", [9.0, 40.0])
 def test_in_a_log(period_s: float) -> None:
-    """The oscillation has the size of the white noise; the log of an hour contains at least 90
-    periods."""
+    """The diagnosis describes an oscillation of the size of the white noise; the log of an hour
+    contains at least 90 periods."""
     random = np.random.default_rng(3)
     time_s = clock(random, 1500, 2.4, "even")
     shaken = driven_oscillator(random, time_s, period_s, 8.0)
@@ -49,7 +49,8 @@ def test_in_a_log(period_s: float) -> None:
 
 
 def test_in_a_capture() -> None:
-    """The bracket of head 2 oscillates at 6 Hz with quality 8, in a run of 36 s."""
+    """The diagnosis describes the oscillation of head 2's bracket at 6 Hz with quality 8, in a run
+    of 36 s."""
     random = np.random.default_rng(4)
 
     def ringing(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
@@ -64,7 +65,7 @@ def test_in_a_capture() -> None:
 
 
 def test_a_line_in_time_is_no_oscillation() -> None:
-    """The record contains a steady sine of 6 Hz, and noise without a resonance."""
+    """A steady sine of 6 Hz in noise without a resonance is no driven oscillation."""
     found = diagnosis_of(
         measurement_set(
             head2_only=lambda time_s, speed: 0.4 * np.sin(2.0 * np.pi * 6.0 * time_s),
@@ -79,19 +80,20 @@ def test_a_line_in_time_is_no_oscillation() -> None:
 
 @pytest.mark.parametrize("kind", ["white", "OU 30 s", "random walk", "flicker 1/f"])
 def test_noise_without_a_resonance_has_none(kind: str) -> None:
-    """Noise that is white or wanders, in a log like those above, has no resonance."""
+    """The diagnosis finds no resonance in noise that is white or wanders, in a log like those of
+    the tests above."""
     random = np.random.default_rng((5, list(NULLS).index(kind)))
     time_s = clock(random, 1500, 2.4, "jitter")
     assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).findings.oscillation is None
 
 
 def test_the_frequency_is_known_within_its_uncertainty() -> None:
-    """The deviations of ten records, divided by u, are compared with χ², and u is compared with its
-    theory. A record has 1,200 s with quality 8 at 0.1 Hz.
+    """The frequency is known within its uncertainty: the deviations of ten records, divided by u,
+    are compared with χ², and u is compared with its theory.
 
-    Without white noise, maximum likelihood has u = √(γ/T)/(2π), γ = πf/Q (Gersch, IEEE Trans.
-    Autom. Control 19 (1974) 558). White noise of half the size increases u, and the scatter of the
-    estimated damping changes it by about 20 %.
+    A record has 1,200 s with quality 8 at 0.1 Hz. Without white noise, maximum likelihood has u =
+    √(γ/T)/(2π), γ = πf/Q (Gersch, IEEE Trans. Autom. Control 19 (1974) 558). White noise of half
+    the size increases u, and the scatter of the estimated damping changes u by about 20 %.
     """
     hz, quality, time_s = 0.1, 8.0, np.arange(1200.0)
     none, one = np.zeros((time_s.size, 0)), np.zeros(time_s.size, dtype=np.int64)
@@ -106,6 +108,6 @@ def test_the_frequency_is_known_within_its_uncertainty() -> None:
         assert found is not None
         deviations.append((found.hz - hz) / found.sigma_hz)
         sigmas.append(found.sigma_hz)
-    # These are the 0.1 and 99.9 % quantiles of χ² with 10 degrees of freedom.
+    # The bounds are the 0.1 and 99.9 % quantiles of χ² with 10 degrees of freedom.
     assert 1.48 < np.sum(np.square(deviations)) < 29.6
     assert 0.8 * least < np.median(sigmas) < 2.0 * least

@@ -1,4 +1,5 @@
-"""Tests that a finding is listed only if it remains with the named effect in the model.
+"""Tests that the diagnosis lists a finding only if the finding remains with the named effect in the
+model.
 
 The set is computed from the geometry: a rotary reference at 360 stations shows an error with the
 signal period (16,384 lines). At these stations k · 16,384 periods per turn look like order |k ·
@@ -99,7 +100,8 @@ def test_the_alias_is_stated_to_be_the_named_effect() -> None:
 
 
 def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
-    """0.5″ are five standard uncertainties of each of 360 rows, far above every limit."""
+    """The line of 0.5″ stays a finding: 0.5″ are five standard uncertainties of each of 360 rows,
+    far above every limit."""
     found = _found(belt_arcsec=0.5)
     assert [found.verdict, *found.effect_class] == ["named", "subdivision_error"]
     orders = [line.rate for cause in found.findings.causes for line in cause.lines]
@@ -107,8 +109,8 @@ def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
 
 
 def test_an_error_that_follows_the_speed_does_not_jump_from_run_to_run() -> None:
-    """The set has four runs of a turn each; its error grows with the speed squared, to 8″ in the
-    fastest run."""
+    """An error that follows the speed is not reported as a jump from run to run; it grows with the
+    speed squared, to 8″ in the fastest of four runs of a turn each."""
     random = np.random.default_rng(3)
     speeds = (5.0, 10.0, 20.0, 40.0)
     rows = 200

@@ -1,5 +1,5 @@
-"""Tests that every further numeric column is a condition, which compare and diagnose use by the
-column's name."""
+"""Tests that every further numeric column is a condition, which ``compare`` and ``diagnose`` use by
+the column's name."""
 
 from __future__ import annotations
 
@@ -91,8 +91,8 @@ def test_the_adopted_file_has_the_column_and_its_zero(loaded: Diagnosis, tmp_pat
 
 
 def test_compare_bins_the_residual_by_every_column() -> None:
-    """The error of the reference grows by 0.02″ per degree of elevation; the other column has no
-    influence."""
+    """The comparison bins the residual by every column: the error of the reference grows by 0.02″
+    per degree of the column elevation, and the other column has no influence."""
     random = np.random.default_rng(3)
     size = 720
     target = np.arange(size) * 0.5

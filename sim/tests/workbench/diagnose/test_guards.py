@@ -1,4 +1,4 @@
-"""Tests of each guard of the diagnosis alone; ``make mutate`` removes a guard and runs this file.
+"""Tests each guard of the diagnosis alone; ``make mutate`` removes a guard and runs this file.
 
 Small numbers and small sets keep each test below a few seconds.
 """
@@ -65,8 +65,9 @@ def _reference(error: NDArray[np.float64], target_deg: NDArray[np.float64]) -> O
 
 
 def test_every_place_that_was_looked_at_is_charged() -> None:
-    """A χ² of 30 with two columns has the probability p; after m places were searched, Šidák's
-    correction gives 1 − (1 − p)^m."""
+    """The probability is corrected for all searched places: a χ² of 30 with two columns has the
+    probability p at one place, and after a search of m places, Šidák's correction gives 1 − (1 −
+    p)^m."""
     single = float(chi2.sf(30.0, 2))
     assert corrected_p_value(30.0, 2, 5000.0, 1) == pytest.approx(
         1.0 - (1.0 - single) ** 5000, rel=1e-6
@@ -78,8 +79,8 @@ def test_every_candidate_is_charged() -> None:
 
 
 def test_every_survey_of_a_diagnosis_is_charged() -> None:
-    """A diagnosis repeats the survey with one name and with two names in the model; the trials of
-    all surveys count."""
+    """The trials of all surveys count: a diagnosis repeats the survey with one name and with two
+    names in the model."""
     made = measurement_set(runs=3, turns=1, reversal_arcsec=0.1)
     residuals = Residuals(fit([_base()], observations_of(made)))
     effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
@@ -112,14 +113,16 @@ def _improvement(gain: float, information: float) -> list[Improvement]:
 
 
 def test_a_fall_within_two_standard_errors_is_none() -> None:
-    """An information of 100 means that a real gain has the mean 50 and the standard error 10."""
+    """A gain within two standard errors of zero does not count: an information of 100 means that a
+    real gain has the mean 50 and the standard error 10, so that 15 does not count and 25 does."""
     assert not holds_out(_improvement(15.0, 100.0))
     assert holds_out(_improvement(25.0, 100.0))
 
 
 def test_what_left_out_rows_cannot_show_must_not_get_worse() -> None:
-    """An information of 16 means that a real gain has the mean 8, which is twice its standard
-    error."""
+    """A gain that left-out rows cannot confirm must not be a loss beyond two standard errors: an
+    information of 16 means that a real gain has the mean 8 and the standard error 4, so that −9
+    counts as a loss."""
     assert holds_out(_improvement(-7.0, 16.0))
     assert not holds_out(_improvement(-9.0, 16.0))
 
@@ -130,8 +133,8 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
     assert folds is not None
     rounds = folds.reshape(-1, 4)
     assert np.all(np.sort(rounds, axis=1) == np.arange(4))
-    # 24 stations are a multiple of the four folds: folds that took the rows in turn would put all
-    # visits of a station into one fold.
+    # 24 stations are a multiple of the four folds: if the rows were dealt to the folds in turn, all
+    # visits of a station would be in one fold.
     of_stations = folds.reshape(8, 24)
     assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
 
@@ -140,8 +143,8 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
 
 
 def _slow_noise(seed: int) -> NDArray[np.float64]:
-    """Return slow noise of 0.3″ and 4 s plus 0.1″ of white noise, in 600 rows a tenth of a second
-    apart."""
+    """Return slow noise of 0.3″ with a time constant of 4 s plus 0.1″ of white noise, in 600 rows a
+    tenth of a second apart."""
     clock = 0.1 * np.arange(600)
     drawn = RowNoise(
         clock,
@@ -163,8 +166,9 @@ def test_slow_noise_is_a_part_of_the_noise_and_no_effect() -> None:
 
 
 def test_the_noise_with_an_effect_is_estimated_anew() -> None:
-    """The slow noise has absorbed a ramp of 6″. If the noise is estimated with the ramp in the
-    model, the ramp is significant."""
+    """The noise is estimated again with the effect in the model, because the slow noise has
+    absorbed a ramp of 6″. If the noise is estimated with the ramp in the model, the ramp is
+    significant."""
     random = np.random.default_rng(4)
     ramp = np.linspace(-3.0, 3.0, 600) + random.normal(0.0, 0.1, 600)
     target = np.tile(np.arange(60) * 6.0, 10)
@@ -176,7 +180,8 @@ def test_the_noise_with_an_effect_is_estimated_anew() -> None:
 
 
 def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
-    """24 readings with 41 coefficients have a residual of 0, which does not show their scatter."""
+    """The diagnosis does not know the noise of a channel without repeats: 24 readings with 41
+    coefficients have a residual of 0, which does not show their scatter."""
     target = np.arange(24) * 15.0
     error = np.random.default_rng(1).normal(0.0, 0.2, 24)
     terms = [Term(EFFECTS["graduation_harmonics"](), {})]
@@ -184,8 +189,8 @@ def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
 
 
 def test_four_runs_do_not_know_the_index_better_than_the_prior_allows() -> None:
-    """The four offsets agree by chance; the prior of ±1 count per head still has the weight of six
-    runs."""
+    """Four runs do not determine the index better than the prior allows: the four offsets agree by
+    chance, and the prior of ±1 count per head keeps the weight of six runs."""
     observations = observations_of(measurement_set(runs=1, turns=1, reference=False))
     prior = observations.index_sigma_arcsec**2
     variance, worth = index_variance(observations, np.zeros(4))
@@ -212,8 +217,9 @@ def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
 
 
 def test_a_line_pays_for_all_frequencies() -> None:
-    """A line with p below 5 % occurs in about 5 % of the sets of white noise. Fewer than 16 of 120
-    sets may have one, which allows four standard deviations."""
+    """The probability of a line is corrected for all frequencies: in white noise, a line with p
+    below 5 % occurs in about 5 % of the sets. Fewer than 16 of 120 sets may have such a line, which
+    allows four standard deviations."""
     random = np.random.default_rng(9)
     assert sum(fisher_p(random.normal(size=256)) < 0.05 for _ in range(120)) < 16
 
@@ -244,10 +250,11 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
 
 
 def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> None:
-    """Order 1 is 10″ larger in one of two runs: with other noise the fit follows this run.
+    """Order 25, which is in both runs, is confirmed with the noise with which it was judged. Order
+    1 is 10″ larger in one of two runs; the fit follows this run only with another noise. Order 25
+    is in both runs.
 
-    Order 25 is in both runs. The noise also changes order 1 of the fit; this change must not count
-    against order 25.
+    The noise also changes order 1 of the fit; this change must not count against order 25.
     """
 
     def uneven(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -270,9 +277,10 @@ def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> N
 
 
 def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
-    """Head 2 stands 9″ off its place in all rows, which the offsets of the runs have absorbed.
+    """The rows of a run need not show an error that the offset of the run has absorbed: head 2
+    stands 9″ off its place in all rows.
 
-    The rows of one run are 0.03″ higher, as a scatter of the index would make them.
+    The rows of one run are 0.03″ higher, as if the index had scattered.
     """
     made = measurement_set(
         runs=3, turns=1, reference=False, head2_only=lambda time, speed: 9.0 + 0.0 * time
@@ -288,8 +296,8 @@ def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
 
 
 def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
-    """The test gives waves that the set does not contain a size of 1.2 σ in each run, as noise
-    would.
+    """A run that stands out by chance does not contradict an effect. The test gives waves that the
+    set does not contain a size of 1.2 σ in each run, as noise would.
 
     The run with the largest such wave shows only noise; therefore the other runs do not contradict
     the wave.
@@ -330,10 +338,10 @@ def test_a_frequency_of_one_speed_alone_is_no_vibration() -> None:
 def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A delay of 40 ms on a ramp to 40°/s and back causes 5,760″, which rise and fall once in a
-    minute."""
-    # With 20 orders in the model, and noise estimated without the effect, its p is 0.31, which is
-    # far from a name.
+    """A slow effect far above the scatter is not taken for slow noise: a delay of 40 ms on a ramp
+    to 40°/s and back causes an error of up to 5,760″, which rises and falls once in a minute."""
+    # With 20 orders in the model, and noise estimated without the effect, the p of the effect is
+    # 0.31, which is far from a name.
     monkeypatch.setattr(weighing, "NEAR_P", 0.0)
     time = np.arange(0.0, 60.0, 0.1)
     speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
@@ -353,8 +361,8 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
 
 
 def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
-    """The set goes up and back at one speed, at which a delay would look like the reversal
-    error."""
+    """The diagnosis gives no sure name if the set cannot test another effect: the set goes up and
+    back at one speed, at which a delay would look like the reversal error."""
     random = np.random.default_rng(7)
     up = np.arange(360.0)
     target = np.tile(np.concatenate([up, up[::-1]]), 2)
@@ -368,13 +376,13 @@ def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
 
 @pytest.mark.parametrize(("cycles", "verdict"), [(1, "ambiguous"), (2, "named")])
 def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) -> None:
-    """All stations are visited first upwards and then downwards, so that a change between the two
-    looks like a reversal error."""
+    """A single reversal also looks like a step in time: all stations are visited first upwards and
+    then downwards."""
     made = measurement_set(cycles=cycles, reversal_arcsec=2.0, turns=1)
     found = diagnose(observations_of(made), [_base()], EFFECTS)
     assert found.verdict == verdict
     assert found.effect_class[0] == "hysteresis"
-    # The effect itself is by definition a product of the direction alone; therefore the answer adds
+    # By definition the effect itself is a product of the direction alone; therefore the answer adds
     # no description.
     assert found.described is None
 
@@ -406,7 +414,7 @@ def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
     assert _without_idle_conditions([warm, plain], order, 1000) == [plain]
 
 
-# Ordered rules, tested with figures from this file
+# Ordered rules, tested with the numbers in this file
 
 
 def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:
@@ -417,8 +425,8 @@ def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -
 
 def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
     assert rules.left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
-    # √(0.201² − 0.2²) is a tenth of the noise. Where 1″ matters, an excess of 0.3″ does not count
-    # either.
+    # The excess √(0.201² − 0.2²) is a tenth of the noise. Where 1″ matters, an excess of 0.3″ does
+    # not count either.
     assert rules.left_undescribed(_left(1e-6, 0.201, 0.20)) is None
     assert rules.left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
     assert rules.left_undescribed(_left(1e-3, 0.30, 0.20)) is None

@@ -1,4 +1,6 @@
-"""Tests that offsets which scatter more than the index should are not named as an effect.
+"""Tests that the diagnosis names no effect for run offsets that scatter more than the index should.
+The scatter of ±20 counts corresponds to a mark detection of ±1.5″; the prior of an index is ±1
+count.
 
 ±20 counts correspond to a mark detection of ±1.5″; the prior of an index is ±1 count. Four runs
 have four offsets. So few values with this scatter show neither an influence of speed or temperature
@@ -36,8 +38,8 @@ def test_offsets_of_a_poor_index_have_no_name(offsets: list[int]) -> None:
 
 
 def test_a_skew_within_a_good_index_keeps_its_name() -> None:
-    """A skew of 3 µs gives 0.32, −0.32 and 0.97″ at 30, −30 and 90 °/s, which are four to twelve
-    counts; the offsets fit this skew."""
+    """The diagnosis names a skew of 3 µs if the index is good: the skew gives 0.32, −0.32 and 0.97″
+    at 30, −30 and 90 °/s, which are four to twelve counts."""
     found = diagnosis_of(measurement_set(head2_only=lambda time, speed: 0 * time + 0.62 * speed))
     assert found.named is not None
     assert found.named.name == "timing_skew"

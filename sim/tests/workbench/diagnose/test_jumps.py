@@ -1,5 +1,5 @@
-"""Tests that, after one knock at the stand of a reference at stations, the diagnosis states what
-jumped, when, and by how much.
+"""Tests that, after one knock at the stand of a reference at stations, the diagnosis states which
+signal jumped, when, and by how much.
 
 The sets are computed from the definitions (``small_sets``, or plain numpy in this module).
 """
@@ -50,8 +50,8 @@ def _stations(
 
 @pytest.mark.parametrize("size_arcsec", [1.0, -3.0, 1800.0])
 def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
-    """The jump comes after 60 % of the 288 readings of a polygon. Its sizes are 7 σ of a reading,
-    20 σ, and half a degree."""
+    """The diagnosis finds a jump after 60 % of the 288 readings of a polygon; the tested sizes are
+    7 σ of a reading, 20 σ, and half a degree."""
     measured = measurement_set(seed=4)
     assert measured.reference is not None
     count = measured.reference.error_arcsec.size
@@ -65,7 +65,8 @@ def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
     assert jump.time_s == pytest.approx(4.0 * int(0.6 * count), abs=8.0)
     assert abs(jump.size_arcsec - size_arcsec) < WITHIN_U * jump.sigma_arcsec
     # Only 115 of the 288 readings with 0.15″ of noise come after the step, and a drift is fitted
-    # together with it. The search for the noise stops at a ten-thousandth of the variation before.
+    # together with the step. The search for the noise stops at a ten-thousandth of the scatter that
+    # was estimated without the step.
     most = max(3.0 * REFERENCE_NOISE / np.sqrt(115.0), 2e-4 * abs(size_arcsec))
     assert jump.sigma_arcsec < most
     assert any("something jumped at" in text for text in sentences(found)[:1])
@@ -73,8 +74,8 @@ def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
 
 @pytest.mark.parametrize(("stations", "two_ways"), [(36, False), (36, True), (12, False)])
 def test_a_knock_in_stations_alone(stations: int, two_ways: bool) -> None:
-    """A jump of 4″ in noise of 0.4″ is found without a capture, although 17 of 18 effects cannot be
-    tested."""
+    """The diagnosis finds a jump of 4″ in noise of 0.4″ without a capture, although 17 of 18
+    effects cannot be tested."""
     random = np.random.default_rng((6, stations))
     count = 4 * stations
     at = int(0.4 * count) + 1
@@ -87,7 +88,8 @@ def test_a_knock_in_stations_alone(stations: int, two_ways: bool) -> None:
 
 
 def test_a_slip_that_ends_with_its_run() -> None:
-    """Head 1 slips by 19.8″ in the second of four runs, and passes its index before the third."""
+    """The diagnosis finds a slip that ends with its run: head 1 slips by 19.8″ in the second of
+    four runs, and passes its index before the third run."""
     random = np.random.default_rng(7)
     run = np.arange(144) // 36
     error = 0.2 * random.normal(size=144) + 19.8 * ((run == 1) & (np.arange(144) >= 48))
@@ -110,7 +112,8 @@ def test_without_times_the_row_is_said() -> None:
 
 
 def test_what_a_named_effect_makes_is_no_jump() -> None:
-    """A delay causes steps of the residual where the speed of the table changes."""
+    """The steps of the residual that a delay causes, where the speed of the table changes, are no
+    jumps."""
     measured, _ = independent_set("moving_reference", "hidden", 101, 1500)
     found = diagnosis_of(measured)
     assert found.named is not None
@@ -119,8 +122,8 @@ def test_what_a_named_effect_makes_is_no_jump() -> None:
 
 
 def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
-    """All stations are visited first upwards and then downwards; an effect of the direction changes
-    only once, between the two."""
+    """The reversal error of a single reversal is no jump: all stations are visited first upwards
+    and then downwards, and an effect of the direction changes only once, between the two."""
     random = np.random.default_rng(9)
     count = 144
     measured = _stations(0.3 * random.normal(size=count), 36)

@@ -1,5 +1,5 @@
-"""Tests that the measurement which a diagnosis requests, simulated and added to the set, separates
-the effects of the class."""
+"""Tests that the measurement which a diagnosis requests separates the effects of the class, if it
+is simulated and added to the set."""
 
 from __future__ import annotations
 
@@ -91,8 +91,9 @@ def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
 
 
 def test_a_half_order_of_one_run_is_no_line_of_any_frequency() -> None:
-    """The line is within a thousandth of a half-integer order, and only one vibration in thousands
-    would be so near. The diagnosis still requests another speed."""
+    """The diagnosis names no half-integer order of one run, but requests another speed: only one
+    vibration in thousands would be within a thousandth of such an order. The diagnosis still
+    requests another speed."""
     first, after = asked("half_order", "lean", 0.5, 20_093, 6000, "unknown")
     assert first.effect_class == []
     assert first.probability["vibration"] < 0.05
@@ -116,19 +117,19 @@ def _reference_chi_square(model: Model, measurement: MeasurementSet) -> float:
 def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
     hidden: str, size: float, moves: bool
 ) -> None:
-    """An eccentric polygon looks like a gain if its eccentricity has the direction of the disc's
-    own."""
+    """A polygon that is put on again separates its own error from a gain: an eccentric polygon
+    looks like a gain if its eccentricity has the direction of the disc's own."""
     wanted, planned = [Wanted(hidden, size)], full().smaller(SAMPLES, CYCLES)
     first = simulate_set(wanted, planned, 418).measurement
     again = simulate_set(wanted, planned, 418, again=1, further=["polygon_reindexed"]).measurement
     for name in ("polygon_eccentricity", "autocollimator_gain"):
         model, _ = add_effect(default_model(), name, {}, observations_of(first), EFFECTS, "first")
         left = [_reference_chi_square(model, item) for item in (first, again)]
-        # χ² of 240 rows is 240 ± 22; the model was fitted to the noise of the other set, which adds
-        # 24.
+        # The mean of χ² with 240 rows is 240 ± 22; the model was fitted to the noise of the other
+        # set, which adds 24.
         assert left[0] == pytest.approx(48 * CYCLES, abs=90)
         if moves:
-            # The eccentricity has moved by 90°, which gives 0.5″ RMS in 240 rows of 0.15″.
+            # The eccentricity has moved by 90°, which causes 0.5″ RMS in 240 rows of 0.15″.
             assert left[1] > 48 * CYCLES + 1000
         else:
             assert left[1] == pytest.approx(48 * CYCLES, abs=120)

@@ -36,8 +36,8 @@ def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> Me
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 @pytest.mark.parametrize("warm_arcsec", [3.4, -2.0])
 def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> None:
-    """Head 2 moves by 25 counts or more in one run, while the other three scatter by half a
-    count."""
+    """The diagnosis finds the drift of head 2, which moves by 25 counts or more in the warm run,
+    while the offsets of the other three runs scatter by half a count."""
     found = diagnosis_of(_four_runs(warm_arcsec, seed))
     assert "thermal_head_drift" in found.effect_class
     assert found.effect_class[0] == "thermal_head_drift"
@@ -47,6 +47,7 @@ def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> 
     "seed", [pytest.param(3, marks=pytest.mark.large), 4, pytest.param(5, marks=pytest.mark.large)]
 )
 def test_an_index_that_scatters_is_no_drift(seed: int) -> None:
-    """Head 2 begins each run at another place, with a scatter of 20 counts."""
+    """The diagnosis finds no drift if head 2 begins each run at another place, with a scatter of 20
+    counts."""
     found = diagnosis_of(_four_runs(0.0, seed, scatter_counts=20.0))
     assert "thermal_head_drift" not in found.effect_class

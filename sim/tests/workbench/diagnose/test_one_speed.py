@@ -1,4 +1,4 @@
-"""Tests that two speeds separate an axis motion from a disc that the speed stretches.
+"""Tests that two speeds separate an axis motion from a disc that stretches with the speed.
 
 With one speed, the diagnosis still wrongly names the stretched disc radial_error_motion;
 docs/benchmark.md lists such sets.
@@ -13,8 +13,8 @@ from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 Float = NDArray[np.float64]
 LOBES_ARCSEC_S2 = 2.0
-"""Error per squared speed: 0.55″ at 30°/s, four times the noise of a row. The reference is read at
-standstill and shows none of it."""
+"""Error in arcseconds per squared speed: 0.55″ at 30°/s, four times the noise of a row. The
+reference is read at standstill and does not contain this error."""
 
 
 def _lobes(disc: Float, temperature: Float, speed: float) -> Float:
@@ -23,6 +23,7 @@ def _lobes(disc: Float, temperature: Float, speed: float) -> Float:
 
 
 def test_a_disc_that_stretches_with_the_speed_is_no_axis_motion() -> None:
-    """The last of three runs is three times as fast as the others."""
+    """The diagnosis names no axis motion for the stretched disc, because the last of three runs is
+    three times as fast as the other two."""
     found = diagnosis_of(measurement_set(_lobes, runs=3))
     assert found.verdict == "unknown"

@@ -1,5 +1,5 @@
-"""Tests that causes outside the catalogue, computed from their physics, get no name although they
-look like an effect."""
+"""Tests that causes outside the catalogue get no name although they look like an effect; the tests
+compute these causes from physics."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from tests.workbench.small_sets import measurement_set, paper_error
 
 @pytest.mark.parametrize("pairs", [6, pytest.param(7, marks=pytest.mark.large)])
 def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
-    """Every second sector has an error of 0.8″: a square wave, which contains 3, 5 and 7 times its
-    order."""
+    """The diagnosis names no single order for a disc written in sectors: every second sector has an
+    error of 0.8″, a square wave, which contains 3, 5 and 7 times its order."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.sign(np.sin(pairs * disc + 0.3))
@@ -34,7 +34,7 @@ def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
 
 
 def test_one_order_keeps_its_name() -> None:
-    """A single wave of an order above those of the model gets the name."""
+    """The diagnosis names a single wave of an order above the orders of the model."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.cos(37.0 * disc)
@@ -55,21 +55,22 @@ def test_one_order_keeps_its_name() -> None:
     ],
 )
 def test_orders_of_one_pattern(orders: list[float], is_one: bool) -> None:
-    """Three orders are one pattern if they have a common divisor of three or more."""
+    """Three orders form one pattern if they have a common divisor of three or more."""
     assert (one_pattern(orders) is not None) == is_one
 
 
 @pytest.mark.parametrize(("orders", "is_one"), [([30.0, 42.0], True), ([30.0, 34.0], False)])
 def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> None:
-    """Two orders are one pattern if their common divisor is five or more."""
+    """Two orders form one pattern if their common divisor is five or more."""
     assert (one_pattern(orders, places=1) is not None) == is_one
     assert one_pattern(orders) is None
 
 
 @pytest.mark.parametrize("size_arcsec", [1.0, pytest.param(5.0, marks=pytest.mark.large)])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
-    """Runs at 30, −30, 90 and 30°/s have three equal offsets, and 1.73 times as much in the fast
-    run."""
+    """The diagnosis gives no name to a bracket that moves with the root of the speed: runs at
+    30, −30, 90 and 30°/s have three equal offsets, and an offset 1.73 times as large in the
+    fast run."""
 
     def bracket(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
         share = np.sqrt(abs(speed_rad_s) / np.radians(30.0))
@@ -95,7 +96,8 @@ def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("size_arcsec", [pytest.param(0.5, marks=pytest.mark.large), -1.0])
 def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
-    """The cubic part looks like face errors, an axis motion or a gain, but is none of them."""
+    """The cubic part looks like face errors, an axis motion or a gain; the diagnosis must name none
+    of these."""
     found = diagnosis_of(_bent(size_arcsec, 5))
     assert found.effect_class == []
     assert found.verdict == "unknown"
@@ -124,8 +126,8 @@ UP_AND_DOWN = np.concatenate([np.arange(1800), np.arange(1799, -1, -1)]) / 900.0
 
 
 def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
-    """The samples fall on the same angles in each turn, but the set is a log and no set of
-    stations."""
+    """The diagnosis searches a log for lines although its samples fall on the same angles in each
+    turn, as those of stations do."""
     line = 3.0 * np.cos(31.4 * 2.0 * np.pi * UP_AND_DOWN)
     _, found = diagnosed(_log_that_divides_the_turn(line, UP_AND_DOWN, 1.0))
     assert [round(cause.lines[0].rate, 1) for cause in found.findings.causes] == [31.4]
@@ -134,8 +136,8 @@ def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
 
 
 def test_a_square_wave_over_the_turn_is_no_line() -> None:
-    """The wave jumps at six places of the turn. The model contains its orders 3, 9 and 15; the
-    orders 21, 27, … remain."""
+    """The diagnosis names no line for a square wave that jumps at six places of the turn. The model
+    contains its orders 3, 9 and 15; the orders 21, 27, … remain."""
     wave = 12.0 * np.sign(np.sin(3.0 * 2.0 * np.pi * UP_AND_DOWN + 0.5))
     _, found = diagnosed(_log_that_divides_the_turn(wave, UP_AND_DOWN, 1.0))
     assert found.verdict == "unknown"

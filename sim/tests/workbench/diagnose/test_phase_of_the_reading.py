@@ -1,4 +1,4 @@
-"""Tests that a column of the electrical phase does not contain the noise of the rows that it
+"""Tests that a column of the electrical phase does not absorb the noise of the rows that the column
 explains."""
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ SEEDS = 8
 
 
 def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> MeasurementSet:
-    """Return the log of a polygon with only an error ε of orders 1 to 3 at equal stations, and
-    0.15″ of noise."""
+    """Return the log of a polygon that contains only an error ε of orders 1 to 3 at equal stations,
+    and 0.15″ of noise."""
     random = np.random.default_rng(seed)
     up = np.arange(stations) * 360.0 / stations
     target = np.tile(np.concatenate([up, up[::-1]]), cycles)
@@ -41,8 +41,8 @@ def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> Meas
 @pytest.mark.parametrize("counts", [False, True])
 @pytest.mark.parametrize("stations", [3, 6, 12])
 def test_nothing_is_taken_for_a_subdivision_error(stations: int, counts: bool) -> None:
-    """The noise of 0.1″ is a thousandth of a signal period. A wave computed from this phase
-    contains noise too."""
+    """The diagnosis names no subdivision error for noise of 0.1″, a thousandth of a signal period.
+    A wave that is computed from the phase of a noisy reading contains this noise too."""
     for seed in range(SEEDS):
         _, found = diagnosed(_polygon(stations, seed, counts=counts))
         assert "subdivision_error" not in found.effect_class
@@ -81,8 +81,9 @@ def _capture_at_two_phases(seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_at_two_phases_is_no_subdivision_error(seed: int) -> None:
-    """If ε is small, the model explains most of a wave with only two phases. The remainder comes
-    mostly from the noise of the phase, and 41″ of such a wave would explain all noise."""
+    """Noise at two phases is no subdivision error: if ε is small, the model explains most of a wave
+    that has only two phases. The remainder comes mostly from the noise of the phase, and 41″ of
+    such a wave would explain all noise."""
     _, found = diagnosed(_capture_at_two_phases(seed))
     assert found.verdict in ("adequate", "cannot_tell")
     assert found.decision.resembles is None

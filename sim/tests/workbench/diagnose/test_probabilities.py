@@ -1,5 +1,5 @@
-"""Tests of the probabilities of a diagnosis, against dense Gaussian integrals, and of their
-agreement with the verdict."""
+"""Tests of the probabilities of a diagnosis against dense Gaussian integrals, and of the agreement
+between probabilities and verdict."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ from arctrue.workbench.diagnose.rules import too_improbable_for_a_name, unknown_
 
 @pytest.mark.parametrize("columns", [1, 3])
 def test_evidence_is_the_ratio_of_two_dense_gaussian_densities(columns: int) -> None:
-    """The evidence compares y ~ N(0, C) with y ~ N(0, C + n·X(XᵀC⁻¹X)⁻¹Xᵀ), in which the
-    coefficients are integrated out."""
+    """The evidence is the ratio of two dense densities, y ~ N(0, C) and y ~ N(0, C +
+    n·X(XᵀC⁻¹X)⁻¹Xᵀ), in which the coefficients are integrated out."""
     random = np.random.default_rng(5)
     rows = 40
     distance = np.abs(np.subtract.outer(np.arange(rows), np.arange(rows)))
@@ -56,8 +56,8 @@ def test_evidence_is_the_ratio_of_two_dense_gaussian_densities(columns: int) -> 
 
 
 def test_a_stated_half_of_the_sets_has_the_effect() -> None:
-    """Sets are drawn from the prior. Of the sets for which the probability p is stated, the share p
-    has the effect."""
+    """The stated probabilities are right for sets that the test draws from the prior. Of the sets
+    for which the probability p is stated, the share p has the effect."""
     random = np.random.default_rng(8)
     rows, sets = 30, 4000
     there = random.random(sets) < 0.5
@@ -96,7 +96,7 @@ def _candidate(name: str, gain: float, p: float, rank: int = 1):  # type: ignore
 
 
 def _verdict(verdict, effect_class, offered):  # type: ignore[no-untyped-def]
-    """Return the verdict of the survey after the rules of the probabilities were applied to it."""
+    """Apply the rules of the probabilities to the survey's verdict, and return the new verdict."""
     item = SimpleNamespace(name="latency", delta_bic=50.0)
     case = SimpleNamespace(ranked=[item], excluded=frozenset())
     said = Decision(verdict, effect_class=effect_class)
@@ -119,10 +119,11 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
 
 
 def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> None:
-    """Six runs determine a reversal error well; they exclude a drift, which has a smaller gain.
+    """A refused effect is not ahead only because its noise was not estimated. Six runs determine a
+    reversal error well; they exclude a drift, which has a smaller gain.
 
-    The drift has no noise estimate of its own. If it therefore counted 1,000 rows, it would have
-    250 in log odds, against 140.
+    The diagnosis has not estimated the noise with the drift in the model. If the drift therefore
+    counted 1,000 rows, it would have 250 in log odds, against 140.
     """
     first, drift = _candidate("hysteresis", 647.0, 1e-90), _candidate("drift", 513.0, 1e-52)
     first.freedom, first.evidence = 2.0, SimpleNamespace()
@@ -131,7 +132,7 @@ def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> 
         [first, drift],
         effect_class=["hysteresis"],
         excluded=frozenset({"drift"}),
-        # Lack of fit of the model without the first effect, which removes it.
+        # The model without the first effect lacks fit; the first effect removes this lack.
         lack_of_fit_p=1e-71,
     )
     assert found["hysteresis"] > found["unknown"]
@@ -149,8 +150,8 @@ def test_two_hypotheses_give_bayes_theorem() -> None:
 
 @pytest.mark.parametrize("gain", [14.0, 40.0, 1e4])
 def test_what_is_named_has_the_largest(gain: float) -> None:
-    # The other effect has a larger gain with more coefficients, but its residual was enough to
-    # exclude it.
+    # The other effect has a larger gain with more coefficients, but the residual of this effect was
+    # enough to exclude it.
     others = [_candidate("vibration", gain + 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     product = _candidate("product_of_parts", gain + 20.0, 1e-3)
     found = _posterior(
@@ -165,8 +166,8 @@ def test_what_is_named_has_the_largest(gain: float) -> None:
 
 @pytest.mark.parametrize("verdict", ["named", "ambiguous", "unknown", "adequate"])
 def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
-    """The answer gets the confidence as its probability, if this is then still the largest one; the
-    sum stays 1."""
+    """The answer gets the confidence as its probability, if the confidence is then still the
+    largest probability; the sum stays 1."""
     others = [_candidate("vibration", 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     found = _posterior(
         verdict, [_candidate("latency", 1e6 if verdict != "adequate" else 0.0, 1e-9), *others],
@@ -208,8 +209,8 @@ def test_an_answer_that_cannot_tell_gives_none_what_was_counted() -> None:
 
 
 def test_the_first_of_a_class_is_no_less_probable_than_the_others() -> None:
-    """The faces of a polygon come first as one family, although their evidence pays for 23
-    sizes."""
+    """The faces of a polygon stay the first of their class as one family, although their evidence
+    pays for 23 sizes."""
     faces, motion = (
         _candidate("polygon_face_error", 250.0, 1e-9, rank=23),
         _candidate("x", 230.0, 0),
@@ -231,8 +232,8 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
 
 @pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
 def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
-    """The benchmark counts a class by its first effect; the class has at least the probability of
-    this effect."""
+    """A class has at least the probability of its first effect, by which the benchmark counts the
+    class."""
     members = ["hysteresis", "latency"]
     found = {"hysteresis": 0.5, "latency": 0.3, "vibration": 0.05, "unknown": 0.1, "none": 0.05}
     said = stated(found, "ambiguous", members, confidence)
@@ -264,8 +265,8 @@ def test_weights_far_apart_have_a_sum_of_one() -> None:
 
 
 def test_faces_pay_for_the_rows_that_know_them() -> None:
-    """480 readings of the polygon determine the 23 sizes; the 24,000 rows of the capture do not
-    count."""
+    """The evidence of the faces pays for the rows that determine them: 480 readings of the polygon
+    determine the 23 sizes, and the 24,000 rows of the capture do not count."""
     faces = _candidate("polygon_face_error", 332.0, 1e-60, rank=23)
     line = _candidate("periodic_error", 120.0, 1e-12, rank=2)
     faces.rows = 480
@@ -286,8 +287,8 @@ def _assert_the_largest_is_said(
 
 
 def test_no_verdict_contradicts_its_probabilities() -> None:
-    """For drawn evidences of any size, the answer agrees with the probabilities after the last
-    rule."""
+    """The answer agrees with the probabilities after the last rule, for random evidences of any
+    size."""
     random = np.random.default_rng(12)
     names = ["latency", "vibration", "count_slip", "hysteresis", "timing_skew"]
     changed = 0
@@ -317,13 +318,13 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
             assert _verdict(last, members, said) == last, verdict
         _assert_the_largest_is_said(last, members, said)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-    # The last rule has changed enough of these draws to be tested.
+    # The last rule has changed enough of the random answers to be tested.
     assert changed > 100
 
 
 def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
-    """A line at the only speed competes with a half-integer order that is a hundred times as
-    likely."""
+    """A line with one percent of the probability forms no class: at the only speed it competes with
+    a half-integer order that is a hundred times as likely."""
     said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
     assert _verdict("ambiguous", ["vibration"], said) == "unknown"
     # The more probable of the two becomes the answer; several similar effects share their
@@ -336,8 +337,8 @@ def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
 
 
 def test_effects_that_explain_the_rows_alike_keep_their_class() -> None:
-    """At 24 faces a gear is a wave of order 9, and so is a product of parts with fewer
-    coefficients."""
+    """A gear and a product of parts with fewer coefficients stay in one class: at 24 faces both are
+    a wave of order 9."""
     members = [_candidate(name, 1000.0, 1e-200, rank=6) for name in ("gear", "faces")]
     product = _candidate("product_of_parts", 1000.0, 1e-200, rank=2)
     found = _posterior("ambiguous", members, effect_class=["gear", "faces"], product=product)

@@ -1,5 +1,5 @@
-"""Tests that diagnoses of dense logs name the largest regular cause first; the module computes the
-logs."""
+"""Tests that the diagnosis of a dense log names the largest regular cause first; this module
+computes the logs."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def _noise(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_worm_is_named_before_smaller_lines() -> None:
-    """The log has 8″ of the worm and 1.5″ of its second multiple, 3″ of a gear in front of the
-    worm, and 0.5″ with a period of 6 s."""
+    """The diagnosis names the worm before the smaller lines. The log has 8″ of the worm and 1.5″ of
+    its second multiple, 3″ of a gear in front of the worm, and 0.5″ with a period of 6 s."""
     time_s, noise = _noise(1)
     lines = [(8.0, WORM_S), (1.5, WORM_S / 2.0), (3.0, 131.0), (0.5, 6.0)]
     found = _diagnosed(time_s, with_lines(time_s, lines) + noise, teeth=TEETH)
@@ -83,8 +83,8 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
 
 
 def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> None:
-    """An error of 9″ that rises and falls three times is no line; a line of 1″, with a tenth of
-    this RMS, is named."""
+    """The diagnosis says that the named line of 1″ is the smaller part, with a tenth of the RMS of
+    an error of 9″ that rises and falls three times and is no line."""
     time_s, noise = _noise(3)
     found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
     assert found.named is not None
@@ -104,8 +104,8 @@ def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -
 
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.large)])
 def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
-    """A resonance of quality 15 keeps its phase for a fifth of the log, so that neighbouring blocks
-    predict it as they would predict a line."""
+    """The diagnosis names no line for a resonance of quality 15, which keeps its phase for a fifth
+    of the log, so that neighbouring blocks predict it as well as a line."""
     random = np.random.default_rng(seed)
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 2.0 * driven_oscillator(random, time_s, 80.0, 15.0) + 0.3 * random.normal(size=ROWS)
@@ -116,7 +116,7 @@ def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
 
 
 def test_a_slow_curve_is_no_line() -> None:
-    """The curve has 1.4 periods in the log."""
+    """The diagnosis names no line for a slow curve with 1.4 periods in the log."""
     time_s, noise = _noise(5)
     error = 5.0 * np.sin(2.0 * np.pi * 1.4 * time_s / time_s[-1]) + noise
     found = _diagnosed(time_s, error)
@@ -125,8 +125,8 @@ def test_a_slow_curve_is_no_line() -> None:
 
 
 def test_a_jump_is_reported_as_a_jump() -> None:
-    """The log has a jump of 3″ at 700 s, seven times the scatter of neighbours. It gets neither the
-    verdict adequate nor a line."""
+    """The diagnosis reports a jump of 3″ at 700 s, seven times the scatter of neighbours. It gets
+    neither the verdict adequate nor a line."""
     random = np.random.default_rng(6)
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 0.4 * random.normal(size=ROWS) + np.where(time_s > 700.0, 3.0, 0.0)
@@ -141,8 +141,8 @@ def test_a_jump_is_reported_as_a_jump() -> None:
 
 
 def test_white_noise_is_adequate_or_cannot_tell() -> None:
-    """The diagnosis finds nothing; but the log of one axis has too few columns to test most
-    effects."""
+    """The diagnosis finds no effect in white noise; but the log of one axis has too few columns to
+    test most effects."""
     random = np.random.default_rng(7)
     time_s = clock(random, ROWS, STEP_S, "even")
     found = _diagnosed(time_s, 0.4 * random.normal(size=ROWS))

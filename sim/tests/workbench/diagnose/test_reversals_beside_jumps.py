@@ -1,5 +1,5 @@
-"""Tests that a reversal error is a further finding if a jump hides it from the catalogue's
-effects."""
+"""Tests that the diagnosis reports a reversal error as a separate finding if a jump prevents the
+catalogue's effects from fitting it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SWEEP_S = 20.0
 
 
 def _sweeps(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return time, direction, place in turns and noise of a servo that goes up and down by one
+    """Return time, direction, place in turns, and noise of a servo that moves up and down by one
     turn."""
     random = np.random.default_rng(seed)
     one = (np.arange(ROWS) + 0.5) / ROWS
@@ -48,14 +48,15 @@ def _found(seed: int, reversal: float, jump: float) -> Reversal | None:
 def test_the_reversal_is_measured_with_a_jump(seed: int) -> None:
     found = _found(seed, 2.0, 3.0)
     assert found is not None
-    # The uncertainty of the mean up minus the mean down, with Ornstein–Uhlenbeck noise of 0.3″ and
-    # 1 s over 140 s, is 2·0.3·√(2/140) = 0.07″.
+    # The standard uncertainty of (mean of upward readings − mean of downward readings), with
+    # Ornstein–Uhlenbeck noise of 0.3″ and time constant 1 s over 140 s, is 2·0.3·√(2/140) = 0.07″.
     assert found.size_arcsec == pytest.approx(2.0, abs=4.0 * 0.07)
     assert found.passes == SWEEPS
 
 
 def test_noise_alone_has_no_reversal() -> None:
-    """With 0.1 % per set, three or more findings in 100 sets have a probability of 0.02 %."""
+    """Noise alone has no reversal: with a false-alarm probability of 0.1 % per set, three or more
+    findings in 100 sets have a probability of 0.02 %."""
     assert sum(_found(seed, 0.0, 3.0) is not None for seed in range(100)) < 3
 
 
@@ -68,8 +69,8 @@ def test_a_single_reversal_tells_nothing() -> None:
 
 
 def test_the_reversal_and_the_jump_are_said_by_size() -> None:
-    """Up and down differ by 2° and the set jumps by 3°; the answer states the reversal error in
-    degrees."""
+    """The diagnosis states the reversal error in degrees and the jump: the upward and downward
+    readings differ by 2° and the set jumps by 3°."""
     time_s, direction, place, noise = _sweeps(4)
     degree = 3600.0
     error = degree * (direction + 3.0 * (time_s >= 61.0) + 0.3 * noise)
@@ -95,8 +96,8 @@ def test_the_reversal_and_the_jump_are_said_by_size() -> None:
 
 
 def test_a_reversal_that_differs_from_place_to_place_is_said_with_a_line() -> None:
-    """The set has a reversal error of 650″ each way, which is larger on one side of the turn, and a
-    line of 460″, which is named."""
+    """The set has a reversal error of ±650″ that varies by half, twice per turn, and a sine of
+    order 32 with 460″; the diagnosis must report the reversal even if it names the sine."""
     time_s, direction, place, noise = _sweeps(5)
     angle = 2.0 * np.pi * place
     error = 650.0 * direction * (1.0 + 0.5 * np.cos(2.0 * angle + 1.0))

@@ -1,4 +1,5 @@
-"""Tests of single rules on constructed surveys, and of the evidence of a family of coefficients."""
+"""Tests of single rules on constructed surveys, and of the evidence for a family of
+coefficients."""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ WORKBENCH = Path(arctrue.workbench.__file__).parent
 
 def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: bool = False):  # type: ignore[no-untyped-def]
     """Return a candidate with the properties that the rules use; with ``real`` the held-out rows
-    and all passes show it."""
+    and all passes confirm it."""
     effect = SimpleNamespace(
         unspecific=False, search_kind=None, step_at=("run", "instant") if step else None
     )
@@ -58,8 +59,8 @@ def _case(*items, further: Decision | None = None) -> Case:  # type: ignore[no-u
 
 
 def test_no_rule_knows_an_effect_by_its_name() -> None:
-    """Effects declare the properties that the rules use; a user's own effect can therefore declare
-    them too."""
+    """Rules use only properties that effects declare, never a name; a user's own effect can
+    therefore declare them too."""
     names = set(catalogue())
     found = [
         f"{file.name}:{node.lineno} {node.value}"
@@ -112,7 +113,8 @@ def test_what_is_refused_and_not_ahead_leaves_the_name_to_the_other() -> None:
 
 
 def test_one_speed_is_no_reason_where_something_refused_is_far_ahead() -> None:
-    """At one of several speeds a line absorbs a part of the error of a loose head in one run."""
+    """One speed is no reason for doubt where a refused effect is far ahead: at one of several
+    speeds a line absorbs a part of the error that a loose head causes in one run."""
     line = _item("vibration", 130.0)
     for gain, said in ((420.0, None), (135.0, "ambiguous")):
         case = _case(_item("count_slip", gain, real=False), line)
@@ -138,7 +140,7 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
     assert found is not None
     assert found.resembles is best
     assert leaves_its_own_kind(_case(best, further=_unknown(small))) is None
-    # The rule also holds if a second effect has been added.
+    # The rule also holds if the further answer names a second effect.
     second = Decision("named", first=best, further=_unknown(large))  # type: ignore[arg-type]
     assert leaves_its_own_kind(_case(best, further=second)) is not None
     assert leaves_its_own_kind(_case(best, further=Decision("adequate"))) is None
@@ -148,11 +150,12 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
 def test_what_nothing_describes_takes_the_name_by_its_size(
     after_arcsec: float, taken: bool
 ) -> None:
-    """The reference had an error of 1″. The remaining 0.2″ are 4 % of the removed variance, and
-    0.4″ are 19 %."""
+    """A remaining error that nothing describes takes the name away by its size. The reference had
+    an error of 1″. The remaining 0.2″ are 4 % of the removed variance, and 0.4″ are 19 %."""
     best = _item("hysteresis", 900.0)
     best.moved_arcsec = {"capture": 0.0, "reference": 1.0}
-    # The rows themselves show the effect, not only the offsets of the runs.
+    # The rows themselves show the effect; the effect is not visible only in the offsets of the
+    # runs.
     best.evidence = None
     case = _case(best, further=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}))
     fit = FitOfChannel(float(np.hypot(1.0, 0.1)), 0.1, None)
@@ -161,7 +164,7 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
 
 
 def _again(*events) -> bool:  # type: ignore[no-untyped-def]
-    """Tell whether the answer says that the event recurs. When one of ``events`` has been fitted,
+    """Tell whether the answer says that the event recurs. When one of ``events`` is in the model,
     the residual still contains the next one."""
     following = iter([*events[1:], None])
 
@@ -187,7 +190,7 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
     assert _again(*slips(100.0, 80.0, 60.0))
     assert not _again(*slips(100.0, 80.0))
     # Two small events after a large one do not count as a repetition. A periodic line may have as
-    # many others.
+    # many further lines.
     assert not _again(*slips(100.0, 5.0, 5.0))
     assert not _again(*(_item("periodic_error", gain) for gain in (100.0, 80.0, 60.0)))
     # Left-out rows may fail to confirm an event if slow noise predicts them from their neighbours.
@@ -196,13 +199,15 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
 
 
 def test_the_page_has_the_rules_of_the_table() -> None:
-    """The list in docs/workbench.md has the rules as the program applies them."""
+    """The list in docs/workbench.md equals the list that ``rule_table`` makes from the program's
+    rules."""
     page = (Path(__file__).parents[4] / "docs" / "workbench.md").read_text(encoding="utf-8")
     assert "\n".join(rule_table()) in page, "python -m scripts.make_docs writes the table anew"
 
 
 def test_family_gain_is_the_largest_of_dense_gaussian_evidences() -> None:
-    """Compare with the ratio of y ~ N(0, 1) to y ~ N(0, 1 + s²·XXᵀ), for s on a dense grid."""
+    """The gain of a family is the largest ratio of y ~ N(0, 1 + s²·XXᵀ) to y ~ N(0, 1), for s on a
+    dense grid."""
     random = np.random.default_rng(4)
     design = random.normal(size=(30, 5))
     measured = design @ random.normal(0.0, 0.6, 5) + random.normal(size=30)

@@ -1,4 +1,4 @@
-"""Tests of single rules of the verdict; each rule has a set made for it."""
+"""Tests of single rules of the verdict; each test makes a set for its rule."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def _weak(name: str, size: float, seed: int) -> Diagnosis:
 
 
 def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
-    """A line that is free in every run could absorb an order of the warm run, but the other runs do
-    not have it."""
+    """The diagnosis names no vibration for two orders of a warm run: a line that is free in every
+    run could absorb such an order, but the other runs do not contain the line."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         warmer = temperature - 20.0
@@ -54,8 +54,8 @@ def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
 
 
 def test_a_step_in_the_last_turn_can_be_held_out() -> None:
-    """A step of 16 counts comes after 2.6 of the 3 turns of the last run; with every fold left out,
-    rows remain on both sides of the step."""
+    """A step of 16 counts in the last turn can be held out: it comes after 2.6 of the 3 turns of
+    the last run, and whichever fold is left out, rows remain on both sides of the step."""
     counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
     measurement = measurement_set(
         head2_only=lambda time, speed: counts * COUNT_ARCSEC * (time > 1800.0 + 31.2),
@@ -79,8 +79,8 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
 
 @pytest.mark.parametrize("size", [3.0, 3.5])
 def test_a_step_pays_for_all_its_instants(size: float) -> None:
-    """Compare the charge for the search with the largest step in drawn white noise: two heads, one
-    run, an offset."""
+    """The charge for the search of a step equals the probability of the largest step in simulated
+    white noise: two heads, one run, an offset."""
     sets, rows = 4_000, 500
     noise = np.random.default_rng(15).normal(size=(sets, rows))
     before = np.arange(LEAST_STEP_ROWS, rows - LEAST_STEP_ROWS + 1)
@@ -88,16 +88,16 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
     bridge = total[:, before - 1] - total[:, -1:] * (before / rows)
     largest = np.max(np.abs(bridge) / np.sqrt(before * (1.0 - before / rows)), axis=1)
     share = float(np.mean(largest > size))
-    # For large steps the formula is right to a tenth; four standard deviations of the counted share
-    # are allowed in addition.
+    # For large steps the formula is right to a tenth; the test allows four standard deviations of
+    # the counted share in addition.
     reported = step_trials(size**2, rows) * 2.0 * float(ndtr(-size))
     assert share == pytest.approx(reported, abs=0.1 * reported + 4.0 * np.sqrt(reported / sets))
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3])
 def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
-    """There are too few rows to separate a step from single wrong rows, and 5 σ are too little to
-    be masked."""
+    """Rows that are off at the end of a run are no slip: they are too few to separate a step from
+    single wrong rows, and 5 σ are too little to be masked."""
     made = measurement_set(reference=False)
     assert made.capture is not None
     made.capture.head2_counts[-rows:] += round(5.0 * CAPTURE_NOISE * np.sqrt(2.0) / COUNT_ARCSEC)
@@ -110,16 +110,17 @@ def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
 
 
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
-    """By chance the errors of a polygon's faces contain a part of order 4; the other 19 sizes are
-    not a matter of chance."""
+    """The diagnosis names the faces of a polygon, whose errors by chance contain a part of order 4;
+    the other 19 sizes cannot be explained by chance."""
     found = _weak("polygon_face_error", 0.1, 50_000)
     assert found.named is not None
     assert found.named.name == "polygon_face_error"
 
 
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
-    """The set contains only the first two multiples. With four multiples, the effect would have
-    four more columns, which fit noise."""
+    """Weak distortions are not charged for multiples that the set does not contain: it contains
+    only the first two multiples. With four multiples, the effect would have four more columns,
+    which fit noise."""
     found = _weak("subdivision_error", 0.015, 50_000)
     assert found.named is not None
     assert found.named.name == "subdivision_error"
@@ -143,14 +144,14 @@ def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -
     assert found.verdict == "unknown"
     assert found.described is not None
     condition = found.described.effect.condition  # type: ignore[attr-defined]
-    # The error of 2″ lasts for some hundred rows with 0.15″ of noise, which determine the time
-    # constant to a few percent.
+    # The error of 2″ lasts for some hundred rows with 0.15″ of noise, so that these rows determine
+    # the time constant to a few percent.
     assert condition.time_constant_s == pytest.approx(truth["time_constant_s"], rel=0.1)
 
 
 def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
-    """In the slow runs a line of 101.5 Hz, sampled at 167 Hz, appears at 65.2 Hz; the fast run, at
-    500 Hz, shows a difference."""
+    """The diagnosis states that a line at one speed may be an alias: a line of 101.5 Hz, sampled at
+    167 Hz in the slow runs, appears at 65.2 Hz; the fast run, at 500 Hz, shows a difference."""
     made = simulate_set([Wanted("vibration", 0.02)], full().smaller(6000, 10), 40_005)
     _, found = diagnosed(made.measurement, 0.0)
     assert found.verdict == "ambiguous"
@@ -162,8 +163,8 @@ def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
 
 
 def test_what_is_missing_with_the_named_one_is_said() -> None:
-    """The set has 0.4″/K of order 1 and a reversal error of 0.8″: the answer names one of them and
-    also reports the other."""
+    """The diagnosis names one of two causes and also reports the other: the set has 0.4″/K of order
+    1 and a reversal error of 0.8″."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc)
@@ -180,14 +181,16 @@ def test_what_is_missing_with_the_named_one_is_said() -> None:
 
 
 def test_runs_of_two_turns_are_enough_for_a_ball_pass() -> None:
-    """The last sample of two turns lies one step before their end."""
+    """Runs of two turns are enough for a ball pass, although the last sample of two turns lies one
+    step before their end."""
     observations = observations_of(measurement_set(turns=2))
     assert observations.longest_run_turns < 2.0
     assert EFFECTS["bearing_ball_pass"]().missing(observations) == []
 
 
 def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
-    """Three turns resolve 1/6 of an order; the model's order 12 absorbs a part of a line at 11.82.
+    """The search finds a line at 11.82 next to the model's order 12, which absorbs a part of the
+    line; three turns resolve 1/6 of an order.
 
     The residual has its maximum at 11.72. The tolerance of 0.01 is about a twentieth of the
     resolution.
@@ -209,8 +212,8 @@ def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
 def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
     constant_arcsec: float, confirmed: bool
 ) -> None:
-    """Signals that differ by ψ from quadrature give ψ/2·(1 ± cos 2φ): a wave of 1″ and a constant
-    of 1″.
+    """A constant that interpolation errors may cause is no misplaced head: signals that differ by ψ
+    from quadrature give ψ/2·(1 ± cos 2φ), a wave of 1″ and a constant of 1″.
 
     Here both heads have this constant of 1″, so that up to 2″ of R₂ − R₁ do not prove a misplaced
     head.

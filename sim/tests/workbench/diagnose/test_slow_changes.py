@@ -1,4 +1,5 @@
-"""Tests that a slow change of unknown form is reported as such, with its size and duration."""
+"""Tests that the diagnosis reports a slow change of unknown form as such, with its size and
+duration."""
 
 from __future__ import annotations
 
@@ -24,8 +25,8 @@ def _reference(error_arcsec: np.ndarray, step_s: float, turns: float) -> Measure
 @pytest.mark.parametrize(("rows", "turns"), [(144, 4.0), (1500, 0.01)])
 @pytest.mark.parametrize("periods", [1.6, 2.3])
 def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> None:
-    """The error rises and falls by 3″ in 0.3″ of noise; the search first removes a straight
-    drift."""
+    """The diagnosis reports an error that rises and falls by 3″ in 0.3″ of noise, of stations and
+    of a log; the search first removes a straight drift."""
     random = np.random.default_rng(3)
     share = np.arange(rows) / rows
     error = 1.5 * np.cos(2.0 * np.pi * periods * share) + 0.3 * random.normal(size=rows)
@@ -49,8 +50,8 @@ def test_white_noise_has_none(rows: int) -> None:
 
 
 def test_a_chirp_is_not_silent() -> None:
-    """A chirp of 1″, from 12 to 36 periods per hour in 0.3″ of noise, is neither a line nor noise
-    of a known kind."""
+    """The diagnosis reports a chirp of 1″, from 12 to 36 periods per hour in 0.3″ of noise, as
+    unknown; the chirp is neither a line nor noise of a known kind."""
     random = np.random.default_rng(5)
     time_s = np.arange(1500) * 2.4
     share = time_s / 3600.0

@@ -1,4 +1,5 @@
-"""Tests that a model gives no statements if its residuals have a larger variance than the rows."""
+"""Tests that the diagnosis makes no statement from a model whose residuals have a larger variance
+than the rows."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ ROWS = 512
 
 
 def _half_a_turn() -> Solution:
-    """Return a fit to 300″ of order 1, 480″ of order 100 and 20″ of noise over 180°."""
+    """Return a fit of the model to 300″ of order 1, 480″ of order 100 and 20″ of noise over
+    180°."""
     target = np.arange(ROWS) * 180.0 / ROWS
     angle = np.radians(target)
     error = 300.0 * np.cos(angle + 1.0) + 480.0 * np.cos(100.0 * angle)

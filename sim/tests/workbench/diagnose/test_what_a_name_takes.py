@@ -1,5 +1,5 @@
-"""Tests that an effect is named for the error that it removes, and that a further error is a
-separate finding."""
+"""Tests that the diagnosis names an effect for the error that the effect removes, and reports a
+further error as a separate finding."""
 
 from __future__ import annotations
 
@@ -40,8 +40,9 @@ EFFECTS = built_in()
 def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:
-    """The repeats have so little noise that a variation by a fifth is as significant as the whole
-    error; it becomes a second finding."""
+    """A reversal error that differs from place to place keeps its name; its variation by a fifth
+    becomes a second finding, which is as significant as the whole error because the repeats have
+    little noise."""
     _, found = diagnosed(reversal_set(stations=stations, noise=noise))
     assert found.named is not None
     assert found.named.name == "hysteresis"
@@ -66,7 +67,8 @@ def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() ->
 
 
 def test_the_variation_is_that_which_was_drawn() -> None:
-    """The set is drawn directly: ±1 times (1 + δ of the place), at 40 places with 6 visits each."""
+    """The stated variation is that of the sizes that the test drew: the set is ±1 times (1 + δ of
+    the place), at 40 places with 6 visits each."""
     random = np.random.default_rng(5)
     place = np.repeat(np.arange(40), 6)
     side = np.tile([1.0, -1.0], 120)
@@ -84,8 +86,8 @@ def test_the_variation_is_that_which_was_drawn() -> None:
 
 @pytest.mark.parametrize("condition", SIMPLE_CONDITIONS)
 def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: ignore[no-untyped-def]
-    """The set already has two directions, two speeds and a warm run; therefore the advice requests
-    none of them."""
+    """The advice requests neither another direction, another speed nor a warm run, because the set
+    already has these."""
     whole = observations_of(measurement_set(turns=1, cycles=1))
     for part in ("direction", "speed", "temperature"):
         assert has_already(part, whole)
@@ -94,8 +96,8 @@ def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: igno
 
 
 def _blocks(coefficients: np.ndarray, columns: np.ndarray, noise: float = 1.0, seed: int = 0):  # type: ignore[no-untyped-def]
-    """Return the normal matrices and the moments of blocks, each of which has its own coefficients,
-    (blocks, q)."""
+    """Return the normal matrix and the moments of each block; the blocks' true coefficients have
+    the shape (blocks, q)."""
     random = np.random.default_rng(seed)
     block = np.arange(columns.shape[0]) * BLOCKS // columns.shape[0]
     measured = np.sum(columns * coefficients[block], axis=1)
@@ -114,8 +116,8 @@ def test_what_is_the_same_in_all_blocks_is_predicted_and_what_changes_is_not() -
     shares = [share_of(*_blocks(same, columns, seed=seed)) for seed in range(40)]
     found = np.array([item.share for item in shares if item is not None])
     assert found.size == 40
-    # The disagreement is a χ² with 12 degrees of freedom, times 1.2, relative to a gain of about
-    # 300: σ is 0.02 for each set.
+    # The disagreement of the blocks is a χ² with 12 degrees of freedom, times 1.2, relative to a
+    # gain of about 300: σ is 0.02 for each set.
     assert float(found.mean()) == pytest.approx(1.0, abs=0.02)
     assert float(found.min()) > LEAST_HELD_OUT
     turning = 0.7 * np.array(
@@ -138,8 +140,8 @@ def test_blocks_do_not_judge_what_happens_once_or_is_weak() -> None:
 
 
 def test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks() -> None:
-    """A resonance driven by noise is coherent over only a few periods; the line has the same
-    frequency."""
+    """The other blocks do not predict a resonance driven by noise, which is coherent over only a
+    few periods; they predict the steady line at the resonance's frequency."""
     frequency, size = 1.3, 0.6
 
     def line(time, speed):  # type: ignore[no-untyped-def]
@@ -226,8 +228,8 @@ def test_a_name_after_which_the_error_rises_is_refused(
 
 
 def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_larger() -> None:
-    """The set has a line of 3.8″ with a period of 122 s, and a slow change of 9″. With the line in
-    the model, the table's orders fit the slow change slightly worse."""
+    """A line of 3.8″ with a period of 122 s keeps its name although the set has a slow change of
+    9″. With the line in the model, the table's orders fit the slow change slightly worse."""
     line = _case(_left(3.915), _left(3.924))
     assert makes_it_worse(line) is not None
     line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
@@ -235,8 +237,8 @@ def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_lar
 
 
 def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
-    """If two causes are missing, adding the first may raise the residual that the other one
-    leaves."""
+    """The rule compares both channels: if two causes are missing, adding the first may raise the
+    residual that the other one leaves."""
     before, after = _left(1.254, reference=3.63), _left(0.144, reference=4.41)
     assert makes_it_worse(_case(before, after)) is None
 
@@ -250,8 +252,8 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         assert (found is not None) is refused
         # If slow noise can explain the residual, a small effect keeps its name.
         assert takes_little(_case(before, after, 2.0 * LACK_OF_FIT)) is None
-        # One of many lines removes only a small part of the whole error, but other blocks predict
-        # it.
+        # One of many lines removes only a small part of the whole error, but the other blocks
+        # predict this line.
         confirmed = _case(before, after)
         confirmed.best.share = SimpleNamespace(share=0.9)  # type: ignore[union-attr]
         assert takes_little(confirmed) is None
@@ -264,11 +266,11 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
 
 
 def test_a_head_angle_keeps_its_name_with_an_order_that_does_not_matter() -> None:
-    """The offsets of the runs contain the 40″ between the heads, which the RMS of the rows does not
-    show.
+    """A head angle of 40″ keeps its name: the offsets of the runs contain it, and the RMS of the
+    rows does not show it.
 
-    The rows also have a certain excess that the effect does not reduce, 0.5″ of one order, but only
-    2″ and more matter.
+    The rows also have a certain excess that the effect does not reduce: 0.5″ of one order. Only an
+    excess of 2″ and more matters.
     """
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A table with four heads, computed from the geometry without any code of the effects.
+"""Computes a table with four heads from the geometry, without any code of the effects.
 
 The disc's centre C moves in the frame. Head i stands at R·(cos pᵢ, −sin pᵢ). When the disc has
 turned by θ, the head reads it at ψᵢ = θ − arg(hᵢ − C), which is θ + pᵢ without motion. The reading
@@ -29,13 +29,13 @@ NOISE_ARCSEC = 0.1
 DISC = ((1, 80.0, 0.4), (2, 1.1, 2.0), (3, 0.6, -1.0), (5, 0.3, 0.2), (11, 0.2, 1.5))
 """Error of the disc: (order, amplitude in arcseconds, phase in radians)."""
 RUNS = ((0.5, 0.0), (-0.5, 0.5), (1.5, 1.0), (0.5, 3.0))
-"""For each run, its speed in rad/s and its temperature at the start, in kelvin above that of the
-first run."""
+"""Speed in rad/s and temperature at the start, in kelvin above that of the first run, for each
+run."""
 
 
 @dataclass
 class FourHeads:
-    """A table that turns, with its errors and motions."""
+    """A table that turns, with errors of the disc and motions of the axis."""
 
     motion: Motion = field(default=lambda angle: np.zeros_like(angle, dtype=np.complex128))
     disc: tuple[tuple[float, float, float], ...] = DISC
@@ -45,7 +45,7 @@ class FourHeads:
     slip: tuple[int, int, int] | None = None
     """Run, head (1, 2, …) and number of counts that the head loses in the middle of the run."""
     settling: tuple[int, float, float] | None = None
-    """Head, size in arcseconds and time constant in seconds of a bracket that bends at each start
+    """Head, error in arcseconds and time constant in seconds of a bracket that bends at each start
     and settles."""
     turns: float = 2.0
     samples: int = 800

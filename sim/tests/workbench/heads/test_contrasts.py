@@ -1,4 +1,4 @@
-"""Tests that the contrasts of the heads follow from a Cholesky factor of the differences'
+"""Tests that the weights of the heads' contrasts follow from a Cholesky factor of the differences'
 covariance."""
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ EXACT = 1e-14
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_weights_are_the_inverse_cholesky_factor(heads: int) -> None:
-    """The differences to head 1 have the covariance σ²(I + 1·1ᵀ); the contrasts are scaled to the
-    variance 2σ² of R₂ − R₁."""
+    """The weights equal the inverse Cholesky factor: the differences to head 1 have the covariance
+    σ²(I + 1·1ᵀ), and the contrasts are scaled to the variance 2σ² of R₂ − R₁."""
     further = heads - 1
     covariance = np.eye(further) + np.ones((further, further))
     expected = np.sqrt(2.0) * np.linalg.inv(np.linalg.cholesky(covariance))
@@ -32,8 +32,8 @@ def test_weights_are_the_inverse_cholesky_factor(heads: int) -> None:
 
 
 def test_rows_are_the_contrasts_of_the_readings() -> None:
-    """Each row is √(2(k − 1)/k) times the reading of head k minus the mean of the readings of the
-    heads before it."""
+    """Each row is √(2(k − 1)/k) times the difference between the reading of head k and the mean of
+    the readings of the heads before it."""
     table = FourHeads(samples=50)
     measurement = table.measured(1)
     assert measurement.capture is not None
@@ -54,7 +54,7 @@ def test_rows_are_the_contrasts_of_the_readings() -> None:
             wanted = readings[head - 1] - readings[: head - 1].mean(axis=0)
             wanted *= np.sqrt(2.0 * (head - 1) / head)
             found = rows.difference_arcsec[rows.run == 3 * run + head - 2]
-            # The readings are about 10⁷″, in float64.
+            # The bound is the rounding of float64 for readings of about 10⁷″.
             assert np.abs(found - wanted).max() < 1e-7
 
 

@@ -48,8 +48,8 @@ def test_the_command_reads_four_heads(command: str, folder: Path, tmp_path: Path
 
 
 def test_a_fresh_set_is_judged_by_the_stored_model(explained: Path, tmp_path: Path) -> None:
-    """The stored model is not fitted to this set, and still only the noise of the readings
-    remains."""
+    """The stored model leaves only the noise of the readings in a new set, to which it is not
+    fitted."""
     fresh = tmp_path / "fresh"
     world = FourHeads(motion=ball_pass(0.25e-6, 4.37), samples=500)
     write_measurement_set(fresh, world.measured(8))

@@ -1,5 +1,5 @@
-"""Tests of the rows of a capture with four heads: rows that are used, rows that are faulty, and
-rows that a plan adds."""
+"""Tests which rows of a capture with four heads are used, which are faulty, and which a plan
+adds."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ def test_a_capture_without_a_place_for_each_head_is_refused() -> None:
 def test_the_part_of_a_long_capture_has_every_head(
     size: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The full capture exceeds 150,000 rows: 4 runs of 14,000 samples with three differences each.
+    """The part of a long capture has every head. The full capture exceeds 150,000 rows: 4 runs of
+    14,000 samples with three differences each.
 
     The small capture has a tenth of the rows, of the limit, and of the rows that a turn keeps.
     """
@@ -115,8 +116,8 @@ def test_a_planned_run_has_every_head() -> None:
         assert after.recorded_runs == observations.recorded_runs + 1
         columns = capture_block(motion, rows, {}, FitContext())
         assert columns is not None
-        # For a motion in y, each head sees the share cos pᵢ; the contrast is head 4 minus the mean
-        # of the others.
+        # For a motion in y, each head sees the share cos pᵢ of the motion; the contrast is head 4
+        # minus the mean of the other heads.
         shares = np.cos(np.radians(PLACES_DEG))
         share = np.sqrt(1.5) * (shares[3] - shares[:3].mean())
         new = rows.run == before.runs + 2

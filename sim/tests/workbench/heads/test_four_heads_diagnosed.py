@@ -1,5 +1,5 @@
 """Tests that sets of four heads show causes that two heads without a reference cannot show; only
-numpy is used to draw the sets."""
+numpy simulates the sets."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ def test_nothing_is_adequate() -> None:
 
 
 def test_a_ball_pass_is_named_with_what_head_1_sees() -> None:
-    """A ball-pass motion of 0.25 µm at the disc's radius is named without a reference."""
+    """The diagnosis names a ball-pass motion of 0.25 µm at the disc's radius without a
+    reference."""
     _, values = _named(FourHeads(motion=ball_pass(0.25e-6, 4.37)), "bearing_ball_pass")
     _close(values["head1_amplitude"], 0.25e-6 * ARCSEC_A_METRE)
     assert abs(values["order"].value - 4.37) < 1e-3
@@ -70,7 +71,8 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
 
 
 def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
-    """A forward circle would look like an eccentric disc."""
+    """The diagnosis names a backward circle of order 1; a forward circle would look like an
+    eccentric disc."""
     backward = FourHeads(motion=lambda angle: 0.1e-6 * np.exp(-1j * angle))
     _, values = _named(backward, "radial_error_motion")
     assert {name[-1] for name in values} == {"1"}
@@ -105,7 +107,8 @@ def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
 
 
 def test_an_order_that_two_heads_do_not_see_is_named() -> None:
-    """120 · 33° are eleven turns: R₂ − R₁ does not show the order, but the other differences do."""
+    """The diagnosis names order 120, which two heads do not see: 120 · 33° are eleven turns, so
+    that R₂ − R₁ does not show the order, but the other differences do."""
     disc = (*DISC, (120, 0.3, 0.5))
     found, values = _named(FourHeads(disc=disc), "high_order_graduation")
     assert values["order"].value == 120.0
@@ -128,7 +131,8 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
 def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
     order: int, size_arcsec: float
 ) -> None:
-    """The 80″ of order 1 shift the phase of order 200 by 0.08, differently at each head.
+    """The diagnosis names an order of an eccentric disc: the 80″ of order 1 shift the phase of
+    order 200 by 0.08 rad, differently at each head.
 
     A line with an amplitude and a phase for each head also describes this, and therefore has a
     larger gain.
@@ -144,23 +148,23 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
 
 @pytest.mark.parametrize("order", [97.0, pytest.param(97.02, marks=pytest.mark.large)])
 def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
-    """The axis moves by 0.2 µm along x: each head sees its own share, and the disc does not have
-    this order."""
+    """The diagnosis names no order of the disc for an axis that moves by 0.2 µm along x: each head
+    sees its own share, and the disc does not have this order."""
     world = FourHeads(motion=lambda angle: 0.2e-6 * np.cos(order * angle) + 0j)
     _, values = _named(world, "periodic_error")
     assert values["order"].value == pytest.approx(order, abs=SIGMAS * values["order"].sigma)
 
 
 def test_a_line_with_a_whole_order_is_not_the_whole_order() -> None:
-    """The order differs by 0.02 from an integer order: over the two turns of each run, the phase
-    advances by 14°."""
+    """A line that differs by 0.02 from an integer order is not called an integer order: over the
+    two turns of each run, its phase advances by 14°."""
     _, values = _named(FourHeads(disc=(*DISC, (97.02, 0.6, 0.5))), "periodic_error")
     assert values["order"].value == pytest.approx(97.02, abs=SIGMAS * values["order"].sigma)
 
 
 def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
-    """The motion is synchronous, like an error of the disc; only further heads can separate the
-    two."""
+    """The diagnosis of two heads does not name the synchronous motion, which looks like an error of
+    the disc; only further heads can separate the two."""
     world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:2])
     decision = diagnosis_of(world.measured(7)).decision
     assert decision.first is None or decision.first.name != "radial_error_motion"

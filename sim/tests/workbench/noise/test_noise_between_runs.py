@@ -43,7 +43,8 @@ def _written_out(clock: np.ndarray, run: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("pause_s", [STEP_S, 150.0])
 def test_a_pass_continues_the_noise_of_the_one_before(pause_s: float) -> None:
-    """The covariance depends only on the time between two rows; each run has a scale of its own."""
+    """A pass continues the noise of the preceding pass: the covariance depends only on the time
+    between two rows and on the scale of each row's run."""
     clock, run = _passes(pause_s)
     found = _covariance(clock, run, goes_on=True)
     np.testing.assert_allclose(found, _written_out(clock, run), rtol=1e-9)
@@ -70,8 +71,8 @@ def test_runs_with_other_steps_or_a_clock_that_goes_back_begin_anew() -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_stand_that_wanders_over_ten_passes_has_no_drift(seed: int) -> None:
-    """The stand makes a random walk of 0.03″ per row; each pass over the faces is a separate
-    run."""
+    """The diagnosis finds no drift in the random walk of the reference's stand, 0.03″ per row; each
+    pass over the faces is a separate run."""
     made = measurement_set(seed=seed, cycles=10, runs=1)
     reference = made.reference
     assert reference is not None

@@ -1,4 +1,4 @@
-"""Tests of whitening and prediction against a complete covariance matrix."""
+"""Tests that whitening and prediction of rows agree with a complete covariance matrix."""
 
 from __future__ import annotations
 

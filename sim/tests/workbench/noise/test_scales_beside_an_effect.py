@@ -1,5 +1,5 @@
-"""Tests that scales of the runs which represent a missing effect become 1 with the effect in the
-model, and that the spectra stay right."""
+"""Tests the noise scales of the runs: scales that represent a missing effect become 1 with the
+effect in the model, and the spectra stay right."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from arctrue.workbench.noise.spectrum_fit import WhiteBounds
 
 ROWS = 360
 STEPS_S = (1.0 / 30.0, 1.0 / 15.0, 1.0 / 21.0)
-"""Intervals between rows at three speeds over the same stations; each has its own spectrum."""
+"""Intervals in seconds between rows at three speeds over the same stations; each speed has its own
+spectrum."""
 TRUE = Spectrum(2.6, np.array([0.4]), np.array([2.3]))
 SCALES = np.array([1.3, 1.5, 0.5])
-"""Scales of the runs when a delay of 280″ per rad/s is missing in the model of a reference at these
-speeds.
+"""Noise scales of the runs if the model of a reference at these speeds lacks a delay of 280″ per
+rad/s.
 
 With these spectra, but without the scales, each run has its true variance.
 """
@@ -48,12 +49,12 @@ def _rows(seed: int) -> ChannelRows:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_search_begins_at_the_scatter_that_the_runs_have(seed: int) -> None:
-    """From the noise of the model without the effect, a few steps lead to the same result as many
-    steps.
+    """The search needs only a few steps from the noise of the model without the effect, and ends
+    where many steps from the start end.
 
-    A start with the spectra but without the scales would begin at 0.4 to 4 times the variance. It
-    would end with a tenth too much variance in slow parts, which absorb the offsets between the
-    runs; a delay would then gain less than a line of low frequency.
+    If the search took the spectra without the scales, it would begin at 0.4 to 4 times the
+    variance. It would end with a tenth too much variance in slow parts, which absorb the offsets
+    between the runs; a delay would then gain less than a line of low frequency.
     """
     rows = _rows(seed)
     alone, _ = estimated_law(rows, NO_FIXED_TERMS, BOUNDS, None, FIRST_ROUNDS)

@@ -1,5 +1,5 @@
-"""Tests of the spectrum that is fitted to noise drawn with a known one, with and without a fitted
-model."""
+"""Tests that a spectrum fitted to noise agrees with the known spectrum of this noise, with and
+without a fitted model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ TRUE = Spectrum(0.01, np.array([2.0]), np.array([0.01]))
 
 
 def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], FixedTerms]:
-    """Return three runs of Ornstein–Uhlenbeck noise of 2 s and 0.1″, plus 0.1″ of white noise."""
+    """Return three runs of noise: Ornstein–Uhlenbeck noise of 0.1″ with a time constant of 2 s,
+    plus 0.1″ of white noise."""
     random = np.random.default_rng(seed)
     clock = np.arange(ROWS) * STEP
     noise = RowNoise(clock, np.array([0]), (TRUE,), np.ones(ROWS))
@@ -39,14 +40,14 @@ def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], FixedTerms]:
 
 @pytest.mark.parametrize("columns", [0, 40])
 def test_density_is_found_from_the_slowest_to_the_fastest(columns: int) -> None:
-    """The model of 40 columns absorbs a third of the slow noise; the fitted spectrum must still
-    contain all of it."""
+    """The fitted spectrum contains all of the slow noise, although the model of 40 columns absorbs
+    a third of it."""
     stretches, fixed_terms = _stretches(columns)
     found = fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6)).spectrum
     frequency = np.array([0.08, 0.3, 1.0, 10.0, 40.0])
     ratio = found.density(frequency, STEP) / TRUE.density(frequency, STEP)
-    # Some tens of independent values at the slow end determine a level to 20 %; thousands determine
-    # it to 3 %.
+    # At the slow end, some tens of independent values determine a level to 20 %; at the fast end,
+    # thousands determine it to 3 %.
     assert np.all(np.abs(np.log(ratio[:2])) < 0.5)
     np.testing.assert_allclose(ratio[2:], 1.0, atol=0.15)
 
@@ -88,7 +89,8 @@ def test_time_constants_of_the_fit_are_those_of_the_rows() -> None:
 
 
 def test_direction_that_no_row_shows_only_adds_a_constant() -> None:
-    """The information of a column of zeros is slightly negative because of rounding."""
+    """A column of zeros only adds a constant to the likelihood, although rounding makes its
+    information slightly negative."""
     random = np.random.default_rng(5)
     clock = np.arange(80) * STEP
     constants = np.array([0.05, 0.4])
@@ -116,10 +118,10 @@ def test_direction_that_no_row_shows_only_adds_a_constant() -> None:
 
 @pytest.mark.parametrize("constants", [np.array([0.05, 0.4]), np.geomspace(0.02, 20.0, 6)])
 def test_gradient_is_that_of_the_likelihood(constants: np.ndarray) -> None:
-    """Compare the gradient with central differences of the likelihood, for rows and for means over
+    """The gradient equals central differences of the likelihood, for rows and for means over
     blocks.
 
-    The number of exponentials exceeds what the library's own backward pass handles correctly.
+    The test uses more exponentials than the library's own backward pass handles correctly.
     """
     stretches, _ = _stretches(6)
     fixed_terms = FixedTerms(30.0 * np.eye(6), np.arange(6.0))

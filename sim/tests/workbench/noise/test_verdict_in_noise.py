@@ -1,5 +1,5 @@
-"""Tests that noise which is not white gets no name, and that an effect which exceeds this noise is
-named."""
+"""Tests that the diagnosis gives no name to noise which is not white, and that it names an effect
+which exceeds this noise."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def _ornstein_uhlenbeck(rows: int, length: float, random: np.random.Generator) -
 
 
 def _with_slow_capture(made: MeasurementSet, seed: int) -> MeasurementSet:
-    """Return the set with 0.1″ of slow noise added to head 2; the noise has a memory of 200
-    rows."""
+    """Return the set with 0.1″ of slow noise added to head 2; the noise has a correlation time of
+    200 rows."""
     assert made.capture is not None
     random = np.random.default_rng(seed)
     counts = made.capture.head2_counts.astype(np.float64)
@@ -42,8 +42,8 @@ def _with_slow_capture(made: MeasurementSet, seed: int) -> MeasurementSet:
 
 
 def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet:
-    """Return the set with 0.3″ of slow noise added to the reference; its memory is 45 stations,
-    which are three minutes at 4 s each."""
+    """Return the set with 0.3″ of slow noise added to the reference; the noise has a correlation
+    time of 45 stations, which are three minutes at 4 s each."""
     assert made.reference is not None
     error = made.reference.error_arcsec
     wander = 0.3 * _ornstein_uhlenbeck(error.size, 45.0, np.random.default_rng(seed))
@@ -52,8 +52,9 @@ def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
-    """When the noise was modelled as white noise of the same size, every such set led to a slip, a
-    drift or a vibration."""
+    """The diagnosis gives no name to the slow noise of a head. In an earlier version, the noise was
+    modelled as white noise of the same size, and every such set led to a slip, a drift or a
+    vibration."""
     assert diagnosis_of(_with_slow_capture(measurement_set(seed=seed), seed)).verdict == "adequate"
 
 
@@ -64,8 +65,8 @@ def test_a_wandering_reference_gets_no_name(seed: int) -> None:
 
 
 def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
-    """A pass over 24 stations is about as long as the memory of the noise; the reversal error is
-    still named."""
+    """The diagnosis names the reversal error although a pass over 24 stations is about as long as
+    the correlation time of the noise."""
     made = measurement_set(reversal_arcsec=0.8, cycles=10)
     result = diagnosis_of(_with_wandering_reference(made, 3))
     assert result.named is not None
@@ -73,8 +74,8 @@ def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
 
 
 def test_a_slip_is_not_taken_for_slow_noise() -> None:
-    """Half of a run lies 12 counts higher. Slow noise that is estimated without the slip would
-    explain this."""
+    """The diagnosis names a slip if half of a run lies 12 counts higher, although slow noise that
+    is estimated without the slip would explain the rows."""
     made = _with_slow_capture(measurement_set(), 5)
     assert made.capture is not None
     run = made.capture.run
@@ -85,8 +86,8 @@ def test_a_slip_is_not_taken_for_slow_noise() -> None:
 
 
 def test_one_polygon_cycle_alone_cannot_tell() -> None:
-    """24 rows with 41 coefficients have no residual: an estimated noise of 0 once led to the name
-    of a bearing motion."""
+    """One polygon cycle alone cannot tell: 24 rows with 41 coefficients have no residual. In an
+    earlier version, the estimated noise of 0 led to the name of a bearing motion."""
     made = measurement_set(cycles=1)
     assert made.reference is not None
     first = {

@@ -1,5 +1,5 @@
-"""Tests of whitened residuals: white noise fails at the stated level, and other noise is
-detected."""
+"""Tests of whitened residuals: white noise fails the tests at the stated level, and the tests
+detect other noise."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
     tests = [whiteness(random.normal(size=800)) for _ in range(300)]
     for name in ("autocorrelation_p", "successive_differences_p", "normality_p"):
         rare = sum(getattr(item, name) < 0.1 for item in tests)
-        # 30 are expected with a standard deviation of 5.2; the bounds are four of these away.
+        # 30 failures are expected with a standard deviation of 5.2; the bounds are four standard
+        # deviations away.
         assert 9 < rare < 51, name
 
 
 @pytest.mark.parametrize(("rows", "turns"), [(60, 1), (120, 1), (400, 1), (1600, 1), (300, 2)])
 def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
-    """In an evenly spaced log, orders 1 to 20 absorb the noise of their frequencies, at most all
-    noise below 20/60."""
+    """The noise that a model absorbs is no colour: in an evenly spaced log, orders 1 to 20 absorb
+    the noise at their frequencies, at most all noise below 20/60."""
     random = np.random.default_rng(8)
     angle = 2.0 * np.pi * turns * np.arange(rows) / rows
     phase = np.outer(angle, np.arange(1, 21))
@@ -32,16 +33,17 @@ def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
     tests = [whiteness(values, model) for values in draws - draws @ own @ own.T]
     for name in ("autocorrelation_p", "successive_differences_p"):
         p_values = np.array([getattr(item, name) for item in tests])
-        # 30 are expected with a standard deviation of 5.2; the bounds are four of these away.
+        # 30 failures are expected with a standard deviation of 5.2; the bounds are four standard
+        # deviations away.
         assert 9 < np.count_nonzero(p_values < 0.1) < 51, name
-        # At a third of the level 0.01, 1 is expected; 8 or more have p < 1e-4 (Poisson).
+        # At a third of the level 0.01, one failure is expected; 8 or more have p < 1e-4 (Poisson).
         assert np.count_nonzero(p_values < 0.01 / 3.0) < 8, name
 
 
 @pytest.mark.parametrize("rows", [120, 300])
 def test_wild_rows_are_no_colour(rows: int) -> None:
-    """A fit spreads a wild row over its neighbours; the moments of normal noise do not hold for
-    such rows."""
+    """Wild rows are no colour: a fit spreads the error of a wild row over its neighbours, and the
+    moments of normal noise do not hold for such rows."""
     random = np.random.default_rng(10)
     phase = np.outer(2.0 * np.pi * np.arange(rows) / rows, np.arange(1, 21))
     model = np.hstack([np.cos(phase), np.sin(phase)])
@@ -54,7 +56,8 @@ def test_wild_rows_are_no_colour(rows: int) -> None:
         assert found is not None
         assert found.normality_p < 1e-6
         rare += found.autocorrelation_p < 0.1
-    # 30 are expected with a standard deviation of 5.2: four of these.
+    # 30 failures are expected with a standard deviation of 5.2; the bound is four standard
+    # deviations away.
     assert 9 < rare < 51
 
 
@@ -92,8 +95,8 @@ def test_normality_is_the_test_of_jarque_and_bera() -> None:
 
 
 def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
-    """If a ratio differs from its mean by the standard deviation of drawn ratios, its p must be
-    0.317."""
+    """Von Neumann's ratio has its mean and variance: if a ratio differs from its mean by the
+    standard deviation of the simulated ratios, its p must be 0.317."""
     random = np.random.default_rng(6)
     draws = random.normal(size=(4000, 24))
     draws -= draws.mean(axis=1, keepdims=True)

@@ -1,5 +1,5 @@
-"""Tests of the repeatability of an index mark, which is the value that the set states, or ±1 count
-of each head."""
+"""Tests of the repeatability of an index mark: the value that the set states, or ±1 count of each
+head."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ STATED_COUNTS = 3.0
 
 
 def test_the_stated_repeatability_is_that_of_both_heads() -> None:
-    """Two heads with σ each differ by σ√2. Without a stated value, the counts −1, 0 and 1 have a
+    """The difference of two heads has the stated repeatability of both: heads with a standard
+    deviation of σ each differ by σ√2. Without a stated value, the counts −1, 0 and 1 have a
     variance of 2/3 per head."""
     made = measurement_set(runs=1, turns=1, reference=False)
     stated = replace(made, table=replace(made.table, index_repeatability_counts=STATED_COUNTS))

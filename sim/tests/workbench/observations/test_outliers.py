@@ -1,5 +1,5 @@
-"""Tests that rows with recording errors are masked and listed, and that rows which the table
-explains are kept."""
+"""Tests that rows with recording errors are masked and listed, and that rows with errors of the
+table are kept."""
 
 from __future__ import annotations
 
@@ -60,16 +60,16 @@ def test_each_single_wrong_row_is_masked_and_no_other() -> None:
     assert sorted(item.row - 2 for item in seen.masked) == sorted(wrong.tolist())
     assert seen.capture is not None
     assert seen.capture.run.size == ROWS - wrong.size
-    # The distance equals the added spike within five standard deviations of R₂ − R₁. The prediction
-    # of a row with neighbours on one side scatters 1.3 times as much.
+    # The stated distance equals the added spike within five standard deviations of R₂ − R₁. The
+    # prediction of a row with neighbours on one side scatters 1.3 times as much.
     for item in seen.masked:
         assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=1.3 * 5.0 * 0.1 * np.sqrt(2.0))
 
 
 @pytest.mark.parametrize("missing", [60, 400])
 def test_a_wrong_row_with_missing_rows_is_masked(missing: int) -> None:
-    """The error changes over the gap; this change must not count as a distance from the
-    neighbouring rows."""
+    """A wrong row next to missing rows is masked: the error of the table changes over the gap, and
+    this change must not count as a distance from the neighbouring rows."""
     wrong = np.array([1_999, 2_000 + missing, 5_003, 5_005 + missing])
     made = _with_head2(measurement_set(), wrong, SPIKE_ARCSEC)
     assert made.capture is not None
@@ -81,9 +81,10 @@ def test_a_wrong_row_with_missing_rows_is_masked(missing: int) -> None:
 
 
 def test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not() -> None:
-    """Ten rows lie between two gaps of 18° each; over each gap R₂ − R₁ changes by up to 16″.
+    """A wrong row between two gaps is masked, and the rows around it are not: ten rows lie between
+    two gaps of 18° each, and over each gap R₂ − R₁ changes by up to 16″.
 
-    Running medians that extend across a gap cannot predict these rows.
+    A running median that extends across a gap cannot predict these rows.
     """
     left = np.ones(ROWS, dtype=bool)
     for first in range(1_000, ROWS - 200, 500):
@@ -98,7 +99,8 @@ def test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not()
 
 @pytest.mark.parametrize("scatter_counts", [0.75, 1.5, 2.1, 6.0])
 def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float) -> None:
-    """White noise is rounded to whole counts, which adds a variance of 1/12 count² (Sheppard)."""
+    """The scatter of whole counts is that of the noise: white noise is rounded to whole counts,
+    which adds a variance of 1/12 count² (Sheppard)."""
     noise = np.random.default_rng(11).normal(0.0, scatter_counts, 20_000)
     away = np.round(noise) + 0.5 * np.round(
         2.0 * np.random.default_rng(12).normal(0.0, 0.3, 20_000)
@@ -111,11 +113,11 @@ def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float)
 
 @pytest.mark.parametrize("place", [5, 6, 7, 192, 193, 194])
 def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> None:
-    """A period has 25 rows, as order 20 has at 500 rows per turn, so that a straight line through
-    14 rows predicts badly.
+    """A wrong row near an end is found where the values curve. A period has 25 rows, as order 20
+    has at 500 rows per turn, so that a straight line through 14 rows predicts a row badly.
 
-    A prediction from the rows 1 to 7 away on both sides errs by at most 2·(1 − cos(2π·4/25)) =
-    0.93.
+    A prediction from the rows 1 to 7 away on both sides errs by at most 2·(1 − cos(2π·4/25)) = 0.93
+    of the amplitude.
     """
     values = 2.0 * np.sin(2.0 * np.pi * np.arange(200) / 25.0)
     values += 0.1 * np.random.default_rng(place).standard_normal(200)
@@ -125,8 +127,8 @@ def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> No
 
 
 def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
-    """With an outlier in one of a hundred rows, some outliers of one head coincide by chance with
-    one of the other head."""
+    """Outliers of both heads do not confirm each other: some outliers of one head coincide by
+    chance with an outlier of the other head, if one of a hundred rows is an outlier."""
     random = np.random.default_rng(4)
     wrong = random.choice(ROWS // 20, ROWS // 100, replace=False) * 20 + 9
     made = measurement_set()
@@ -137,8 +139,8 @@ def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
 
 
 def test_what_comes_again_at_the_same_angle_is_kept() -> None:
-    """Dirt on the disc, narrower than the distance of two rows, shows in both heads in every
-    revolution."""
+    """Rows with dirt on the disc are kept: dirt that is narrower than the distance of two rows
+    shows in both heads in every revolution."""
 
     def dirty(disc: NDArray[np.float64], temperature: object, speed: object) -> object:
         away = np.angle(np.exp(1j * (disc - 1.0)))
@@ -154,7 +156,7 @@ def test_dirt_in_a_single_turn_is_kept_because_both_heads_see_it() -> None:
     angle = made.capture.head1_counts * (2.0 * np.pi / COUNTS_PER_REV)
     at = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0))))))
     before = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0 + ALPHA))))))
-    # R₂ − R₁ decreases when head 1 is over the dirt, and increases when head 2 is over it.
+    # R₂ − R₁ decreases when head 1 is over the dirt, and increases when head 2 is over the dirt.
     dirty = _with_head2(_with_head2(made, np.array([at]), -SPIKE_ARCSEC), np.array([before]), 5.0)
     assert _masked(dirty) == []
     assert _masked(_with_head2(made, np.array([at]), -SPIKE_ARCSEC)) == [at]
@@ -186,8 +188,8 @@ def test_one_reading_of_a_station_that_its_other_visits_contradict_is_masked() -
 
 
 def test_what_comes_again_after_each_reversal_is_kept() -> None:
-    """The first two readings after each reversal lag by 3″ and 1.5″; such readings are more than 5
-    % of all rows."""
+    """Readings that lag after each reversal are kept: the first two readings lag by 3″ and 1.5″,
+    and such readings are more than 5 % of all rows."""
     made = measurement_set(cycles=6)
     assert made.reference is not None
     error, sense = made.reference.error_arcsec, np.asarray(made.reference.direction)
@@ -199,7 +201,8 @@ def test_what_comes_again_after_each_reversal_is_kept() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
-    """After a third of the rows the head moves to its other stop, 5″ away."""
+    """The check reports no fault if the head knocks between two stops: after a third of the rows
+    the head moves to its other stop, 5″ away."""
     made = measurement_set(cycles=10, turns=1)
     assert made.reference is not None
     random = np.random.default_rng(seed)
@@ -211,8 +214,8 @@ def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) 
 
 @pytest.mark.parametrize("passes", [1, 3])
 def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
-    """Three visits of a station cannot show which of them is wrong, but the neighbouring rows
-    can."""
+    """A wrong reading of a dense pass is masked: three visits of a station cannot show which of
+    them is wrong, but the neighbouring rows can."""
     random = np.random.default_rng(2)
     target = np.tile(np.linspace(0.0, 40.0, 800), passes)
     error = 5.0 * np.sin(np.radians(target * 18.0)) + random.normal(0.0, 0.3, target.size)
@@ -223,13 +226,13 @@ def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
 
 
 WHITE_SETS = 200
-"""Number of sets with white noise. Each may have FALSE_ROWS masked rows, which is 4 rows in all; 12
-or more have p = 0.001."""
+"""Number of sets with white noise. Each set has FALSE_ROWS masked rows on average, which is 4 rows
+in all sets; 12 or more have p = 0.001."""
 MOST_FALSE_ROWS = 12
 
 
 def _white_reference(rows: int, stations: int | None, random: np.random.Generator) -> Reference:
-    """Return normal white noise at stations that are visited in turn; with None, in one dense
+    """Return normal white noise, at stations that are visited in turn or, with None, in one dense
     pass."""
     error = random.normal(0.0, 1.0, rows)
     if stations is None:
@@ -253,7 +256,8 @@ def test_white_noise_of_few_rows_has_no_outliers(rows: int, stations: int | None
 
 @pytest.mark.parametrize("rows", [7, 10, 30])
 def test_a_scatter_that_few_rows_tell_asks_for_more(rows: int) -> None:
-    """Compare with drawn rows: each first row is judged by the scatter of the others."""
+    """A scatter from few rows needs a larger factor: the test compares with simulated rows, of
+    which each first row is judged by the scatter of the other rows."""
     sets = 40_000
     noise = np.random.default_rng(14).normal(size=(sets, rows + 1))
     scatter = 1.4826 * np.median(np.abs(noise[:, 1:]), axis=1)
@@ -271,11 +275,10 @@ def test_white_noise_of_many_rows_has_no_outliers(stations: int | None) -> None:
 
 
 def test_wrong_rows_that_a_larger_effect_hid_are_found_in_what_it_leaves() -> None:
-    """Errors of 1.5″, ten times the noise of R₂ − R₁, are hidden by an interpolation error of 2.5″
-    per head.
+    """Wrong rows are found after the effect that hid them is in the model: errors of 1.5″, ten
+    times the noise of R₂ − R₁, are hidden by an interpolation error of 2.5″ per head.
 
-    Rows are 33 signal periods apart, so that the interpolation error looks like noise until it is
-    in the model.
+    Rows are 33 signal periods apart, so that the interpolation error looks like noise.
     """
     wrong = np.arange(500, ROWS, 1_300)
     hidden = measurement_set(electrical=lambda phase: 2.5 * np.cos(phase))
@@ -336,7 +339,7 @@ def test_columns_follow_the_rows_that_are_left() -> None:
 
 
 def _swinging(capture: Capture) -> tuple[Capture, NDArray[np.float64]]:
-    """Return the same rows at the times of a speed that varies by ±40 %, and this speed."""
+    """Return the same rows at the times of a speed that varies by ±40 %, and the varying speed."""
     time, speed = capture.time_s.copy(), np.empty(capture.time_s.size)
     for run in np.unique(capture.run):
         rows = capture.run == run
@@ -357,9 +360,9 @@ def test_a_speed_that_swings_is_no_fault_and_is_known_in_each_row() -> None:
     seen = observations_of(replace(made, capture=capture))
     assert data_faults(seen) == []
     assert seen.capture is not None
-    # The speed is averaged over 65 of the 1,200 rows per turn. A sine of 40 % with a period of 3
-    # turns varies within them by (0.34/3)²/24 of 40 %. At the ends of a run the nearest window is
-    # up to 32 rows away: 0.17 rad/3.
+    # The speed is averaged over 65 of the 1,200 rows per turn. Within these rows, a sine of 40 %
+    # with a period of 3 turns varies by (0.34/3)²/24 of 40 %. At the ends of a run the nearest
+    # window is up to 32 rows away: 0.17 rad/3.
     assert np.abs(seen.capture.speed_rad_s / speed - 1.0).max() < 0.04
     inner = np.ones(ROWS, dtype=bool)
     for run in range(4):

@@ -1,5 +1,5 @@
-"""Tests which face of a polygon a reading belongs to: at its stations, turned on the table, and
-between the stations."""
+"""Tests that each reading gets the right face of a polygon: at its stations, turned on the table,
+and between the stations."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def test_each_station_has_its_face_however_the_polygon_is_turned() -> None:
 
 
 def test_a_pass_between_the_faces_is_read_with_the_nearest_one() -> None:
-    """Each face has 15 readings one degree apart: one at its station, and 7 on each side."""
+    """A pass between the faces is read with the nearest face: each face has 15 readings one degree
+    apart, one at its station, and 7 on each side."""
     between = np.arange(360.0)
     target = np.concatenate([STATIONS_DEG, between])
     run = _runs(FACES, between.size)

@@ -26,8 +26,8 @@ def test_angles_continue_past_the_turn(deg_s: float) -> None:
 @pytest.mark.parametrize(
     "target",
     [
-        # The targets are unwrapped already, or within one turn, or an arc up and down, or the
-        # stations of a polygon.
+        # The targets are either already unwrapped, or within one turn, or an arc up and down, or
+        # the stations of a polygon.
         40.0 + 0.97 * np.arange(1500),
         0.5 * np.arange(720),
         np.concatenate([np.arange(100.0), np.arange(99.0, -1.0, -1.0)]),

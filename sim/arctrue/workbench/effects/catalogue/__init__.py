@@ -1,1 +1,2 @@
-"""The built-in physical effects, one file each; the registry finds an effect by its file."""
+"""Contains the built-in physical effects, one file each; the registry finds an effect by its
+file."""

@@ -34,8 +34,8 @@ LEAST_TURNS = 1.98
 
 
 class BearingBallPass(Effect):
-    """Axis motion as cos νθ and sin νθ over the unwrapped angle; a search finds ν, which is not
-    whole."""
+    """Adds axis motion as cos νθ and sin νθ over the unwrapped angle; a search finds ν, which is
+    not whole."""
 
     name = "bearing_ball_pass"
     physics = (
@@ -98,7 +98,7 @@ class BearingBallPass(Effect):
     def search_contradiction(
         self, found: Mapping[str, Parameter], observations: Observations
     ) -> str | None:
-        """Refuse an order that cannot be distinguished from a whole or half one.
+        """Refuse an order that cannot be distinguished from a whole or half order.
 
         A motion that repeats after one or two turns (a belt, a gear of two to one) has a simple
         order and is the simpler explanation; balls and cage do not turn at simple rates. The narrow
@@ -108,7 +108,7 @@ class BearingBallPass(Effect):
         order = found["order"]
         half = round(2.0 * order.value) / 2.0
         # If σ is undetermined, the data do not show that the order differs from a whole or half
-        # one.
+        # order.
         if not abs(order.value - half) <= TOLD_APART_SIGMA * order.sigma:
             return None
         turns = "every turn" if half == round(half) else "every two turns"

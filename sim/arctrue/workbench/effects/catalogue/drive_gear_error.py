@@ -1,4 +1,4 @@
-"""Errors of the worm or the gear that drives the table."""
+"""The worm or the gear that drives the table has periodic errors."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ LEAST_VARIANCE = 0.1
 """Smallest variance over the stations of a line's cosine and sine columns, summed; it is 1 if the
 stations resolve the line fully."""
 AS_GOOD = 6.0
-"""Gain by which a line must exceed that of a lower line to replace it: odds of 20 to 1."""
+"""Gain by which a line must exceed the gain of a lower line to replace this line: odds of 20 to
+1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, each with the offset of its orders from the
 multiples."""
@@ -44,14 +45,14 @@ USUAL: list[list[Line]] = [
     for distances in ((0,), tuple(LISTS.values()))
 ]
 """The usual forms of the lines: the tooth count and its first multiples, for a centred gear and for
-an eccentric one."""
+an eccentric gear."""
 
 
 class DriveGearError(Effect):
     """Adds cosine and sine of the tooth count and its multiples to the reference run only.
 
     A gear off its centre meshes slightly early and late once a turn, which causes a line one order
-    below and one above each multiple: ``below`` and ``above`` list them.
+    below and a line one order above each multiple: ``below`` and ``above`` list them.
     """
 
     name = "drive_gear_error"

@@ -1,4 +1,4 @@
-"""The errors of the disc, by order; every model contains them."""
+"""The disc has an error at each order; every model contains these errors."""
 
 from __future__ import annotations
 

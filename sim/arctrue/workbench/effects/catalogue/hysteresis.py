@@ -10,8 +10,8 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_REVERSALS = 2
-"""Smallest number of reversals. With only one, all rows of one direction come before all rows of
-the other, so that any step or drift in time looks the same."""
+"""Smallest number of reversals. With one reversal only, all rows of one direction come before all
+rows of the other, so that any step or drift in time looks the same."""
 
 
 class Hysteresis(ScalarEffect):

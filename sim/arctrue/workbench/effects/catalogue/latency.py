@@ -1,4 +1,4 @@
-"""The reading of the table is older than that of the reference."""
+"""The reading of the table is older than the reading of the reference."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ LEAST_DELAY_US = 1e-3
 
 
 class Latency(ScalarEffect):
-    """Adds the effect of a reading that is delayed by τ to a reference run on the move: a constant
-    and every order."""
+    """Adds the effect of a reading delayed by τ to a reference run in motion: a constant and every
+    order."""
 
     name = "latency"
     physics = (

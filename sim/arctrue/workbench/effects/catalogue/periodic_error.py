@@ -36,8 +36,8 @@ OF_THE_DRIVE = 0.02
 at which the line is assigned to the drive; one order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
-"""Largest distance of a line in time from a multiple of the frequency of the visits at which the
-line is assigned to the schedule, in units of the frequency resolution of the run (1/length). With
+"""Largest distance, in units of the frequency resolution of the run (1/length), between a line in
+time and a multiple of the frequency of visits at which the line is assigned to the schedule. With
 ten visits of a station, one of 20 lines in time is this close by chance."""
 REGULAR = 0.05
 """Largest relative spread of the times between visits of a station that counts as a schedule."""
@@ -54,7 +54,7 @@ class PeriodicError(Effect):
 
     With ``by_direction`` the line has a whole order of a reference, with a size and a phase for
     each direction: stiction or a drive with play. If such an error were fitted as one line, its
-    order would differ a little from the whole one.
+    order would differ a little from the whole order.
     """
 
     name = "periodic_error"
@@ -314,7 +314,8 @@ def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | 
 
 
 def _visits_s(rows: ReferenceRows) -> float | None:
-    """Return the time between visits of a station from the same side; None if it is irregular."""
+    """Return the time between visits of a station from the same side; None if this time is
+    irregular."""
     if rows.time_s is None:
         return None
     station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) / SAME_STATION_RAD)

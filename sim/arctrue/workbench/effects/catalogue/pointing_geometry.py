@@ -15,11 +15,11 @@ and for an equatorial mount."""
 AZIMUTH = "azimuth_deg"
 """Column of the other axis' angle, if the axis under test is the elevation axis."""
 LEAST_SPAN_DEG = 20.0
-"""Smallest span of elevations: over less, tan E and sec E differ from straight lines by less than 2
-%."""
+"""Smallest span of elevations: over a smaller span, tan E and sec E differ from straight lines by
+less than 2 %."""
 LEAST_AZIMUTH_SPAN_DEG = 90.0
-"""Smallest span of azimuths: over less, cos A and sin A differ little from a constant and a
-line."""
+"""Smallest span of azimuths: over a smaller span, cos A and sin A differ little from a constant and
+a line."""
 LEAST_ROWS = 8
 """Least number of rows: twice the number of coefficients."""
 TILT = ("tilt_cosine", "tilt_sine")

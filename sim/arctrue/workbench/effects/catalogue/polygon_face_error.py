@@ -17,13 +17,13 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_FACES = 8
-"""Smallest number of faces: with fewer, a wave and independent face errors look alike."""
+"""Smallest number of faces: with fewer faces, a wave and independent face errors look alike."""
 WIDEST_PLACE = 3
 """Largest number of neighbouring faces in one place of the table: three of 24 faces are an eighth
 of a turn."""
 MAGNIFIED = 0.25
 """Limit of |e^{jnα} − 1|. For an order below it, the fit gives the graduation an amplitude at least
-four times that in the heads' difference, and this amplitude appears in the reference."""
+four times the amplitude in the heads' difference, and this amplitude appears in the reference."""
 
 
 class PolygonFaceError(Effect):
@@ -80,9 +80,10 @@ class PolygonFaceError(Effect):
         are independent.
 
         Patterns are a wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125
-        (1929) 54), one or some neighbouring faces as outliers among the others (Grubbs, Ann. Math.
-        Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of variance). A
-        motion of the table itself causes such patterns; a polygon on the table shows it as well.
+        (1929) 54), one face or some neighbouring faces as outliers among the other faces (Grubbs,
+        Ann. Math. Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of
+        variance). A motion of the table itself causes such patterns; a polygon on the table shows
+        this motion as well.
         """
         values = coefficients - coefficients.mean()
         size, level = values.size, CONTRADICTED_P

@@ -108,7 +108,7 @@ class RadialErrorMotion(Effect):
         observations: Observations,
         temperature_c: float | None,
     ) -> list[Lane]:
-        # Head 1 reads y; the columns of y come after those of x.
+        # Head 1 reads y; the columns of y come after the columns of x.
         orders = self.integers("orders")
         return paired_lanes(orders, coefficients[2 * len(orders) :])
 

@@ -24,8 +24,8 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 WORTH_P = 0.01
-"""A multiple of the phase is kept if chance gives its gain, that of two columns per head, with at
-most this probability."""
+"""Largest probability that chance gives the gain of a multiple of the phase, with two columns per
+head, at which the multiple is kept."""
 
 
 class SubdivisionError(Effect):
@@ -96,9 +96,9 @@ class SubdivisionError(Effect):
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
         """Return the sum of all amplitudes.
 
-        Sine and cosine that deviate from quadrature by ψ cause ψ/2·(1 ± cos 2φ), of which the
-        columns contain only the wave. A counter that is zeroed at the index also keeps, as an
-        offset, the whole error at the index.
+        Sine and cosine that deviate from quadrature by ψ cause ψ/2·(1 ± cos 2φ), and the columns
+        contain only the wave. A counter that is zeroed at the index also keeps, as an offset, the
+        whole error at the index.
         """
         pairs = coefficients.reshape(-1, 2)
         return float(np.sum(np.hypot(pairs[:, 0], pairs[:, 1])))

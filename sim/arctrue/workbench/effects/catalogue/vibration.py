@@ -18,8 +18,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class Vibration(Effect):
-    """Adds cosine and sine of 2πft to R₂ − R₁, with a free phase in every run; also to ε, if head 1
-    shakes."""
+    """Adds cosine and sine of 2πft to R₂ − R₁, with a free phase in every run; if head 1 shakes,
+    also to ε."""
 
     name = "vibration"
     physics = (

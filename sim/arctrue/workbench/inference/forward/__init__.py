@@ -1,4 +1,4 @@
-"""Forward search for regular lines, steps and slow changes in a dense record.
+"""Searches a dense record for regular lines, steps and slow changes.
 
 :mod:`record` averages the residual of one channel; :mod:`search` adds one line after another;
 :mod:`tests_of_a_line` contains the tests that a line must pass; :mod:`events` searches for single

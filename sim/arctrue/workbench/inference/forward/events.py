@@ -138,8 +138,8 @@ def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelN
 def _one_row_does_it(
     record: Record, others: Float, row: int, gain: float, without: KernelFit, grown: KernelFit
 ) -> bool:
-    """Tell whether a single wrong row, the first after the step or the last before it, explains the
-    rows as well."""
+    """Tell whether a single wrong row explains the rows as well: the first row after the step or
+    the last row before it."""
     for wrong in (row - 1, row):
         column = np.zeros((record.clock.size, 1))
         column[wrong] = 1.0

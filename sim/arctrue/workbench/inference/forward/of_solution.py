@@ -1,4 +1,4 @@
-"""The records of the forward search, made from the residuals of a fitted model in the reference."""
+"""Makes the records of the forward search from the residuals of a fitted model in the reference."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEAST_STRETCH_ROWS = 50
 """Fewest rows of a stretch: ten periods of the shortest line of the search."""
 LEAST_EVENT_ROWS, LEAST_STRETCH_STATIONS = 30, 12
 """Fewest rows of a record, and of each of its stretches, for the search of events: with fewer rows,
-a step does not differ from a straight line through all of them."""
+a step does not differ from a straight line through all rows."""
 LEAST_FREE = 0.5
 """Smallest share of the rows that the base must leave as degrees of freedom. With less, 1 of 10
 sets of white noise shows a step (``python -m scripts.calibrate_line_search --short``, 72 stations
@@ -38,8 +38,8 @@ shows scatter, but no line."""
 
 
 def records_of(solution: Solution, declared: float | None) -> list[Record]:
-    """Return a record over the angle, and one over time unless a constant speed makes both the
-    same.
+    """Return a record over the angle, and a record over time unless a constant speed makes the two
+    records equal.
 
     The list is empty for stations. ``declared``: order whose multiples are expected.
     """
@@ -90,8 +90,8 @@ def records_of_events(solution: Solution) -> list[Record]:
 
     The first record is one stretch, if time continues from run to run: a part that was knocked
     keeps its new place. In the second record each run is a stretch of its own: the index corrects a
-    counter's loss at the start of a run. Both fit an effect of the direction of approach too, so
-    that a reversal is not taken for a step.
+    counter's loss at the start of a run. Both records fit an effect of the direction of approach
+    too, so that a reversal is not taken for a step.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise:

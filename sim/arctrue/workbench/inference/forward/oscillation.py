@@ -1,7 +1,7 @@
-"""A damped oscillation driven by noise, as a part of the noise of a record.
+"""Finds a damped oscillation, driven by noise, as a part of the noise of a record.
 
-It keeps its phase for a few of its periods only and is therefore not a line. No regular effect
-explains it, but any effect that follows it for a while may look like its cause.
+Such an oscillation keeps its phase for a few periods only and is therefore not a line. No regular
+effect explains it, but any effect that follows it for a while may look like its cause.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ LEAST_GAIN_LOGS = 2.0
 """Smallest gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
 decay and frequency, and ½ for the search over frequencies."""
 LEAST_SHARE = 0.1
-"""Smallest share of the residuals' mean square that an oscillation must have: a smaller one may be
-a shape of the noise that no kernel has (0.05 for a moving mean, whose density has zeros; 4 logs of
-each of 16 kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
+"""Smallest share of the residuals' mean square that an oscillation must have: a smaller oscillation
+may be a shape of the noise that no kernel has (0.05 for a moving mean, whose density has zeros; 4
+logs of each of 16 kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
 """Largest number of rounds that fit frequency and other parameters; a round that gains nothing ends
 them."""
@@ -42,8 +42,8 @@ OF_A_WIDTH = 0.005
 BENT_WIDTHS = 0.25
 """Step for the curvature of the log likelihood, as a share of the width of the resonance."""
 MOST_CAPTURE_ROWS = 1600
-"""Largest number of consecutive rows of a capture. They are not averaged, since the oscillations in
-a capture are fast."""
+"""Largest number of consecutive rows of a capture. These rows are not averaged, since the
+oscillations in a capture are fast."""
 LEAST_CAPTURE_ROWS = 400
 """Smallest number of rows of a capture: the test of Ljung and Box over 20 lags, and a quality of 2,
 need some tens of periods. It is a quarter of MOST_CAPTURE_ROWS."""

@@ -1,4 +1,4 @@
-"""The residual of one channel, averaged to so few rows that a search can use them many times."""
+"""Averages the residual of one channel to so few rows that a search can use them many times."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SAME_COLUMNS = 1e-4
 the disc on a short arc are a few slow curves)."""
 WHOLE_TURN = 0.1
 """Largest difference from one turn at which a record counts as one turn. Such a record shows whole
-orders only: another line near an order differs from it by less than a period."""
+orders only: another line near an order differs from this order by less than a period."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +98,8 @@ class Record:
         return self.columns(np.array([rate]))
 
     def columns(self, rates: Float) -> Float:
-        """Return cos and sin of several rates; those of a rate stand side by side; shape (rows,
-        2·rates)."""
+        """Return cos and sin of several rates, shape (rows, 2·rates); the two columns of a rate are
+        neighbours."""
         phase = 2.0 * np.pi * np.outer(self.place - self.place[0], rates)
         kept = np.sinc(np.outer(self.width, rates))
         found = np.empty((self.place.size, 2 * rates.size))
@@ -136,7 +136,7 @@ def record_of(
     declared: float | None = None,
     most_rows: int = MOST_ROWS,
 ) -> Record:
-    """Average consecutive rows of each stretch; ``columns`` are the model's.
+    """Average consecutive rows of each stretch; ``columns`` are the columns of the model.
 
     Rows must be sorted by stretch and, within a stretch, by the clock.
     """
@@ -202,8 +202,8 @@ def _base(columns: Float, stretch: Integer, clock: Float) -> Float:
 
 
 def orthonormal(blocks: Sequence[Float]) -> Float:
-    """Return orthonormal columns that span all blocks. They come in the order of the blocks, each
-    block without the span of the blocks before it."""
+    """Return orthonormal columns that span all blocks. The columns come in the order of the blocks,
+    each block without the span of the blocks before it."""
     found = np.zeros((blocks[0].shape[0], 0))
     for block in blocks:
         own = block - found @ (found.T @ block)

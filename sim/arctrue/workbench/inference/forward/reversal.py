@@ -1,4 +1,4 @@
-"""The difference of a reference's readings between directions of approach, with steps in time.
+"""Fits the difference of a reference's readings between directions of approach, with steps in time.
 
 In a record of several passes, a single effect would fit a jump or a slow change as a drift and hide
 the reversal error. This module therefore fits the direction together with steps.
@@ -34,7 +34,7 @@ class Reversal:
     """The difference of the readings between the directions of approach."""
 
     size_arcsec: float
-    """Mean of the readings upwards minus that of the readings downwards."""
+    """Mean of the upward readings minus mean of the downward readings."""
     sigma_arcsec: float
     passes: int
 
@@ -43,7 +43,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     """Fit the direction, ±1, shape (rows,), with the record's base and ``steps``, shape (rows, k).
 
     The size is the mean over all rows, in plain least squares: with weights for slow noise only the
-    rows next to each reversal would count. The passes are the sample: each is omitted once
+    rows next to each reversal would count. The passes are the sample: each pass is omitted once
     (jackknife). The result is None where the passes are too few, the base contains the direction,
     or noise may cause as large a size.
     """

@@ -37,8 +37,8 @@ from arctrue.workbench.noise.whiteness import whiteness
 Float = NDArray[np.float64]
 
 LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
-"""Fewest periods of a line in a record. Fewer are a slow change of unknown form; 3 are enough if
-the set declares the period."""
+"""Fewest periods of a line in a record. A line with fewer periods is a slow change of unknown form;
+3 periods are enough if the set declares the period."""
 TRIED = 3
 """Number of highest places of each scan that are tested further."""
 OVERSAMPLED = 3.0
@@ -53,9 +53,9 @@ MOST_MULTIPLE = 8
 """Highest multiple of a declared rate that is searched."""
 OSCILLATOR_GAIN = 7.0
 """Log likelihood that a line must gain over an oscillator at its frequency. In 24 logs of a
-resonance that keeps its phase for a sixth of the log, 65 places pass all other tests, and none of
-them gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``). In
-other noise no place passes the other tests, or it gains 5.1 at most."""
+resonance that keeps its phase for a sixth of the log, 65 places pass all other tests, and no place
+gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``). In other
+noise, no place passes the other tests, or a place that passes them gains at most 5.1."""
 PREDICTED_SHARE = 0.5
 """Smallest share of a line's own error that the other blocks must predict."""
 NOT_WHITE = 1e-4
@@ -83,9 +83,9 @@ class Line:
     """RMS over all rows of the error that the line's prediction from other blocks removes."""
     share: float
     """Share of the line's own error that the other blocks predict; 1 for a record of one turn,
-    which cannot show it."""
+    which cannot show this share."""
     gain: float
-    """Log likelihood gained when the line was added, with the noise estimated without and with
+    """Rise of the log likelihood when the line was added, with the noise estimated without and with
     it."""
     oscillator_gain: float
     periods: float
@@ -198,7 +198,7 @@ def noise_with(record: Record, others: Float, near: KernelNoise | None = None) -
 
 
 def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoise]:
-    """Add an oscillator to each noise, where its whitened residuals have a broad peak that is no
+    """Add an oscillator to each noise whose whitened residuals have a broad peak that is no
     line."""
     variance = max(float(np.mean(rows.left() ** 2)) / 10.0, 1e-30)
     for fit in fits:
@@ -229,7 +229,7 @@ def _whitened_left(rows: Rows, noise: KernelNoise) -> Float:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """The excess of the whitened residuals' power over that of white noise, around each
+    """Excess of the whitened residuals' power over the power of white noise, around each
     frequency."""
 
     frequency: Float
@@ -251,7 +251,7 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
     spectrum.
 
     The level is the median of the periodogram of the whitened residuals over NEIGHBOURS ordinates,
-    divided by that of white noise, ln 2: a line among them does not change the median.
+    divided by the median for white noise, ln 2: a line among them does not change the median.
     """
     left = _whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
@@ -447,7 +447,7 @@ MUCH = 0.05
 
 def _multiple_of(record: Record, rate: float) -> int | None:
     """Return which multiple of the declared rate this rate is, within the resolution of the record;
-    None if it is none."""
+    None if it is no multiple."""
     if record.declared is None:
         return None
     times = round(rate / record.declared)
@@ -495,9 +495,9 @@ def own_shares(record: Record, columns: Float) -> Float:
     """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
     A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
-    that part of the noise, which is then known less well. Without this factor, the remainder of any
-    slow change over a part of a turn would look like lines next to the table's orders, and these
-    lines would cancel the orders.
+    that part of the noise, so that the noise is known less well. Without this factor, the remainder
+    of any slow change over a part of a turn would look like lines next to the table's orders, and
+    these lines would cancel the orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)
@@ -545,8 +545,8 @@ def _ordered(
     fit: KernelFit,
     rejected: Sequence[Rejected],
 ) -> LineSearch:
-    """Return the lines, each with its figures in a model with all others, ordered by the error that
-    they remove."""
+    """Return the lines, each with its figures in a model with all other lines, ordered by the error
+    that they remove."""
     columns = record.columns(np.array(rates))
     rows = record.rows(columns)
     whitened = rows.factor(fit.noise).whiten(rows.values)

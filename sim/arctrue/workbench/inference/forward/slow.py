@@ -1,4 +1,4 @@
-"""A slow change of unknown form. With fewer than four periods in the record it is no line."""
+"""Fits a slow change of unknown form; with fewer than four periods in the record it is no line."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from arctrue.workbench.inference.forward.record import Record, orthonormal
 Float = NDArray[np.float64]
 
 HALF_PERIODS = 8
-"""Number of curves cos(πk·t/T), k = 1 to 8; the highest has the four periods from which on lines
-are searched."""
+"""Number of curves cos(πk·t/T), k = 1 to 8; the highest curve has four periods, the smallest number
+for which lines are searched."""
 LEAST_OF_LEFT = 0.5
 """Smallest share of the mean square left by model, drift, lines and steps that a slow change must
 explain, so that it is most of the residual."""
 LEAST_ROWS = 44
-"""Fewest degrees of freedom of the residual. In white noise with 44, 8 curves explain more than
-half with the probability 0.0007 (beta distribution of 4 and 18)."""
+"""Fewest degrees of freedom of the residual. In white noise with 44 degrees of freedom, 8 curves
+explain more than half with the probability 0.0007 (beta distribution of 4 and 18)."""
 
 
 @dataclass(frozen=True)

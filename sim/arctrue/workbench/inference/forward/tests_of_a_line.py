@@ -1,4 +1,4 @@
-"""The tests that a line must pass in addition to its likelihood ratio."""
+"""Contains the tests that a line must pass in addition to its likelihood ratio."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ def coherence(
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
     Waugh): the part that the base alone would explain does not count as error of the line. c_b are
-    the line's coefficients from block b alone, c₋ those from all other blocks. Both are fitted
-    together with the covariance of the noise, so that correlation across the edges counts. The
-    share is
+    the line's coefficients from block b alone, c₋ the line's coefficients from all other blocks.
+    Both sets of coefficients are fitted together with the covariance of the noise, so that
+    correlation across the edges counts. The share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
@@ -101,8 +101,8 @@ def gain_over_an_oscillator(
     """Return the log likelihood that a line gains over an oscillator at its frequency.
 
     An oscillator driven by noise looks like a line that loses its phase; the oscillator that is
-    fitted may keep its phase for a quarter of the record. ``without`` and ``grown`` are the fits
-    without and with the line. A result above ``enough`` is a lower bound, because the fit with the
+    fitted may keep its phase for a quarter of the record. ``without`` is the fit without the line,
+    ``grown`` the fit with it. A result above ``enough`` is a lower bound, because the fit with the
     line then omits the oscillator.
     """
     rows = record.rows(others)
@@ -124,7 +124,7 @@ def gain_over_an_oscillator(
 
 
 def _kept(noise: KernelNoise) -> KernelNoise:
-    """Return the noise without its negligible parts, because exact derivatives exist for four
+    """Return the noise without its negligible parts, because exact derivatives exist for up to four
     columns only."""
     largest = max((part.variance for part in noise.parts), default=0.0)
     parts = tuple(part for part in noise.parts if part.variance > NOTHING * largest)
@@ -141,5 +141,5 @@ def periods_in(record: Record, rate: float) -> float:
 
 
 def nearest(rates: Sequence[float], rate: float) -> float:
-    """Return the distance to the nearest of ``rates``; infinite if there are none."""
+    """Return the distance from ``rate`` to the nearest of ``rates``; infinite if there are none."""
     return min((abs(rate - other) for other in rates), default=float("inf"))

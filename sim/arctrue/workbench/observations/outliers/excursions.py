@@ -13,7 +13,7 @@ FAR_SIGMA = 12.0
 """Smallest size of an excursion, in standard deviations of a step: white noise exceeds it with a
 probability of 10⁻³² per step."""
 SAME_SIZE = 0.5
-"""Largest difference of the jump away and the jump back, as a share of the larger one."""
+"""Largest difference of the jump away and the jump back, as a share of the larger jump."""
 ENOUGH = 100_000
 """Number of evenly spread steps from which a scatter is calculated."""
 
@@ -21,8 +21,8 @@ ENOUGH = 100_000
 def step_scatter(steps: Float) -> float:
     """Return the robust standard deviation of the steps that white noise of the rows causes.
 
-    It is calculated from the differences of steps, so that a slowly changing speed does not
-    contribute.
+    The standard deviation is calculated from the differences of steps, so that a slowly changing
+    speed does not contribute.
     """
     if steps.size < 3:
         return 0.0

@@ -1,4 +1,4 @@
-"""A row of a recording that is not used."""
+"""Describes a row of a recording that is not used."""
 
 from __future__ import annotations
 

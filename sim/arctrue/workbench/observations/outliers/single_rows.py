@@ -30,7 +30,7 @@ MAD_EFFICIENCY = 0.37
 """Efficiency of the median absolute deviation relative to the standard deviation (Rousseeuw and
 Croux, J. Am. Stat. Assoc. 88 (1993) 1273): n rows give 0.37·n degrees of freedom."""
 NEAR_SIGMA = 3.0
-"""Largest distance, in standard deviations, of the rows next to an outlier, and of those at the
+"""Largest distance, in standard deviations, of the rows next to an outlier, and of the rows at the
 same angle in other revolutions."""
 MOST_ROWS = 3
 """Largest number of neighbouring outliers; a longer deviation may be real."""
@@ -49,8 +49,8 @@ SCALE_ROWS = 256
 END_ROWS = 4 * SCALE_ROWS
 """Number of rows at each end of a run that show how accurately one side predicts a row."""
 WAVE_ORDERS = 20
-"""Number of orders, those of the paper's model, that are subtracted before rows on both sides of a
-gap are compared."""
+"""Number of orders, as in the paper's model, that are subtracted before rows on both sides of a gap
+are compared."""
 WAVE_CONDITION = 1e-6
 """Share of the largest singular value below which an arc does not separate orders."""
 MOST_FITTED = 20_000
@@ -82,11 +82,12 @@ def far_threshold(rows: int, scatter_rows: float) -> float:
 
 
 def local_scatter(away: Float, resolution: float) -> Float:
-    """Return the robust standard deviation around each row, (rows,), at least that of all rows.
+    """Return the robust standard deviation around each row, (rows,), at least the standard
+    deviation of all rows.
 
-    It is the largest scatter of a stretch of SCALE_ROWS rows and its two neighbours, so that rows
-    with larger noise over a part of the turn are no outliers. Values with steps of ``resolution``
-    show no scatter below half a step.
+    The result is the largest scatter of a stretch of SCALE_ROWS rows and its two neighbour
+    stretches, so that rows with larger noise over a part of the turn are no outliers. Values with
+    steps of ``resolution`` show no scatter below half a step.
     """
     half = 0.5 * resolution
     overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)
@@ -105,8 +106,8 @@ def local_scatter(away: Float, resolution: float) -> Float:
 def middle(values: Float) -> Float:
     """Return the mean of the middle fifth along the last axis, (…, rows) → (…).
 
-    It replaces a median, which has steps: the median of rounded values is one of them, or half-way
-    between two.
+    This mean replaces a median, which has steps: the median of rounded values is a rounded value,
+    or half-way between two.
     """
     last = values.shape[-1] - 1
     low, high = int(np.floor(0.4 * last)), int(np.ceil(0.6 * last))
@@ -114,8 +115,8 @@ def middle(values: Float) -> Float:
 
 
 def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean:
-    """Return True where up to MOST_ROWS consecutive rows are far off and the rows next to them are
-    not.
+    """Return True where up to MOST_ROWS consecutive rows are far off and the rows next to these
+    rows are not.
 
     ``away``: distance of each row from the rows around it; ``scatter``: standard deviation of that
     distance. Shapes (rows,). ``threshold``: smallest distance that is far, in standard deviations,
@@ -140,12 +141,13 @@ def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean
 
 
 def from_both_sides(values: Float) -> Float:
-    """Return the value of each row that the rows before and after it predict, (rows,).
+    """Predict the value of each row from the rows before and after it, (rows,).
 
-    It is the mean of two medians, of the SIDE_ROWS rows before and of the SIDE_ROWS rows after the
-    row: exact where the values rise evenly, and unaffected by MOST_ROWS wrong rows on each side.
-    Near an end, all rows up to the end are used, and as many on the other side. The first and the
-    last LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side` predicts them.
+    The prediction is the mean of two medians, of the SIDE_ROWS rows before and of the SIDE_ROWS
+    rows after the row: exact where the values rise evenly, and unaffected by MOST_ROWS wrong rows
+    on each side. Near an end, all rows up to the end are used, and the same number of rows on the
+    other side. The first and the last LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side`
+    predicts them.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -161,11 +163,11 @@ def from_both_sides(values: Float) -> Float:
 
 
 def from_one_side(values: Float) -> Float:
-    """Return the value of each row that the rows after it predict.
+    """Predict the value of each row from the rows after it.
 
-    It is on the straight line through two medians, of the next SIDE_ROWS rows and of the SIDE_ROWS
-    rows after these; MOST_ROWS rows of each may be wrong. It is not-a-number at the last
-    2·SIDE_ROWS rows.
+    The prediction is on the straight line through two medians, of the next SIDE_ROWS rows and of
+    the SIDE_ROWS rows after these; MOST_ROWS rows of each may be wrong. At the last 2·SIDE_ROWS
+    rows the prediction is not-a-number.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -186,8 +188,9 @@ def far_from_neighbours(
     missing.
 
     The first and last LEAST_SIDE_ROWS rows of a piece have neighbours on one side only, which
-    predict them. Their standard deviation is that of this prediction over the END_ROWS rows there,
-    which is larger than that of a prediction from both sides.
+    predict them. The standard deviation of their distance is calculated from the same one-sided
+    prediction over the END_ROWS rows at that end; it is larger than for a prediction from both
+    sides.
     """
     away = np.full(values.size, np.nan)
     after, before = away.copy(), away.copy()
@@ -216,7 +219,8 @@ def gaps(angle: Float) -> Integer:
     """Return the places of the steps over missing rows in a run; ``angle``: (rows,).
 
     There are rows − 1 steps. A step over missing rows is larger than SIDE_ROWS times the mean step
-    of the run and SIDE_ROWS times the median step around it, so that a changing speed causes none.
+    of the run and SIDE_ROWS times the median step around it, so that a changing speed causes no
+    gap.
     """
     step = np.abs(np.diff(angle))
     long = np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))) if step.size else step
@@ -231,7 +235,7 @@ def gaps(angle: Float) -> Integer:
 def pieces_between_gaps(angle: Float) -> list[slice]:
     """Return the pieces of a run between gaps, LEAST_ROWS or more each; ``angle``: (rows,).
 
-    Fewer rows than LEAST_ROWS stay with their neighbours.
+    A piece of fewer rows than LEAST_ROWS stays with its neighbours.
     """
     cuts = [0]
     for place in gaps(angle).tolist():
@@ -245,7 +249,7 @@ def without_wave(values: Float, angle_rad: Float) -> Float:
     """Subtract the first WAVE_ORDERS orders of the turn, fitted to running medians; (rows,).
 
     The values on both sides of a gap then agree, so that the few rows between two gaps are not far
-    from the rows on the other sides. Values without gaps are not changed.
+    from the rows beyond the gaps. Values without gaps are not changed.
     """
     if gaps(angle_rad).size == 0:
         return values
@@ -292,8 +296,8 @@ def repeats(
 
 
 def _in_most_revolutions(values: Float, revolution: Integer) -> float:
-    """Return the median over the revolutions of the largest value in each; both arguments
-    (rows,)."""
+    """Return the median, over the revolutions, of the largest value in each revolution; both
+    arguments (rows,)."""
     turns, inverse = np.unique(revolution, return_inverse=True)
     largest = np.full(turns.size, -np.inf)
     np.maximum.at(largest, inverse, values)
@@ -311,10 +315,10 @@ def seen_by_other_head(
     """Tell for each of ``rows`` whether R₂ − R₁ has the opposite deviation at the angle of the
     other head.
 
-    In every revolution a place on the disc passes head 2 first and then, by α later, head 1, where
-    it has the opposite sign in R₂ − R₁. An opposite deviation in a single revolution is another
-    outlier: if one row in 300 is wrong, a tenth of the outliers have such a row by chance in one of
-    a dozen turns.
+    In every revolution a place on the disc passes head 2 first and then, by α later, head 1, and
+    its error has the opposite sign in R₂ − R₁ at head 1. An opposite deviation in a single
+    revolution is another outlier: if one row in 300 is wrong, a tenth of the outliers have such a
+    row by chance in one of a dozen turns.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -453,9 +457,9 @@ def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
     """Return, for each row, the median of the SIDE_ROWS rows around it in its pass, without the row
     itself.
 
-    ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass it is the
-    median of all other rows. A pass of fewer than three rows cannot show a wrong row, so that its
-    own values are returned. Shape (rows,).
+    ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass, the median
+    of all other rows is returned. A pass of fewer than three rows cannot show a wrong row, so that
+    the values of the pass are returned. Shape (rows,).
     """
     expected = of_the_others(values, pass_of)
     rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)

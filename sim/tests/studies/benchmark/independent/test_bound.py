@@ -1,5 +1,5 @@
-"""Tests of causes that are injected at the detection bound: their size, and the counting of the
-sets."""
+"""Tests of causes that are injected at the detection bound: their size, and the rate at which the
+diagnosis finds them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from arctrue.studies.benchmark.intervals import Rate
 
 ROWS = 300
 LINEAR = 1e-3
-"""Largest relative difference in form between a cause of 1″ and a hundredth of the same cause.
+"""Largest relative difference in form between a cause of 1″ and a cause of a hundredth of this
+size.
 
 A shift of the angle changes the form by about 10⁻⁵. The amplitude of the subdivision error at 0.01″
 changes it by 10⁻³ of the phase.
@@ -45,7 +46,7 @@ def test_a_slip_stays_whole_and_is_never_none() -> None:
 
 
 def test_rms_of_a_creep_is_about_its_mean() -> None:
-    """A ramp from 0 to h has an RMS of h/√12 about its own mean."""
+    """A creep that ramps from 0 to h has an RMS of h/√12 about its mean."""
     random = np.random.default_rng(5)
     scene = INJECTIONS["reference_drift"].scene(random, ROWS)
     cause = INJECTIONS["reference_drift"].cause(random, scene)
@@ -80,8 +81,8 @@ def test_sets_without_a_bound_do_not_count() -> None:
         Rate(24, 24),
         True,
     )
-    # The interval of 20 of 24 is 62.6 … 95.3 %, which includes 95 %; that of 19 of 24 is 57.8 …
-    # 92.9 %.
+    # The interval of 20 found of 24 is 62.6 … 95.3 %, which includes 95 %; that of 19 of 24 is 57.8
+    # … 92.9 %.
     assert (latency.found, latency.by_name, latency.kept) == (Rate(20, 24), Rate(0, 24), True)
     results[0] = ({"effect": "latency"}, result(False))
     assert not bound_scores(results)[1].kept
@@ -95,5 +96,5 @@ def test_command(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "polygon_eccentricity: found" in done.output
     assert json.loads(file.read_text())["polygon_eccentricity"]["found"]["of"] <= 1
-    # The command does not repeat finished sets; it reads their results again.
+    # The second call does not repeat finished sets; it reads their results again.
     assert CliRunner().invoke(main, arguments).exit_code == 0

@@ -25,7 +25,7 @@ EXACT = 1e-8
 """Relative tolerance of a Kalman filter over 60 rows in double precision."""
 DRAWS = 4_000
 FOUR_SIGMA = 4 * np.sqrt(2 / DRAWS)
-"""Tolerance of an empirical variance, relative to its expectation."""
+"""Tolerance of an empirical variance, relative to the expected variance."""
 
 
 def lags(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -42,7 +42,8 @@ def walk(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def oscillator(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the textbook covariance σ²·exp(−γt)·(cos ω₁t + γ/ω₁·sin ω₁t), with ω₁² = ω₀² − γ²."""
+    """Return the covariance σ²·exp(−γt)·(cos ω₁t + γ/ω₁·sin ω₁t) of textbooks, with ω₁² = ω₀² −
+    γ²."""
     natural = 2 * np.pi * 0.15
     damping = natural / (2 * 4.0)
     rate = np.sqrt(natural**2 - damping**2)
@@ -94,8 +95,8 @@ def test_flicker_noise_is_whitened_by_the_inverse_of_its_impulse_response() -> N
 
 
 def test_flicker_noise_falls_as_one_over_f() -> None:
-    """The slope of log power against log frequency is fitted to averaged periodograms over two
-    decades."""
+    """Flicker noise falls as 1/f: the slope of log power against log frequency is fitted to
+    averaged periodograms over two decades."""
     noise, random = FlickerNoise(1.0, 1.0), np.random.default_rng(5)
     time_s = np.arange(4096.0)
     power = np.zeros(2049)
@@ -107,8 +108,8 @@ def test_flicker_noise_falls_as_one_over_f() -> None:
 
 
 def test_heavy_tails_keep_their_standard_deviation_and_tell_more_than_it_says() -> None:
-    """The Fisher information about a shift is integrated numerically over the density of Student's
-    t."""
+    """The noise has the stated Fisher information about a shift; the test integrates the
+    information numerically over the density of Student's t."""
     from scipy.stats import t
 
     noise = StateNoise(0.3, (), 4.0)
@@ -143,8 +144,8 @@ def test_scaling_and_stated_size(noise: NoiseProcess) -> None:
 
 
 def test_the_mean_periodogram_is_that_of_the_covariance_matrix() -> None:
-    """Compare with vᴴ·C·v/N for the Fourier vectors v of the rows and the complete covariance
-    matrix C."""
+    """The mean periodogram is vᴴ·C·v/N, for the Fourier vectors v of the rows and the complete
+    covariance matrix C."""
     time_s = 0.7 * np.arange(91)
     noise = StateNoise(WHITE, (STATES[0], STATES[2]))
     covariance = relaxation(time_s) + oscillator(time_s) + WHITE**2 * np.eye(time_s.size)
@@ -156,15 +157,16 @@ def test_the_mean_periodogram_is_that_of_the_covariance_matrix() -> None:
 
 
 def kullback_leibler(true: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Return twice the mean log likelihood ratio of two normal densities with mean 0."""
+    """Return twice the mean log likelihood ratio of two normal densities with mean 0 and the
+    covariances ``true`` and ``other``."""
     left = np.linalg.solve(other, true)
     return float(np.trace(left) - len(true) - np.linalg.slogdet(left)[1])
 
 
 @pytest.mark.parametrize("quality", [3.0, 12.0])
 def test_the_oracle_sees_of_an_oscillator_what_no_falling_spectrum_explains(quality: float) -> None:
-    """Compare the oracle's value with the exact ratio to the nearest white noise with a relaxation,
-    from dense matrices.
+    """Compare the oracle's value with the exact ratio to the nearest sum of white noise and a
+    relaxation, from dense matrices.
 
     No falling spectrum is closer than the isotonic one. The bound allows 10 % for the ends of the
     record, which the spectrum ignores. A falling spectrum with a step is nearer than a relaxation:

@@ -1,4 +1,4 @@
-"""Tests of each cause of the second generator against its first-order equation."""
+"""Tests of each cause of the second generator against the cause's first-order equation."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ SWEEP = Sweep(0, 100.0, 0.4, OMEGA, np.linspace(0.0, 24.0, 1500, endpoint=False)
 THETA = 0.4 + OMEGA * SWEEP.time_s
 TIME_S = 100.0 + SWEEP.time_s
 SECOND_ORDER = 1e-6
-"""Part of an error that the equations neglect: 1″ is 5·10⁻⁶ rad, and its square or slope is about
-10⁻⁵ of it, in arcsec."""
+"""Share of an error that the equations neglect: 1″ is 5·10⁻⁶ rad, so that the square or the slope
+of 1″ is about 10⁻⁵ of it."""
 Float = NDArray[np.float64]
 
 
@@ -79,14 +79,13 @@ def arcsec_of_um(um: Float) -> Float:
 
 
 def test_a_disc_off_centre_reads_the_angle_of_a_triangle() -> None:
-    """The equation is exact: the ray from the centre at e·exp(jθ) to the head at r turns by the
-    atan2."""
+    """The reading of a disc off centre is exact: seen from the disc's centre at e·exp(jθ), the
+    direction to the head at r turns by the atan2."""
     e = 40e-6
     found = swept_reading_rad(Disc(eccentricity_m=e + 0j), SWEEP, 1, [])
     triangle = np.arctan2(e * np.sin(THETA), 0.053975 - e * np.cos(THETA))
     np.testing.assert_allclose(found, THETA + triangle, rtol=0, atol=1e-12)
-    # Head 2 shows exactly the same error, advanced by α; this is the basis of the transfer
-    # function.
+    # Head 2 shows exactly the same error, advanced by α; the transfer function assumes this.
     ahead = swept_reading_rad(Disc(eccentricity_m=e + 0j), SWEEP, 2, []) - THETA - ALPHA
     there = THETA + ALPHA
     triangle = np.arctan2(e * np.sin(there), 0.053975 - e * np.cos(there))
@@ -107,7 +106,7 @@ def test_axis_motion_is_seen_as_x_sin_alpha_and_y_cos_alpha() -> None:
     x = 0.8 * (np.cos(2 * THETA) - 0.3 * np.sin(5 * THETA))
     y = 0.8 * (-0.5 * np.sin(2 * THETA) + np.cos(5 * THETA))
     expected = arcsec_of_um(x * np.sin(ALPHA) + y * (np.cos(ALPHA) - 1))
-    # 1 µm over the radius is 2·10⁻⁵, so that up to 10⁻⁴ of 4″ is neglected.
+    # 1 µm divided by the radius is 2·10⁻⁵, so that the equations neglect up to 10⁻⁴ of 4″.
     np.testing.assert_allclose(difference(cause), expected, rtol=0, atol=2e-4)
     np.testing.assert_allclose(
         (reading(1, [cause]) - THETA) / ARCSEC, arcsec_of_um(y), rtol=0, atol=2e-4
@@ -144,7 +143,8 @@ def test_a_head_that_stands_off_moves_the_mean_and_the_slope_of_the_error() -> N
 
 
 def test_offset_gain_and_phase_of_the_signals_are_their_first_harmonics() -> None:
-    """To first order atan2 gives (Im o·cos φ − Re o·sin φ + g/2·sin 2φ + p/2·(1 + cos 2φ))/L."""
+    """The errors of the signals equal the first-order angle error of atan2, (Im o·cos φ − Re o·sin
+    φ + g/2·sin 2φ + p/2·(1 + cos 2φ))/L."""
     cause = SubdivisionError(0.0, 2, 3e-3 + 2e-3j, 4e-3, 1e-3)
     phase = 16_384 * (THETA + ALPHA)
     first = 2e-3 * np.cos(phase) - 3e-3 * np.sin(phase)
@@ -272,7 +272,8 @@ def test_what_the_reference_adds() -> None:
 
 
 def test_a_chirp_has_the_stated_frequency_at_each_instant() -> None:
-    """The integral of the frequency gives the number of zero crossings in the whole log."""
+    """The number of zero crossings in the whole log equals the integral of the stated frequency,
+    times two."""
     chirp = Chirp(1.0, 0.5, 0.02, 0.0)
     log = Sweep(0, 10.0, 0.0, OMEGA, np.arange(0.0, 60.0, 0.01))
     shown = Scene(Disc(), passes=[log]).channels([chirp])["reference"]

@@ -1,5 +1,5 @@
-"""Tests that the diagnosis of the second generator's sets is right; a list names the sets with a
-wrong answer, and the reason."""
+"""Tests that the diagnosis of the second generator's sets is right, except for the sets in a list
+that states the reason of each wrong answer."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ def tasks() -> list[Task]:
 def judged_tasks(world: str) -> list[Task]:
     """Return the tasks of a world except those in NOT_YET.
 
-    In every second world a set with a cause comes first, in the other worlds a set without one.
+    In every second world a set with a cause comes first; in the other worlds a set without a cause
+    comes first.
     """
     found = [task for task in tasks() if task["world"] == world and task["seed"] not in NOT_YET]
     return found[::-1] if list(independent_worlds()).index(world) % 2 == 0 else found
@@ -86,8 +87,8 @@ def judged_tasks(world: str) -> list[Task]:
     ],
 )
 def test_every_set_except_the_known_ones_is_right(world: str, sets: slice) -> None:
-    """``make test`` diagnoses one set of each world that is not in LONGEST; ``make test-large``
-    diagnoses all sets."""
+    """The diagnosis is right for every set except the known ones. ``make test`` diagnoses one set
+    of each world that is not in LONGEST; ``make test-large`` diagnoses all sets."""
     chosen = judged_tasks(world)[sets]
     if not chosen:
         pytest.skip("NOT_YET lists every set of this world, or all but one")

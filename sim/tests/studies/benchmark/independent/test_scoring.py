@@ -1,4 +1,5 @@
-"""Tests of the second generator's sets in plans, on the command line and in the scores."""
+"""Tests that the plans contain sets of the second generator, and that the command line makes and
+scores these sets."""
 
 from __future__ import annotations
 
@@ -83,8 +84,9 @@ def named(name: str, hz: float | None = None, **more: Any) -> dict[str, Any]:
 def test_a_line_is_right_by_the_accepted_names_where_a_line_is(
     answer: dict[str, Any], expected: str
 ) -> None:
-    """The set has lines at 0.1 and 0.3 Hz. Two frequencies within 1.5 widths of resolution count as
-    the same line."""
+    """An answer is right if it has an accepted name and, if it states a frequency, the frequency of
+    a line; the set has lines at 0.1 and 0.3 Hz. Two frequencies within 1.5 widths of resolution
+    count as the same line."""
     lines = (line(0.1, 2.0), line(0.3, 0.5))
     found = judged(answer, *lines, names=["vibration"], alike=["bearing_ball_pass"])
     assert found.outcome == expected
@@ -136,8 +138,8 @@ def oscillation(hz: float, half_width_hz: float) -> dict[str, Any]:
 def test_a_driven_oscillation_is_unknown_with_its_frequency(
     answer: dict[str, Any], expected: str, falsely_named: bool
 ) -> None:
-    """The oscillation has 0.1 Hz, with half power at ± 0.01 Hz. Every name of the catalogue is
-    false for it."""
+    """The right answer to a driven oscillation of 0.1 Hz, with half power at ± 0.01 Hz, is
+    "unknown", because every name of the catalogue is wrong."""
     found = judged(answer, oscillation(0.1, 0.01))
     assert (found.outcome, found.falsely_named) == (expected, falsely_named)
 
@@ -158,8 +160,8 @@ def test_an_answer_that_is_allowed_is_no_miss_of_a_name() -> None:
         for effect in (line(0.1, 2.0), stranger)
         for verdict in ("ambiguous", "unknown", "cannot_tell")
     ]
-    # For the line only "cannot tell" counts, as a miss. For the cause outside the catalogue
-    # "unknown" counts as right, and "cannot tell" as a miss.
+    # For the line, "cannot tell" counts as a miss, and the other two answers do not count. For the
+    # cause outside the catalogue, "unknown" counts as right and "cannot tell" as a miss.
     assert first.of(sets) == Rate(0, 1)
     assert unknown.of(sets) == Rate(1, 2)
 
@@ -192,8 +194,8 @@ def test_the_largest_line_is_to_be_named_first() -> None:
 
 
 def test_worlds_fail_by_the_lower_end_of_their_interval_and_generators_stand_apart() -> None:
-    """By Clopper and Pearson, the interval of 2 false answers in 6 is 4.3 … 77.7 %, and that of 1
-    in 6 is 0.4 … 64.1 %."""
+    """A world fails only by the lower end of its interval. By Clopper and Pearson, the interval of
+    2 false answers in 6 is 4.3 … 77.7 %, and that of 1 in 6 is 0.4 … 64.1 %."""
     right, false = judged(named("periodic_error"), line(0.1, 2.0)), judged(named("hysteresis"))
     sets = [right] * 4 + [false] * 2
     assert scored(sets)["failed_worlds"] == ["mount_log"]
@@ -259,7 +261,7 @@ def test_a_fifth_of_both_is_of_the_second_generator(tmp_path: Path) -> None:
     assert len(tasks) == 60
     assert sum(world in independent_worlds() for world in worlds) == 12
     assert set(worlds) >= set(WORLDS)
-    # The sets of the first generator are the same as in a plan of this generator alone.
+    # The sets of the first generator are the same as in a plan that has only the first generator.
     alone = make_plan("quick", tmp_path / "alone").tasks("arctrue")
     assert [task for task in tasks if task["world"] in WORLDS] == alone[:48]
 

@@ -1,4 +1,4 @@
-"""Tests in every world of the second generator that a fit of the true causes finds their true
+"""Tests, in every world of the second generator, that a fit of the true causes finds their true
 sizes."""
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ ROWS = 600
 SEEDS = range(6)
 FIVE_SIGMA = 5.0
 BENT = 0.02
-"""Largest relative change of a cause's form with its size; it changes because the angle of a row
-comes from a reading that contains the cause."""
+"""Largest relative change of a cause's form with its size. The form changes because the angle of a
+row comes from a reading that contains the cause."""
 ARCSEC = float(np.radians(1 / 3600))
 
 
@@ -126,8 +126,8 @@ def fitted(
 
 @pytest.mark.parametrize("world", WITH_CAUSES)
 def test_least_squares_that_knows_the_answer_finds_it(world: str) -> None:
-    """The fit finds each visible cause at its true size, and the residual equals the stated
-    noise."""
+    """The fit finds each visible cause at its true size, and the residual of the fit equals the
+    stated noise."""
     seen = 0
     for seed in SEEDS:
         scene, measurement, truth = scene_of(world, seed)
@@ -141,7 +141,7 @@ def test_least_squares_that_knows_the_answer_finds_it(world: str) -> None:
             seen += 1
             about = f"{world} {seed} {cause.name}"
             assert abs(found - 1.0) < FIVE_SIGMA * error + BENT, about
-            # The noncentrality that the oracle states is 1/σ² of this fit.
+            # The noncentrality that the oracle states is 1/σ² of this fit's relative size.
             assert item["noncentrality"] == pytest.approx(error**-2, rel=0.05), about
         heavy = any(
             isinstance(noise, StateNoise) and np.isfinite(noise.freedom)
@@ -187,7 +187,7 @@ def test_a_content_that_a_world_does_not_have_is_refused() -> None:
 
 
 def test_needed_noncentrality_is_that_of_the_tables() -> None:
-    """With one degree of freedom χ² gives (2.5758 + 1.6449)², for 1 % two-sided and a power of 95
-    %."""
+    """The needed noncentrality equals that of tables of χ²: (2.5758 + 1.6449)² for one degree of
+    freedom, 1 % two-sided and a power of 95 %."""
     assert needed_noncentrality(1, 1) == pytest.approx((2.5758 + 1.6449) ** 2, rel=1e-3)
     assert needed_noncentrality(2, 1000) > needed_noncentrality(2, 1) > needed_noncentrality(1, 1)
