@@ -67,10 +67,12 @@ class NotSeparated:
         names = ", ".join(self.effects)
         if self.description is not None:
             names += f", or {self.description}"
-        would = self.next_measurement or "no single measurement that was tried on paper"
+        would = self.next_measurement or "none of the single measurements that were calculated"
         if len(self.effects) == 1 and self.description is None:
-            return f"This set cannot confirm {names}: {self.why}. What would: {would}."
-        return f"This set cannot tell between {names}. What would: {would}."
+            return (
+                f"This set cannot confirm {names}: {self.why}. A measurement that would: {would}."
+            )
+        return f"This set cannot distinguish between {names}. A measurement that would: {would}."
 
 
 @dataclass(frozen=True, eq=False)

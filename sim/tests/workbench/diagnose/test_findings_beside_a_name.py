@@ -86,7 +86,7 @@ def test_an_alias_of_the_named_effect_is_no_finding_of_its_own() -> None:
     assert findings.steps == ()
     assert found.further == []
     words = " ".join(sentences(found))
-    assert "explains still more" not in words
+    assert "explains a further part" not in words
     assert "an error remains" not in words
 
 

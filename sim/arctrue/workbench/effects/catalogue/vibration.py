@@ -23,8 +23,8 @@ class Vibration(Effect):
 
     name = "vibration"
     physics = (
-        "A head's bracket rings, or the floor shakes it, at a fixed frequency. The phase has "
-        "nothing to do with the angle and is another one in every run."
+        "A head's bracket rings, or the floor shakes it, at a fixed frequency. Its phase does not "
+        "depend on the angle and differs from run to run."
     )
     equation = (
         "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, t since the run's start, f found; "
