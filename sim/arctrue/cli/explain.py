@@ -83,7 +83,7 @@ def _print(found: Explanation) -> None:
     console.print(ladder_table(found.model.history))
     if found.causes:
         causes = table(
-            "Causes, by the error that goes with them",
+            "Causes, by the error that each takes away",
             words("effect"),
             words("parameter"),
             words("channel"),

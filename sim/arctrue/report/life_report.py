@@ -42,7 +42,7 @@ def forecast_sentence(found: Forecast, horizon_days: float) -> str:
     early, late = day_name(found.earliest_day), day_name(found.latest_day)
     alarm = "ALARM: " if found.alarm(horizon_days) else ""
     if found.earliest_day == float("inf"):
-        return f"{name} changed, and does not go on towards its limit of {limit}."
+        return f"{name} changed, but does not approach its limit of {limit}."
     middle = "probably never" if found.day == float("inf") else f"about {day_name(found.day)}"
     ends = f"not before {early}" if late == "–" else f"95 %: {early} to {late}"
     return f"{alarm}{name} passes its limit of {limit} {middle} ({ends})."

@@ -36,7 +36,7 @@ pytestmark = [
     ),
 ]
 
-READY = "help tells the commands\r\n"
+READY = "help lists the commands\r\n"
 FABRIC_INPUT = 29
 """Number of the shared input: IRQ_F2P[0] is interrupt 61, and the shared inputs begin at 32."""
 GIC_SET_PENDING = 0xF8F0_1204
