@@ -122,10 +122,10 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         "",
         "An effect that nothing takes away still belongs in the model: without it, the fit",
         "attributes it to orders, which lanes would then correct wrongly. Every judgement of the",
-        "table excludes an error of the reference, and the export states this. The gear of `drive_gear_error` is",
-        "off its centre: its lines next to the tooth count need the settings `below` and `above`.",
-        "The same gear as `periodic_error` is one line at an order that is not whole, which has a",
-        "lane in a bitstream with `REAL_ORDERS`.",
+        "table excludes an error of the reference, and the export states this. The gear of",
+        "`drive_gear_error` is off its centre: its lines next to the tooth count need the",
+        "settings `below` and `above`. The same gear as `periodic_error` is one line at an order",
+        "that is not whole, which has a lane in a bitstream with `REAL_ORDERS`.",
         "",
     ]
     return lines

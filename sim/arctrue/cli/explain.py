@@ -112,7 +112,7 @@ def _print(found: Explanation) -> None:
         )
     for item in found.alike:
         console.print(item.sentence())
-    console.print(f"Verdict on what is left: {found.verdict.verdict}")
+    console.print(f"Verdict on the remaining error: {found.verdict.verdict}")
     for sentence in sentences(found.verdict):
         console.print(sentence)
 

@@ -136,7 +136,7 @@ GATEWARE = "gateware"
     is_flag=True,
     help="For a gateware built with REAL_ORDERS = true: lines whose order is not whole, as of a "
     "belt or a "
-    "gear of 71.4 teeth, become lanes whose phase goes on from turn to turn. Their phase is that "
+    "gear of 71.4 teeth, become lanes whose phase continues from turn to turn. Their phase is that "
     "in the turn which begins at the zero of SET.",
 )
 @click.option(

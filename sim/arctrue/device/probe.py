@@ -39,7 +39,7 @@ class Latch:
     angle_deg: float
     """Corrected angle after the index."""
     missed: int
-    """Number of events between the previous one and this one, whose positions nobody read."""
+    """Number of events between the previous one and this one, whose positions were not read."""
     kind: int = 1
     """Kind of the event, a key of KINDS."""
 

@@ -28,7 +28,7 @@ class DaemonState:
     probe_edges: int = 0
     """Number of edges at probe_in whose positions are recorded."""
     probe_missed: int = 0
-    """Number of missed edges at probe_in, whose positions nobody read."""
+    """Number of missed edges at probe_in, whose positions were not read."""
     watchers: int = 0
     console_in_use: bool = False
     alarms: list[str] = field(default_factory=list)

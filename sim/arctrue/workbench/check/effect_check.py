@@ -260,7 +260,7 @@ class _Subject:
         for name, unit in self.effect.parameter_units.items():
             given = set().union(*(found for key, found in units.items() if _stands_for(name, key)))
             if not given:
-                faults.append(f"{name} stands in parameter_units, and parameters does not give it")
+                faults.append(f"{name} is in parameter_units, but parameters does not return it")
             elif given != {unit}:
                 other = ", ".join(sorted(given - {unit}))
                 faults.append(f"{name}: parameter_units says {unit}, parameters {other}")

@@ -151,7 +151,7 @@ def sentences(result: Diagnosis) -> list[str]:
         return ["The data themselves are faulty:", *result.decision.faults]
     if result.verdict == "cannot_tell":
         return [
-            f"This set cannot tell: {result.decision.cannot_tell}.",
+            f"This set cannot decide: {result.decision.cannot_tell}.",
             *result.findings.sentences(),
             *_probable(result),
             *_measurement(result),
@@ -194,8 +194,8 @@ def sentences(result: Diagnosis) -> list[str]:
         said = [f"None of the known effects fits: {result.decision.seen}."]
     elif result.description is None:
         said = [
-            "The model does not fit, and neither an effect nor a product of parts describes what "
-            "is left: see the maps of arctrue compare."
+            "The model does not fit, and neither an effect nor a product of parts describes the "
+            "remaining error: see the maps of arctrue compare."
         ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]

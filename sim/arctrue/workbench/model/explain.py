@@ -137,13 +137,13 @@ def explain(
         unclear = not_separated(verdict)
         if unclear is not None:
             alike[name] = unclear
-        report_step("diagnosing what is left")
+        report_step("diagnosing the remaining error")
         verdict = _verdict(solution, observations, effects, matters_counts)
     grown, solution, dropped = _without_idle(
         grown, solution, kept, observations, effects, measurement
     )
     if dropped:
-        report_step("diagnosing what is left")
+        report_step("diagnosing the remaining error")
         verdict = _verdict(solution, observations, effects, matters_counts)
     with_all = left_by(solution)
     causes = []

@@ -31,7 +31,7 @@ class Vibration(Effect):
         "ε₁ = c cos 2πft + s sin 2πft"
     )
     source = "forced oscillation of one head"
-    capture_sees = "a line in time, at the same frequency whatever the speed"
+    capture_sees = "a line in time, at the same frequency at every speed"
     reference_sees = "scatter; at even times a slow line, the alias of f"
     separated_by = "the same frequency at another speed; an order would move"
     next_measurement = "a capture at a speed that this set does not have, or at standstill"
