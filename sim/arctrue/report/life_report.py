@@ -38,7 +38,7 @@ def forecast_sentence(found: Forecast, horizon_days: float) -> str:
     if found.passed:
         return f"ALARM: {name} has passed its limit of {limit}."
     if not found.changed:
-        return f"{name}: no change found, limit {limit} not in sight."
+        return f"{name}: no change found, so no forecast for the limit {limit}."
     early, late = day_name(found.earliest_day), day_name(found.latest_day)
     alarm = "ALARM: " if found.alarm(horizon_days) else ""
     if found.earliest_day == float("inf"):

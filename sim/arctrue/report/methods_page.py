@@ -30,7 +30,7 @@ NOT_BUILT = (
     ("RBF neural network [11]",
      "a smooth curve through the errors that a reference shows: between the faces it contains no "
      "more than the harmonics from a reference"),
-    ("Radial code tracks beside the scale [13]", "another disc"),
+    ("Radial code tracks next to the scale [13]", "another disc"),
     ("Three calibration heads and one that measures [14]",
      "the rows of four heads by least squares, whose output is head 1"),
     ("Polynomial fit [16]", "of linear encoders over temperature; a turn is periodic"),

@@ -92,7 +92,7 @@ def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> Non
     said = sentences(found)
     smaller = [place for place, text in enumerate(said) if "It explains the smaller part" in text]
     assert len(smaller) == 1
-    assert smaller[0] < next(place for place, text in enumerate(said) if "Regular errors in" in text)
+    assert smaller[0] < next(place for place, text in enumerate(said) if "Regular errors" in text)
 
 
 def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -> None:
