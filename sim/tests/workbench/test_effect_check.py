@@ -157,7 +157,7 @@ WRONG = {
     "lost": (
         "fitted parameters",
         {"declared": "parameter_units = {'b': 'deg'}"},
-        "b stands in parameter_units",
+        "b is in parameter_units",
     ),
     "offset": (
         "independence",

@@ -305,7 +305,7 @@ def test_every_failure_is_listed_up_to_a_number_that_is_reported() -> None:
     sets = [judged("adequate", effect("latency")) for _ in range(MOST_FAILURES + 1)]
     text = benchmark_page(header_of(sets=len(sets)), scored(sets))
     assert text.count("--world white --content one") == MOST_FAILURES
-    assert f"{MOST_FAILURES} of {MOST_FAILURES + 1} sets whose" in text
+    assert f"{MOST_FAILURES} of {MOST_FAILURES + 1} sets with" in text
     assert "`arctrue benchmark score FOLDER` lists all" in text
 
 
