@@ -124,14 +124,15 @@ def table(found: Sequence[Measured], load: float) -> list[str]:
     lines += [
         "",
         f"Measured while the load of the machine's {os.cpu_count()} cores was {load:.0f}: *on the "
-        "wall* is shared with other work. The rate on free cores supposes that the CPU time stays, "
-        "which holds for one process a core (one BLAS thread each). A task's message and lines "
+        "wall* is shared with other work. The rate on free cores assumes that the CPU time does "
+        "not change, which holds for one process a core (one BLAS thread each). A task's message "
+        "and lines "
         f"cost {1e3 * message_s:.2g} ms, start and imports {start_s:.2g} s a process.",
         "",
         f"On paper, {CLUSTER_SETS:,} sets on {CLUSTER_CORES} cores: {CLUSTER_SETS:,} · "
         f"{own_s:.2f} s / {CLUSTER_CORES} + {start_s:.2g} s = {whole_s / 60:.0f} min. One process "
         f"hands out and writes, {CLUSTER_SETS * message_s:.0f} s in all "
-        f"({CLUSTER_SETS / 1000:.0f} s more with Dask, at its 1 ms a task), so it holds none up.",
+        f"({CLUSTER_SETS / 1000:.0f} s more with Dask, at its 1 ms a task), so it delays none.",
     ]
     return lines
 

@@ -46,10 +46,10 @@ HEAD = """\
 
 # Physical effects
 
-What can be missing from a model of a rotary table with two heads on one disc. One file an effect in
-[the catalogue](../sim/arctrue/workbench/effects/catalogue); this page is made from what the files
-declare, and so is `arctrue effects show NAME`. An effect of your own uses the same interface:
-[how to write one](own-effect.md).
+This page lists what can be missing from a model of a rotary table with two heads on one disc. Each
+effect is one file in [the catalogue](../sim/arctrue/workbench/effects/catalogue). This page and
+`arctrue effects show NAME` are made from these files. An effect of your own uses the same
+interface: [how to write one](own-effect.md).
 
 θ is the angle of the table, ψ the angle of the disc under a head (θ for head 1, θ + α for
 head 2: [head geometry](architecture.md#head-geometry)), ω the speed, d the direction (±1), T the
@@ -90,10 +90,10 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         "",
         "A lane adds one harmonic a·cos(nR + φ) of the reading R of head 1, "
         f"n up to {ORDER_MAX:,};",
-        "the offset adds a constant. The firmware works some lanes out at the temperature of the",
+        "the offset adds a constant. The firmware calculates some lanes for the temperature of the",
         "table. An error of head 1 that is a function of its reading, or of that and the",
-        "temperature, can be taken away, any other cannot. `arctrue export` says the same of every",
-        "effect of a fitted model.",
+        "temperature, can be taken away; any other error cannot. `arctrue export` states the same",
+        "for every effect of a fitted model.",
         "",
         "Measured by `python -m scripts.measure_taken_away`: a table with an eccentric disc and",
         "the effect, a recorded set with noise, a model without and with it, and the exported",
@@ -109,7 +109,9 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
     for name in effects:
         row = measured["effects"].get(name)
         if row is None:
-            lines.append(f"| [`{name}`](#{name}) | no: a table has no second axis | | | | nobody |")
+            lines.append(
+                f"| [`{name}`](#{name}) | no: a table has no second axis | | | | nothing |"
+            )
             continue
         words = TAKEN[row["taken_away_by"]]
         figures = " | ".join(
@@ -118,12 +120,12 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         lines.append(f"| [`{name}`](#{name}) | {row['simulated']} | {figures} | {words} |")
     lines += [
         "",
-        "Knowing an effect that nobody takes away still pays: while the model lacks it, the fit",
-        "presses it into orders that lanes would then correct wrongly. An error of the reference",
-        "is taken out of every judgement of the table, and the export says so. The gear of",
-        "`drive_gear_error` is off its centre: its lines beside the tooth count need the settings",
-        "`below` and `above`. The same gear as `periodic_error` is one line at no whole order,",
-        "which has a lane in a bitstream with `REAL_ORDERS`.",
+        "An effect that nothing takes away still belongs in the model: without it, the fit",
+        "attributes it to orders, which lanes would then correct wrongly. Every judgement of the",
+        "table excludes an error of the reference, and the export states this. The gear of",
+        "`drive_gear_error` is off its centre: its lines next to the tooth count need the",
+        "settings `below` and `above`. The same gear as `periodic_error` is one line at an order",
+        "that is not whole, which has a lane in a bitstream with `REAL_ORDERS`.",
         "",
     ]
     return lines

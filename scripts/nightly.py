@@ -62,7 +62,7 @@ class Outcome:
 
 
 CHECKS = (
-    Check("test", ("make", "test"), "every check and test but those of make test-large"),
+    Check("test", ("make", "test"), "every check and test except those of make test-large"),
     Check(
         "test-large",
         ("make", "test-large"),
@@ -174,7 +174,7 @@ def page(outcomes: Mapping[str, Outcome]) -> str:
         "# Long checks",
         "",
         "`make nightly` runs these checks and writes this page. A row belongs to the commit that "
-        "it names. *Part* says what ran where the whole check takes too long for the machine.",
+        "it names. *Part* states what ran if the whole check takes too long for the machine.",
         "",
         "| Check | Shows | Part | Result | Minutes | Commit, day |",
         "|---|---|---|---|---:|---|",

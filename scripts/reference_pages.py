@@ -15,7 +15,7 @@ from arctrue.base.typed_content import bound_words
 COMMANDS_HEAD = """# Commands
 
 Made from the sources by `make docs`. Every command has `-h`; results are on stdout, errors and
-progress on stderr. Exit codes that a command does not name: 0 where it did its work, 2 for bad
+progress on stderr. Exit codes that a command does not name: 0 after success, 2 for bad
 usage or bad input, 130 after Ctrl-C.
 """
 API_HEAD = """# Python interface

@@ -220,7 +220,7 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     bool emulated = board_fabric_emulated();
     text_word(sink, emulated ? "; emulated" : (board_fabric_usable() ? "" : "; not accessed"));
     text_word(sink, "\r\n");
-    text_word(sink, "arctrue " BOARD_NAME ", help tells the commands\r\n");
+    text_word(sink, "arctrue " BOARD_NAME ", help lists the commands\r\n");
 }
 
 /* Prepares the flash for storage. Call it before the fabric is loaded, because the loading reads the flash as

@@ -12,9 +12,8 @@ static const struct {
 } advices[] = {
     {"empty", "the capture holds no sample: rearm"},
     {"index_not_seen", "turn the table past the index of both heads; is Z connected?"},
-    {"index_error",
-     "two index marks were not a turn apart: A or B lost counts, or Z had a pulse that "
-     "is none; look at cables, terminations, index_tolerance"},
+    {"index_error", "two index marks were not a turn apart: A or B lost counts, or Z had a false "
+                    "pulse; look at cables, terminations, index_tolerance"},
     {"illegal_transition", "A and B changed together: crosstalk, a missing termination, or edges "
                            "nearer than filter_length clocks"},
     {"edge_spacing",
@@ -30,17 +29,17 @@ static const struct {
     {"wrong_step",
      "the speed changed by more than a tenth: the next turn is sampled at equal angles"},
     {"over_speed",
-     "too few samples a turn: turn slower, set a shorter sample_period or less orders"},
+     "too few samples a turn: turn slower, set a shorter sample_period or fewer orders"},
     {"inconsistent_heads", "the heads count in different senses: exchange A and B of one of them"},
     {"heads_exchanged",
      "head 2 is where head 1 should be: exchange the plugs of the two heads, or A "
-     "and B of both if they count down counter-clockwise; if neither is so, set "
-     "separation_deg to 360 less its value. No turn is used until then"},
-    {"heads_elsewhere", "a head is 0.25 degrees from separation_deg, head3_deg or head4_deg"},
+     "and B of both if they count down counter-clockwise; if neither is wrong, set separation_deg "
+     "to 360 minus its value. No turn is used until then"},
+    {"heads_elsewhere", "a head is over 0.25 degrees off separation_deg, head3_deg or head4_deg"},
     {"no_mean", "the heads' places give no mean, or one noisier than a head: move a head"},
-    {"singular", "the fit has no answer: set less orders; is separation_deg right?"},
-    {"not_converged", "the fit does not end: set less orders; is separation_deg right?"},
-    {"not_finite", "the fit has no answer: set less orders; is separation_deg right?"},
+    {"singular", "the fit has no answer: set fewer orders; is separation_deg right?"},
+    {"not_converged", "the fit does not end: set fewer orders; is separation_deg right?"},
+    {"not_finite", "the fit has no answer: set fewer orders; is separation_deg right?"},
     {"amplitude", "an order is beyond what a coefficient holds: is counts_per_rev right?"},
     {"noise", "much noisier than usual (noise_limit), or above alarm_noise_arcsec: vibration, an "
               "unsteady speed, cables"},
@@ -56,8 +55,8 @@ static const struct {
      "the output stands at a fault, see help cannot_keep_up, or its line drivers are released, see "
      "help released"},
     {"core_reset",
-     "the fabric was reset and is set up again: the correction is off until a turn of its own; the "
-     "receiver may "
+     "the fabric was reset and is set up again: the correction is off until a turn is captured "
+     "anew; the receiver may "
      "have lost counts and has to look for its zero; look at the board's supply and reset"},
     {"swallowed", "edges of head 1 came faster than filter_length lets through, and counts are "
                   "lost: turn slower, or set a "
@@ -77,17 +76,16 @@ static const struct {
     {"stuck_capture", "four turns without a capture: it was begun anew; look at sample_period"},
     {"coefficients", "the gateware does not hold what was written to it: do not use this board"},
     {"temperature", "the die is hotter than alarm_temperature_c: cool the board"},
-    {"thermometer", "the table's temperature is held at its last good value: status tells why; the "
+    {"thermometer", "the table's temperature is held at its last good value: status shows why; the "
                     "loaded lanes that follow it stay as they are"},
     {"silent", "the thermometer does not answer: look at its cable; temperature VALUE sets it "
                "from the host meanwhile"},
     {"jumped", "the temperature changed faster than a table can (temperature_jump_k): look "
                "at the thermometer, then temperature sensor"},
     {"unchanged", "the temperature has not changed for temperature_still_s: look at "
-                  "the thermometer; where the table is as steady as that, set it longer"},
-    {"not_copied",
-     "a step of the turn does not fit into the copy: more samples a turn, or fewer than "
-     "6,144; dump again"},
+                  "the thermometer; if the table is that steady, set it longer"},
+    {"not_copied", "a step of the turn does not fit into the copy: use more samples a turn, or "
+                   "fewer than 6,144; dump again"},
     {"swap",
      "the core did not take new coefficients: the correction is off and the calibration starts "
      "anew; if it comes again, do not use this board"},
@@ -103,16 +101,15 @@ static const struct {
     {"too_steep",
      "with these coefficients the corrected angle could turn back: |d error/d angle| is "
      "1 or more, at some temperature of the file's range"},
-    {"worse_prediction",
-     "the captured turn speaks against them: load status names an order that it "
-     "measures otherwise; is it the file of this table, and is its index the same?"},
+    {"worse_prediction", "the captured turn contradicts them: load status names an order that "
+                         "differs; is it the file of this table, and is its index the same?"},
     {"other_heads",
-     "the set's mean is not one of this core's heads, or they stand elsewhere than its offsets "
+     "the set's mean is for other heads than this core's, or they stand elsewhere than its offsets "
      "say: capture and calibrate again; was a head moved?"},
     {"other_delays",
      "the set was made with other delays: set head_delays as it says, capture anew"},
     {"unseen_order",
-     "two heads at this angle cannot see an order of them, so that no turn can judge it: "
+     "two heads at this angle cannot see one of the orders, so no turn can judge it: "
      "leave it out, or arctrue load --unseen"},
     {"no_modulators",
      "a lane follows direction, speed or a word, and this gateware is built without MODULATORS: "
@@ -131,20 +128,17 @@ static const struct {
     {"too_few_counts", "a lane of a real order needs 72 counts a turn for each lane of the "
                        "gateware, and 48 more: leave "
                        "it out, or build fewer lanes"},
-    {"no_local_table",
-     "the file has a local table, and this gateware is built without LOCAL_TABLE: "
-     "export without it, or build it with LOCAL_TABLE=true"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
              "differs, then bypass off"},
     {"held", "the third fault in a row, or the settings are lost: the core goes on with the "
-             "coefficients that it has and no turn is worked on; note reset and reset_instruction, "
+             "coefficients that it has and processes no turn; note reset and reset_instruction, "
              "then rearm, which takes the correction off until the next index"},
     {"began_anew", "the processor had a fault and began anew; the correction went on with the last "
                    "coefficients; note reset and reset_instruction"},
     {"not_confirmed",
-     "the captured turn is not explained better with the saved coefficients than without: they "
-     "wait; was a head or the disc moved? rearm tries them again, save replaces them"},
+     "the captured turn is not explained better with the saved coefficients than without: they are "
+     "not used; was a head or the disc moved? rearm tries them again, save replaces them"},
     {"flash_unknown", "no flash answers, or one that the firmware does not know: nothing is saved"},
     {"under_way", "the save before has not ended yet: wait for its answer"},
     {"flash_silent", "the flash's controller does not answer: nothing is saved"},
@@ -159,12 +153,11 @@ static const struct {
      "to use it, or save again to replace it"},
     {"fewer_orders",
      "the record holds more orders than would be saved now: let the table turn until "
-     "they are active, or forget first if they are to go"},
+     "they are active, or forget first to remove them"},
     {"golden_stays", "the golden image is never written again: the board starts it if the other is "
                      "not whole"},
-    {"zero_lost",
-     "a head lost counts: the core moved the zero of head 1 to its index, that of head "
-     "2 is followed; look at cables and terminations"},
+    {"zero_lost", "a head lost counts: the core moved the zero of head 1 to its index and follows "
+                  "that of head 2; look at cables and terminations"},
 };
 
 const char *advice_for(const char *name) {

@@ -206,7 +206,7 @@ static void phase(struct console *console, char *const *words) {
         if (load_phase(&console->application->load, (uint32_t)number, in_turn, (int32_t)turn)) {
             text_line(&console->sink, "ok");
         } else {
-            text_error(&console->sink, "no lane of a real order is at work with number ", words[0]);
+            text_error(&console->sink, "no lane of a real order is active with number ", words[0]);
         }
     }
 }

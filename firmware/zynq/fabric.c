@@ -49,7 +49,7 @@ static const struct {
     [FABRIC_CRC] = {"crc", "the bitstream is damaged: write it anew"},
     [FABRIC_NOT_READY] = {"not_ready", "the configuration port does not become ready"},
     [FABRIC_NOT_CLEARED] = {"not_cleared", "the fabric is not cleared"},
-    [FABRIC_QUEUE_BUSY] = {"queue_busy", "the configuration port is at work for somebody else"},
+    [FABRIC_QUEUE_BUSY] = {"queue_busy", "the configuration port is in use by another master"},
     [FABRIC_DMA_ERROR] = {"dma_error", "the bitstream's transfer went wrong"},
     [FABRIC_DMA_TIMEOUT] = {"dma_timeout", "the bitstream's transfer does not end"},
     [FABRIC_NOT_DONE] = {"not_done", "the fabric refused it: a bitstream of another part?"},

@@ -30,7 +30,7 @@ def test_the_firmware_is_loaded_compared_and_speaks(tmp_path: Path) -> None:
         size, sections = load_firmware(elf, ONBOARD_ADAPTER, str(chip.debugger))
         assert size > 10_000
         assert sections >= 2
-        chip.wait_for(b"arctrue pynq_z2, help tells the commands")
+        chip.wait_for(b"arctrue pynq_z2, help lists the commands")
 
 
 @needs_gdb

@@ -64,7 +64,7 @@ def test_what_the_boot_rom_loads_starts_and_speaks(tmp_path: Path) -> None:
     memory = f"loader,file={tmp_path}/memory.bin,addr={load:#x},force-raw=on"
     begin = f"loader,addr={start:#x},cpu-num=0"
     with empty_chip(tmp_path, "-device", memory, "-device", begin) as chip:
-        chip.wait_for(b"arctrue pynq_z2, help tells the commands")
+        chip.wait_for(b"arctrue pynq_z2, help lists the commands")
 
 
 def test_the_firmware_finds_and_loads_the_bitstream() -> None:

@@ -265,7 +265,7 @@ class Dataset(MeasurementSet):
             twice = sorted({str(one) for one in names if names.count(one) > 1})
             if twice:
                 raise MeasurementError(
-                    "format", Path(name), "is there twice; rename one of both", column=twice[0]
+                    "format", Path(name), "occurs twice; rename one of the two", column=twice[0]
                 )
             stated = (getattr(table, "attrs", None) or {}).get("units", {})
             frames.append(Frame(name, {str(one): table[one] for one in names}, stated))
@@ -654,8 +654,8 @@ def _reference(found: Found, keys: Keys, warnings: list[str]) -> Reference:
     )
     if wrapped.size:
         warnings.append(
-            f"reference, row {wrapped[0]}: the error is whole turns away from the other rows, and "
-            f"so are {wrapped.size} rows in all; the turns are taken off"
+            f"reference, row {wrapped[0]}: the error differs by whole turns from the other rows, "
+            f"as in {wrapped.size} rows in all; these turns are subtracted"
         )
     if "time_s" in columns:
         _in_order(place, columns)
@@ -692,8 +692,8 @@ def _in_order(place: Path, columns: Mapping[str, NDArray[Any]]) -> None:
             raise MeasurementError(
                 "order",
                 place,
-                f"row {start}: run {names[number]} goes on here after another run; sort the rows "
-                "by run and time, or give each stretch a number of its own",
+                f"row {start}: run {names[number]} continues here after another run; sort the "
+                "rows by run and time, or give each stretch its own number",
                 column="run",
             )
         back = np.flatnonzero(np.diff(time_s[start:end]) < 0.0)

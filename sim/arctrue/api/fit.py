@@ -654,8 +654,7 @@ def compare_models(one: FitResult, other: FitResult) -> ModelTest:
             mine is not None and not np.array_equal(mine.measured_arcsec, theirs.measured_arcsec)
         ):
             raise ValueError(
-                f"the two fits are not of the same rows of the {channel}: fit both models to one "
-                "set"
+                f"the two fits use different rows of the {channel}: fit both models to one set"
             )
     falls = other.left.fall_from(one.left)
     return ModelTest(

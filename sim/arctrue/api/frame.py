@@ -118,7 +118,7 @@ def columns_of(
             conditions[column] = array.astype(np.float64)
         else:
             warnings.append(
-                f"{frame.name}: column {column} is not used: it holds something else than finite "
+                f"{frame.name}: column {column} is not used: it holds values that are no finite "
                 "numbers"
             )
     return Found(found, conditions, warnings, time_ns)
@@ -136,7 +136,8 @@ def _places(frame: Frame, columns: Mapping[str, str]) -> dict[str, str]:
             raise _fault(
                 frame,
                 str(column),
-                f"is given for {name} and is not there.{did_you_mean(str(column), frame.columns)} "
+                f"is given for {name} but does not "
+                f"exist.{did_you_mean(str(column), frame.columns)} "
                 f"There are: {', '.join(map(str, frame.columns))}",
             )
         found[quantity] = column
@@ -151,7 +152,7 @@ def _places(frame: Frame, columns: Mapping[str, str]) -> dict[str, str]:
             raise _fault(
                 frame,
                 quantity,
-                f"may be any of {', '.join(alike)}: say which, columns={{'{quantity}': "
+                f"may be any of {', '.join(alike)}: state which, columns={{'{quantity}': "
                 f"'{alike[0]}'}}",
             )
         if alike:
@@ -161,8 +162,8 @@ def _places(frame: Frame, columns: Mapping[str, str]) -> dict[str, str]:
             raise _fault(
                 frame,
                 of_set[quantity],
-                f"is missing; there are {', '.join(map(str, frame.columns)) or 'no columns'}. Name "
-                f"the one that it is: columns={{'{quantity}': 'NAME'}}",
+                f"is missing; there are {', '.join(map(str, frame.columns)) or 'no columns'}. "
+                f"State which of them it is: columns={{'{quantity}': 'NAME'}}",
                 missing=True,
             )
     return found
@@ -237,7 +238,7 @@ def _converted(
         raise _fault(
             frame,
             column,
-            f"is in {unit} and the set needs {wanted}: say how many counts are one turn, "
+            f"is in {unit} and the set needs {wanted}: state how many counts are one turn, "
             "counts_per_rev=16777216",
         )
     turns = array / (float(counts_per_rev or 1) if unit == "counts" else UNITS["angle"][unit])

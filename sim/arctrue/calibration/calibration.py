@@ -348,6 +348,7 @@ def _lines(estimate: Estimate) -> list[str]:
         return []
     lines = ", ".join(f"{order:.2f} ({a:.2f}″)" for order, a in estimate.residual_peaks)
     return [
-        f"what is left of R₂ − R₁ holds lines at order {lines}, or at one that the sampling folds "
-        f"there: above order {estimate.orders[-1]} (--orders), or not fixed to the disc"
+        f"the residual of R₂ − R₁ contains lines at order {lines}, or at an order that the "
+        f"sampling folds there; they are above order {estimate.orders[-1]} (--orders) or not "
+        "fixed to the disc"
     ]

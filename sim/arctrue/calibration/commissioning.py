@@ -64,13 +64,13 @@ def judge_connection(
     """
     if positions.shape[1] != len(places_deg):
         raise ValueError(
-            f"the device has {positions.shape[1]} heads, the places are of {len(places_deg)}"
+            f"the device has {positions.shape[1]} heads, the number of places is {len(places_deg)}"
         )
     steps = np.diff(positions, axis=0).astype(np.uint32).view(np.int32).astype(np.int64)
     travels = steps.sum(axis=0)
     most = int(np.abs(travels).max(initial=0))
     if most < counts_per_rev:
-        raise ValueError("the table must turn once at least; no head has moved by a turn")
+        raise ValueError("the table must turn at least once; no head has moved by a turn")
     sense = np.where(travels < 0, -1, 1)
     places = _places(angles, sense, indexed, counts_per_rev)
     at_head, off, mirrored = _cables(places, np.asarray(places_deg))

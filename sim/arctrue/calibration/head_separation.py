@@ -97,7 +97,9 @@ def doubts(nominal_rad: float, measured_rad: float) -> str | None:
         return None
     said = f"the measured head separation is {off_arcsec:+.1f}″ from nominal"
     if abs(measured_rad + nominal_rad) * ARCSEC_PER_RAD <= BELIEVABLE_ARCSEC:
-        return f"{said}, which is the other way round: are head1_counts and head2_counts swapped?"
+        return (
+            f"{said}, which is the opposite direction: are head1_counts and head2_counts swapped?"
+        )
     return (
         f"{said}: do both heads count from the same index mark, and are "
         "table.head_separation_deg and table.counts_per_rev right?"

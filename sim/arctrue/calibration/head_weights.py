@@ -157,7 +157,7 @@ def weight_words(
         if leak < least:
             best, least = words, leak
     if best is None:
-        raise WeightsRefusedError(f"the weights {list(np.asarray(weights))} have not the sum 1")
+        raise WeightsRefusedError(f"the weights {list(np.asarray(weights))} do not have the sum 1")
     if np.any((best < -WEIGHT_LIMIT) | (best >= WEIGHT_LIMIT)):
         raise WeightsRefusedError(f"a weight is outside s1.16: {list(best / WEIGHT_ONE)}")
     return best.astype(np.int32)

@@ -97,7 +97,7 @@ def calibrate_mean(
     disc = estimate.on_disc()
     kept = replace(disc, values=np.where(np.tile(applied, 2), disc.values, 0.0))
     coefficients, refused = mean_banks(kept, table.counts_per_rev, lanes=settings.lanes)
-    warnings = [f"no set without one of the heads: {one}" for one in refused] if heads == 4 else []
+    warnings = [f"no set for a missing head: {one}" for one in refused] if heads == 4 else []
     hidden = estimate.unseen_orders
     if hidden.size:
         listed = ", ".join(map(str, hidden[:6].tolist())) + (", …" if hidden.size > 6 else "")

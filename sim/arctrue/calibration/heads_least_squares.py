@@ -451,18 +451,19 @@ def _refuse_at_once(data: _Data, settings: HeadsSettings) -> None:
     if settings.motion == "every":
         if data.heads < 4:
             raise SingularHeadsError(
-                f"{data.heads} heads cannot tell the disc from a motion of the axis that is "
-                "unknown at every order: it takes four; with fewer, give the orders at which the "
+                f"{data.heads} heads cannot separate the disc from a motion of the axis that is "
+                "unknown at every order: this needs four heads; with fewer, give the orders at "
+                "which the "
                 "axis moves"
             )
         if np.isinf(settings.u_place_arcsec):
             raise SingularHeadsError(
-                "heads do not find their own places while the motion of the axis is unknown at "
-                "every order: each order of the disc explains any places. Give the places as "
+                "the places of the heads cannot be determined if the motion of the axis is "
+                "unknown at every order: the orders of the disc fit any places. Give the places as "
                 "mounted with their standard uncertainty, or the orders at which the axis moves"
             )
     elif np.isinf(settings.u_place_arcsec) and data.heads == 2 and settings.motion:
-        raise SingularHeadsError("two heads see no motion of the axis apart from the disc")
+        raise SingularHeadsError("two heads cannot separate a motion of the axis from the disc")
 
 
 def _estimate(

@@ -60,7 +60,7 @@ def separation_by_harmonics(
     weight = 1.0 / (u_reference**2 + variance + of_heads)
     information = float(weight @ np.abs(slope) ** 2)
     if information == 0.0:
-        return _none("no order is there")
+        return _none("there is no order")
     off = float(weight @ (slope.conj() * left).real) / information
     if abs(off) > BELIEVABLE_ARCSEC * RAD_PER_ARCSEC:
         return _none("heads and reference differ by more than any mounting of the heads explains")

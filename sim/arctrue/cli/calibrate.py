@@ -64,8 +64,8 @@ class _ManyRuns(click.Command):
     type=click.Choice(list(METHODS)),
     default="least_squares",
     show_default=True,
-    help="least_squares: at the angles really read. fourier: the paper's transform, which supposes "
-    "equal steps.",
+    help="least_squares: at the angles that were read. fourier: the paper's transform, which "
+    "assumes equal steps.",
 )
 @click.option(
     "--run",
@@ -96,8 +96,8 @@ class _ManyRuns(click.Command):
     "separation",
     type=click.Choice(["measured", "nominal", "harmonics"]),
     help="Which angle between the heads to use: measured by the index, nominal, or by the "
-    "harmonics that the reference run shows.  [default: measured, nominal where the index cannot "
-    "be believed, harmonics where they are known best]",
+    "harmonics that the reference run shows.  [default: measured; nominal if the index is "
+    "implausible; harmonics if they are the most certain]",
 )
 @click.option(
     "--angle",
@@ -171,7 +171,10 @@ def calibrate(
             _finish_mean(mean, measurement, folder, json_file, out, force=force)
             return
         if motion is not None:
-            raise ValueError("--motion is for --angle mean: head 1 takes all motion for disc")
+            raise ValueError(
+                "--motion is for --angle mean: the calibration of head 1 attributes "
+                "all motion to the disc"
+            )
         calibration = calibration_module.calibrate(measurement, settings)
     except CaptureRefusedError as refusal:
         _end(REFUSED, f"refused ({refusal.reason}): {refusal}")

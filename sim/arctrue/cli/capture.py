@@ -91,10 +91,13 @@ def _guide(kind: str, before: MeasurementSet) -> None:
     lines = steps(kind, before)
     if not by_device(kind):
         raise ValueError(
-            f"--next {kind}: the device captures one turn of both heads, which cannot be this. "
+            f"--next {kind}: the device captures one turn of both heads, which is another "
+            "measurement. "
             f"{' '.join(lines)} Then: arctrue import, arctrue join --next {kind}"
         )
     for line in lines:
         note(line)
     if sys.stdin.isatty():
-        click.prompt("Enter when it turns so", default="", show_default=False, err=True)
+        click.prompt(
+            "Press Enter when it turns like this", default="", show_default=False, err=True
+        )

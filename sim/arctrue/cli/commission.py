@@ -109,7 +109,9 @@ def commission(
 def _ask(instruction: str) -> None:
     note(instruction)
     if sys.stdin.isatty():
-        click.prompt("Enter when it turns so", default="", show_default=False, err=True)
+        click.prompt(
+            "Press Enter when it turns like this", default="", show_default=False, err=True
+        )
 
 
 def _written() -> None:

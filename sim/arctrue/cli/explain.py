@@ -83,7 +83,7 @@ def _print(found: Explanation) -> None:
     console.print(ladder_table(found.model.history))
     if found.causes:
         causes = table(
-            "Causes, by the error that goes with them",
+            "Causes, by the error that each takes away",
             words("effect"),
             words("parameter"),
             words("channel"),
@@ -112,7 +112,7 @@ def _print(found: Explanation) -> None:
         )
     for item in found.alike:
         console.print(item.sentence())
-    console.print(f"Verdict on what is left: {found.verdict.verdict}")
+    console.print(f"Verdict on the remaining error: {found.verdict.verdict}")
     for sentence in sentences(found.verdict):
         console.print(sentence)
 

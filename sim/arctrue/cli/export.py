@@ -135,8 +135,9 @@ GATEWARE = "gateware"
 @click.option(
     "--real-orders",
     is_flag=True,
-    help="For a gateware built with REAL_ORDERS = true: lines of no whole order, as of a belt or a "
-    "gear of 71.4 teeth, become lanes whose phase goes on from turn to turn. Their phase is that "
+    help="For a gateware built with REAL_ORDERS = true: lines whose order is not whole, as of a "
+    "belt or a "
+    "gear of 71.4 teeth, become lanes whose phase continues from turn to turn. Their phase is that "
     "in the turn which begins at the zero of SET.",
 )
 @click.option(
@@ -375,7 +376,7 @@ def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet,
         lag = fitted_sensor_lag(model, loaded.observations, loaded.effects)
         measured = f"{figure(lag.value, 3)} s ± {figure(lag.sigma, 2)} s"
         if lag.value < 2.0 * lag.sigma:
-            console.print(f"the thermometer does not lag, as far as the set tells: {measured}")
+            console.print(f"the set shows no lag of the thermometer: {measured}")
             return model, loaded, 0.0
         measurement = set_without_lag(loaded.measurement_set, lag.value)
         observations = observations_of(
@@ -389,7 +390,7 @@ def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet,
 def _tell_what_became(became: Outcome) -> None:
     """Print which part corrects each effect of the model, and the remaining error."""
     effects_table = table(
-        "What becomes of the model, RMS at head 1",
+        "Where each effect of the model is taken away, RMS at head 1",
         words("effect"),
         number("its part ″"),
         words("taken away by"),
@@ -407,12 +408,12 @@ def _tell_what_became(became: Outcome) -> None:
     means = [item.effect for item in became.effects if item.by == "the mean"]
     if means:
         console.print(
-            f"{', '.join(means)}: what arctrue calibrate --angle mean writes takes it away; these "
-            "coefficients correct head 1",
+            f"{', '.join(means)}: the coefficients of arctrue calibrate --angle mean take it "
+            "away; these correct head 1",
             soft_wrap=True,
         )
     console.print(
-        f"left of the model in all: {figure(became.left_arcsec, 3)}″ RMS of the error of head 1",
+        f"all that is not taken away: {figure(became.left_arcsec, 3)}″ RMS of the error of head 1",
         soft_wrap=True,
     )
 

@@ -114,7 +114,9 @@ def hidden(
         _on_four_heads(effect, lanes, lines * int(interpolation), samples, json_file)
         return
     if effect not in CASES:
-        raise click.UsageError(f"{effect} needs --heads 4: two heads cannot tell it from the disc")
+        raise click.UsageError(
+            f"{effect} needs --heads 4: two heads cannot separate it from the disc"
+        )
     if follow and not CASES[effect].order1_warms:
         raise click.UsageError(
             f"--follow shows order 1 while the table warms, and {effect} does not change it; "
@@ -239,7 +241,7 @@ def print_result(result: HiddenResult) -> None:
     for text in result.export.followed:
         say(f"follows its condition: {text}")
     for text in result.export.real:
-        say(f"goes on from turn to turn: {text}")
+        say(f"continues from turn to turn: {text}")
     for text in result.export.local:
         say(f"in the local table: {text}")
     for text in result.export.left_out:

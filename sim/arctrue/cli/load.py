@@ -39,18 +39,18 @@ NO_DEVICE = 2
 @click.option(
     "--force",
     is_flag=True,
-    help="Load orders too that no turn has judged, seen or unseen.",
+    help="Also load orders that no turn has judged, visible to the heads or not.",
 )
 @click.option(
     "--unseen",
     is_flag=True,
-    help="Load what two heads cannot see, as order 0; turns judge all else.",
+    help="Also load orders that two heads cannot see, such as order 0; turns judge the others.",
 )
 @click.option(
     "--turn",
     type=click.IntRange(-(1 << 23), (1 << 23) - 1),
-    help="Number that the device gives the turn which is turn 0 of FILE (load status tells its "
-    "present number): gives the phases of lanes of real orders, which are off without.",
+    help="The device's number of the turn that is turn 0 of FILE (load status shows the present "
+    "number): sets the phases of lanes of real orders, which are otherwise off.",
 )
 def load(
     port: str, file: Path, timeout: float, *, force: bool, unseen: bool, turn: int | None
@@ -73,7 +73,7 @@ def load(
             tell_warning(
                 f"{file}: the sets without head {', '.join(map(str, missing))} stay in "
                 "the file: lanes follow the temperature or a condition, and the firmware takes "
-                "no sets with such lanes; no head that fails is left out"
+                "no sets with such lanes; a head that fails is not left out"
             )
         console = console_at(port)
         with Progress(f"{file.name}: sending") as progress:
@@ -98,7 +98,7 @@ def load(
         tell_error(f"{file}: {error}")
         sys.exit(NO_DEVICE)
     if sent.is_empty:
-        say(f"{file}: it has no lanes; nothing is loaded any more")
+        say(f"{file}: it has no lanes; the loaded orders are removed")
         return
     said = f"{file}: {len(sent.orders)} orders are loaded and active"
     if sent.has_sets:
@@ -106,14 +106,14 @@ def load(
     if sent.lacks_failover:
         tell_warning(
             f"{file}: its sets for a missing head were not sent: the gateware is built without "
-            "FAILOVER, so that no head that fails is left out"
+            "FAILOVER, so that a head that fails is not left out"
         )
     if sent.has_table:
         said += ", with a local table"
     if sent.followed:
         said += f", and {sent.followed} lanes that follow a condition"
     if sent.unseen_followed:
-        said += f"; {sent.unseen_followed} of these lanes no turn of two heads shows"
+        said += f"; no turn of two heads shows {sent.unseen_followed} of these lanes"
     if sent.real:
         said += f", and {sent.real} lanes of real orders"
         if sent.sought:

@@ -27,8 +27,8 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
         return
     kinds = {
         "catalogue": "",
-        "parts": "in no catalogue; a product of parts",
-        "stranger": "in no catalogue, and no product of parts",
+        "parts": "not in the catalogue; a product of parts",
+        "stranger": "not in the catalogue, and no product of parts",
         "noise": "--noise",
     }
     causes = table("Causes of --effect and --noise", words("name"), words("sizes"), words())

@@ -91,7 +91,7 @@ class Console:
             if text is not None and text.startswith("error") and text.endswith(f" {marker}"):
                 if late:
                     _LOG.warning(
-                        "%s: %d lines that nobody waits for any more are left out", self.port, late
+                        "%s: %d late lines that no command waits for are dropped", self.port, late
                     )
                 return
             late += bool(text)

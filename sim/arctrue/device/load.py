@@ -170,8 +170,8 @@ def load_frames(
     mean = _mean_of(coefficients)
     if coefficients.offset and mean is None:
         raise ValueError(
-            f"offset.word is {coefficients.offset}; expected 0: the device corrects no mean, which "
-            "is the choice of zero"
+            f"offset.word is {coefficients.offset}; expected 0: the device does not correct the "
+            "mean, because it is the choice of zero"
         )
     thermal = coefficients.thermal
     following = set(thermal.orders) if thermal is not None else set()
@@ -433,14 +433,15 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
         )
     if status.undecided:
         raise ConsoleError(
-            f"{console.port}: within {seconds:g} s the turns did not tell whether"
-            f"{_listed(' the orders ', status.undecided)} are right: their noise is as large, or "
-            "the samples of a turn cannot separate them; nothing is loaded. Wait longer "
+            f"{console.port}: within {seconds:g} s the turns did not show whether"
+            f"{_listed(' the orders ', status.undecided)} are right: their noise is as large as "
+            "the orders, or the samples of a turn cannot separate them; nothing is loaded. Wait "
+            "longer "
             "(--timeout), leave them out, or take them unjudged (--force)"
         )
     raise ConsoleError(
         f"{console.port}: no turn judged the coefficients within {seconds:g} s, nothing is loaded; "
-        "does the table turn? The console's status tells why turns are refused"
+        "does the table turn? The console's status shows why turns are refused"
     )
 
 

@@ -178,6 +178,6 @@ def _value(answers: dict[str, str], name: str, console: Console) -> float:
         return float(answers[name])
     except (KeyError, ValueError) as error:
         raise ConsoleError(
-            f"{console.port}: the device does not tell {name}: does it have a core, and firmware "
-            "that knows the command probe? `status` on its console tells"
+            f"{console.port}: the device does not state {name}: does it have a core, and firmware "
+            "that knows the command probe? `status` on its console shows it"
         ) from error

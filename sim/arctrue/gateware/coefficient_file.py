@@ -199,7 +199,7 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
     lines = [
         "# Coefficients of the gateware: offset + sum of amplitude * cos(order * angle + phase).",
         "# Loaded: phase_step (turn a count / 2^48), phase_offset (turn / 2^24), amplitude and",
-        "# offset.word (count / 2^11). The other values say the same for people.",
+        "# offset.word (count / 2^11). The other values state the same for people.",
         f"schema = {schema if coefficients.extension is None else EXTENDED_SCHEMA}",
     ]
     if title:
@@ -603,8 +603,8 @@ def _check_slope(place: str, lane: _ThermalLane, counts_per_rev: int) -> None:
     for value, word in zip(said, lane.slope, strict=True):
         if abs(value - word * unit) > _AGREEMENT * unit + 1e-8 * abs(value):
             raise ContentError(
-                f"{place}.slope: found {word}, which is {word * unit:.9g}, but the value {value}; "
-                "change both or neither"
+                f"{place}.slope: found {word}, which is {word * unit:.9g}, but the value is "
+                f"{value}; change both or neither"
             )
 
 

@@ -355,7 +355,7 @@ class Coefficients:
             if 2 * order >= counts_per_rev:
                 warnings.warn(
                     f"order {order} is at or above half of the {counts_per_rev} counts a turn: "
-                    "whole counts cannot tell it from a lower order",
+                    "whole counts cannot distinguish it from a lower order",
                     stacklevel=2,
                 )
         used = len(order_list)
@@ -458,6 +458,6 @@ def _amplitude_word(name: str, value_counts: float) -> int:
     if abs(word) > AMPLITUDE_WORD_MAX:
         raise ValueError(
             f"{name}: {value_counts:g} counts, the gateware holds less than "
-            f"{AMPLITUDE_LIMIT_COUNTS:g} counts; is it an error of the table at all?"
+            f"{AMPLITUDE_LIMIT_COUNTS:g} counts; is it really an error of the table?"
         )
     return word

@@ -73,7 +73,9 @@ def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
     way = _way(rows, reading, target)
     if way < 0:
         target = -target
-        choices.note(f"{rows.name}: target counts the other way than head1; its sign is changed")
+        choices.note(
+            f"{rows.name}: target counts in the opposite direction to head1; its sign is changed"
+        )
     mean = _circular_mean(reading - target)
     error = mean + _within_half(reading - target - mean)
     if "error" in rows.angles:

@@ -147,7 +147,9 @@ def _first_run(kind: str, before: MeasurementSet) -> Run:
         else runs_of(before.capture, float(before.table.counts_per_rev or 1))
     )
     if not runs:
-        raise ValueError(f"{kind} is asked beside the first run of a capture, and the set has none")
+        raise ValueError(
+            f"{kind} is compared with the first run of a capture, but the set has none"
+        )
     return runs[0]
 
 
@@ -230,7 +232,7 @@ def _warm_faults(first: Run, run: Run) -> list[str]:
     faults = _again_faults(first, run)
     if first.temperature_c is None or run.temperature_c is None:
         which = "the set" if first.temperature_c is None else "it"
-        return [*faults, f"{which} has no temperature_c, so that nobody can tell"]
+        return [*faults, f"{which} has no temperature_c, so that its temperature is not known"]
     least = first.temperature_c + ENOUGH * WARMER_K
     if run.temperature_c < least:
         faults.append(f"it is at {run.temperature_c:.1f} °C, expected {least:.1f} °C or more")
@@ -335,8 +337,7 @@ def _turned_faults(before: MeasurementSet, reference: Reference) -> list[str]:
     if min(abs(moved - TURNED_FACES), abs(moved - 1.0 + TURNED_FACES)) <= TURNED_WITHIN:
         return []
     return [
-        f"its targets stand {moved:.2f} of a face beside those of before, expected "
-        f"{TURNED_FACES:.2f}"
+        f"its targets are {moved:.2f} of a face away from those before, expected {TURNED_FACES:.2f}"
     ]
 
 

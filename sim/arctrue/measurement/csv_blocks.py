@@ -103,7 +103,7 @@ class CsvFile:
                 )
         for name in (*self.required, *self.optional):
             if self.header.count(name) > 1:
-                raise MeasurementError("format", self.path, "is there twice", row=1, column=name)
+                raise MeasurementError("format", self.path, "occurs twice", row=1, column=name)
         self.columns = [n for n in (*self.required, *self.optional) if n in self.header]
         if self.with_conditions:
             self.conditions = [

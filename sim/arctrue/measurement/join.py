@@ -83,7 +83,7 @@ def joined(
             references.append((name, _moved(item.reference, move, turn, shift_s)))
         for part in (item.capture, item.reference):
             if part is not None and part.trusted is not None and part.trusted.any():
-                notes.append(f"{name}: rows that mask.csv wants used are ordinary rows here")
+                notes.append(f"{name}: rows that mask.csv forces to be used are ordinary rows here")
                 break
     title = next((item.title for item in sets if item.title), "")
     result = replace(
@@ -165,7 +165,7 @@ def _time_shift(
     if times != "after":
         raise OverlapError(
             f"{name} begins at {start:g} s, and the set before it ends at {end_s:g} s: its clock "
-            "began anew. Say it with one of: --times after (it follows the set before), "
+            "began anew. State it with one of: --times after (it follows the set before), "
             "--times keep (both clocks are the same)"
         )
     step = min((float(np.median(np.diff(t))) for t in found if t.size > 1), default=1.0)

@@ -240,7 +240,7 @@ def count_on_past_the_turn(
         if wraps:
             warnings.append(
                 f"{path}: {name} starts anew at {counts_per_rev} counts {wraps} times; it is "
-                "counted on past the turn"
+                "continued past the turn"
             )
     if wrapped:
         for name, place_deg in zip(heads[1:], places_deg[1:], strict=True):
@@ -263,8 +263,9 @@ def _reference(
     columns["error_arcsec"], wrapped = without_wraps(columns["error_arcsec"])
     if wrapped.size:
         warnings.append(
-            f"{path}, row {file.row_of(int(wrapped[0]))}, column error_arcsec: is whole turns away "
-            f"from the other rows, and so are {wrapped.size} rows in all; the turns are taken off"
+            f"{path}, row {file.row_of(int(wrapped[0]))}, column error_arcsec: differs by whole "
+            f"turns from the other rows, as in {wrapped.size} rows in all; these turns are "
+            "subtracted"
         )
     warnings.extend(file.warnings)
     direction = columns.get("direction")
@@ -336,8 +337,8 @@ def _checked_blocks(file: CsvFile) -> Iterator[Columns]:
                     raise MeasurementError(
                         "order",
                         file.path,
-                        f"run {runs[index]} goes on here after another run; "
-                        "the rows of a run must be together",
+                        f"run {runs[index]} continues here after another run; the rows of a run "
+                        "must be together",
                         row=file.row_of(start + int(index)),
                         column="run",
                     )

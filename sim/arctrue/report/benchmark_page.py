@@ -44,44 +44,44 @@ HEAD = """# How often the diagnosis is right
 
 `arctrue benchmark` hides causes in simulated tables and lets the diagnosis see the folder of the
 measurement set only. The truth is compared with the answer and with an *oracle*: the generalised
-likelihood ratio that knows the cause's exact form and the covariance by which the noise was drawn.
-It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %, its own search
-for an order, a frequency or an instant paid for. What moves the prediction by less than half a
-count RMS does not count as visible.
+likelihood ratio that knows the cause's exact form and the covariance by which the noise was
+drawn. It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %, which
+includes the cost of its search for an order, a frequency or an instant. A cause that changes the
+prediction by less than half a count RMS does not count as visible.
 
     make benchmark                               # dev: 600 sets; TIER=quick, public, sealed, cases
     make benchmark TIER=calibration              # 180 sets: how often a sure answer is wrong
     make benchmark TIER=sealed SETS="--generator both --limit 1500"  # a fifth of the second one
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
-    arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
+    arctrue benchmark score FOLDER               # every rate; --answers FILE: other answers
     arctrue benchmark bound FOLDER               # each effect at the size that is said to be found
     make peers                                   # the rivals on the 200 public sets: PUBLIC
     arctrue benchmark score FOLDER --keep        # its failures become cases, for TIER=cases
     arctrue benchmark page FOLDER --peers PUBLIC --to docs/benchmark.md --out docs/images
 
-Why a case fails stands as `looked_into` beside it in
-`sim/arctrue/studies/benchmark/cases.json`, and from there on this page. After a wanted change of
-the generator, `arctrue benchmark sets` with `--freeze` takes the public sets anew.
+The field `looked_into` of a case in `sim/arctrue/studies/benchmark/cases.json` states why it
+fails, and this page repeats it. After an intended change of the generator, `arctrue benchmark
+sets` with `--freeze` freezes the new public sets.
 
-A run can be stopped with Ctrl-C and goes on where it stopped; results do not depend on the number
-of workers or shards. One folder takes results of one state of the code only.
-On a cluster: [campaigns](campaigns.md).
+A run can be stopped with Ctrl-C and continues where it stopped; results do not depend on the
+number of workers or shards. A folder holds results of one state of the code only. On a cluster:
+[campaigns](campaigns.md).
 """
 
 READING = """## How to read it
 
-*False name*: the set is said to have an effect that is not in it; a name for a stranger is one.
-*Falsely adequate*: nothing is said to be missing though the oracle sees something. *Right*: named.
-*First in class*: the answer is a class that this set cannot split, and the truth stands first in
-it. *In class*: it is listed, another stands first. Of several causes each counts as the truth. A
-separation of the heads that is stated wrong is a `head_angle_error`. *Silent*: `cannot_tell`
-though the oracle sees something. *Stranger*: a cause that no effect of the catalogue and no product
-of parts describes. *Product of parts*: a condition (temperature, speed, settling) times a wave of
-one order on the disc, the stator or a head. *Damped oscillation*: noise drives it; `unknown` is
-right if its frequency is stated within the half width at half power, and every name is false.
-*A second name that is not there*: a name beside the
-right one, of an effect that is not in the set. Intervals are Clopper–Pearson, 95 %.
+*False name*: the answer names an effect that is not in the set; a name for a stranger is one.
+*Falsely adequate*: the answer is that nothing is missing, though the oracle sees something.
+*Right*: named. *First in class*: the answer is a class that this set cannot separate, and the
+truth is first in it. *In class*: the truth is listed, but another is first. Of several causes
+each counts as the truth. A wrongly stated separation of the heads is a `head_angle_error`.
+*Silent*: `cannot_tell` though the oracle sees something. *Stranger*: a cause that no effect of
+the catalogue and no product of parts describes. *Product of parts*: a condition (temperature,
+speed, settling) times a wave of one order on the disc, the stator or a head. *Damped
+oscillation*: noise drives it; `unknown` is right if its frequency is stated within the half width
+at half power, and every name is false. *A second name that is not there*: besides the right name,
+one of an effect that is not in the set. Intervals are Clopper–Pearson, 95 %.
 """
 
 
@@ -89,15 +89,15 @@ PEERS_STATED = {
     "arctrue": "`arctrue diagnose`.",
     "stepwise_bic": (
         "Stepwise regression: the effect whose columns lower the BIC most is added, up to three, "
-        "in white noise. It has a name for everything."
+        "in white noise. It always names an effect."
     ),
     "periodogram_rule": (
         "A rule of thumb: the strongest line of the residual in angle or time at a false alarm of "
         "1 % names one of four effects."
     ),
     "gaussian_process": (
-        "A smooth discrepancy over all conditions (Kennedy and O'Hagan, by scikit-learn): it sees "
-        "that something is there and has no names."
+        "A smooth discrepancy over all conditions (Kennedy and O'Hagan, by scikit-learn): it "
+        "detects an error and names no effect."
     ),
 }
 
@@ -120,10 +120,10 @@ def benchmark_page(
     lines += ["", *_probabilities(found), "", *_held_out(found), "", *_sizes(found), ""]
     lines += [*_by_effect(found), ""]
     if peers:
-        lines += ["### Beside simple rivals", "", *_peers(peers, header), ""]
+        lines += ["### Against simple rivals", "", *_peers(peers, header), ""]
     if picture is not None:
         lines += [f"![{PICTURE_TOLD}]({picture})", ""]
-    lines += ["### Not as it should be", "", *_failures(found, reasons or {}), ""]
+    lines += ["### Outcomes that should not be", "", *_failures(found, reasons or {}), ""]
     lines += [
         READING.rstrip(),
         "",
@@ -387,9 +387,9 @@ def reason_words(item: Mapping[str, Any], reasons: Mapping[str, Reason]) -> str:
     """Return the reason of a failure if it is known."""
     reason = reasons.get(item["set"])
     if reason is None:
-        return "Not looked into yet."
+        return "Not examined yet."
     if reason.said != said_words(item):
-        return f"Looked into when {reason.said} was said: {reason.why}"
+        return f"Examined when the answer was {reason.said}: {reason.why}"
     return f"Why: {reason.why}"
 
 
@@ -404,10 +404,10 @@ def _failures(found: Mapping[str, Any], reasons: Mapping[str, Reason]) -> list[s
     looked_into = sum(item["set"] in reasons for item in failures)
     rest = "" if whole else "; `arctrue benchmark score FOLDER` lists all"
     lines = [
-        f"{number} sets whose outcome is none that a set should come to, or of which a second name "
-        f"is said that is not there{rest}. Limits: the size over the smallest that the oracle "
+        f"{number} sets with an outcome that should not be, or with a second name that is not "
+        f"there{rest}. Limits: the size over the smallest that the oracle "
         f"finds. The command makes the set again; {looked_into} of {len(failures)} have been "
-        "looked into.",
+        "examined.",
         "",
     ]
     for item in shown:

@@ -39,7 +39,7 @@ FAULT_TABLE = (
     "`no_head_fails_without_a_fault` |",
     "| a second head fails | its decoder (alarm only); only sets without one head are prepared | – "
     "| not bounded | `tb/mean/head_failover_bench.py` |",
-    "| none: a head comes back after its index | – | on request or after a time | none | "
+    "| none: a head returns after its index | – | on request or after a time | none | "
     "`a_head_comes_back_after_its_index` |",
     "| none: words that use the dead head are swapped or loaded | the gateware refuses them | – | "
     "none | `a_swap_does_not_bring_a_dead_head_back`, "
@@ -104,7 +104,7 @@ OBSERVABLE = (
     "At order 1 the forward circle of the axis equals an eccentric disc, which the mean does not "
     "contain |",
     "| three | separate at no order: every disc has an axis and a table motion with the same three "
-    "readings at every moment. No method can tell them apart without a further head, another "
+    "readings at every moment. No method can separate them without a further head, another "
     "position of the disc on the axis, or the knowledge that the axis is at rest at the order |",
     "| three, motion that does not repeat from turn to turn | averages out |",
     "",

@@ -38,11 +38,11 @@ def forecast_sentence(found: Forecast, horizon_days: float) -> str:
     if found.passed:
         return f"ALARM: {name} has passed its limit of {limit}."
     if not found.changed:
-        return f"{name}: no change found, limit {limit} not in sight."
+        return f"{name}: no change found, so no forecast for the limit {limit}."
     early, late = day_name(found.earliest_day), day_name(found.latest_day)
     alarm = "ALARM: " if found.alarm(horizon_days) else ""
     if found.earliest_day == float("inf"):
-        return f"{name} changed, and does not go on towards its limit of {limit}."
+        return f"{name} changed, but does not approach its limit of {limit}."
     middle = "probably never" if found.day == float("inf") else f"about {day_name(found.day)}"
     ends = f"not before {early}" if late == "–" else f"95 %: {early} to {late}"
     return f"{alarm}{name} passes its limit of {limit} {middle} ({ends})."

@@ -25,12 +25,12 @@ NOT_BUILT = (
      "as the paper describes it, its correction is that of the transfer function with the nominal "
      "α to 10⁻¹³: the row *α nominal*"),
     ("Filtering the moiré signals [10], correcting the signals' offset, gain and phase [12]",
-     "act on the sine and cosine of a head before the counter; the world has no error within a "
-     "line (effect `subdivision_error`)"),
+     "act on the sine and cosine of a head before the counter; the simulation has no error within "
+     "a line (effect `subdivision_error`)"),
     ("RBF neural network [11]",
-     "a smooth curve through the errors that a reference shows: between the faces it knows no "
+     "a smooth curve through the errors that a reference shows: between the faces it contains no "
      "more than the harmonics from a reference"),
-    ("Radial code tracks beside the scale [13]", "another disc"),
+    ("Radial code tracks next to the scale [13]", "another disc"),
     ("Three calibration heads and one that measures [14]",
      "the rows of four heads by least squares, whose output is head 1"),
     ("Polynomial fit [16]", "of linear encoders over temperature; a turn is periodic"),

@@ -240,7 +240,7 @@ def changed(**columns: Any) -> dict[str, Any]:
         (changed(direction=np.full(48, 2)), {}, r"row 0: expected \+1 .* or -1, found 2"),
         (changed(cycle=np.full(48, 0.5)), {}, r"column cycle: row 0: expected a whole number"),
         (changed(time_s=np.arange(48)[::-1]), {}, r"row 1: time runs backwards, from 47 to 46 s"),
-        (changed(), {"columns": {"error": "eror_arcsec"}}, r"is not there. Did you mean error_arc"),
+        (changed(), {"columns": {"error": "eror_arcsec"}}, r"does not exist. Did you mean error"),
         (changed(), {"faces": 0}, r"keywords: reference.faces: expected a whole number from 1"),
     ],
 )
@@ -280,7 +280,7 @@ def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
     assert data.reference is not None
     assert list(data.reference.conditions) == ["room"]
     assert data.warnings == (
-        "reference: column remark is not used: it holds something else than finite numbers",
+        "reference: column remark is not used: it holds values that are no finite numbers",
     )
 
 

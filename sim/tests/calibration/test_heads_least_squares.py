@@ -246,15 +246,15 @@ def test_gains_of_four_heads_with_motion_unknown_at_every_order() -> None:
 @pytest.mark.parametrize(
     ("heads", "motion", "known", "said"),
     [
-        (3, "every", {}, "3 heads cannot tell the disc from a motion"),
-        (4, "every", {"u_place_arcsec": np.inf}, "do not find their own places"),
+        (3, "every", {}, "3 heads cannot separate the disc from a motion"),
+        (4, "every", {"u_place_arcsec": np.inf}, "places of the heads cannot be determined"),
         (
             4,
             tuple(range(1, 9)),
             {"u_place_arcsec": np.inf},
             "4 heads do not determine the place of head 3",
         ),
-        (2, (2,), {"u_place_arcsec": np.inf}, "two heads see no motion"),
+        (2, (2,), {"u_place_arcsec": np.inf}, "two heads cannot separate a motion"),
     ],
 )
 def test_what_the_heads_do_not_determine_is_refused(

@@ -38,7 +38,7 @@ def test_the_words_that_are_written_give_the_true_angle(tmp_path: Path, made: Si
         "--out", tmp_path / "out", "--json", tmp_path / "mean.json",
     )  # fmt: skip
     assert code == 0, said
-    assert "no set without one of the heads" in said
+    assert "no set for a missing head" in said
     found = json.loads((tmp_path / "mean.json").read_text("utf-8"))
     assert found["noise_arcsec"] == pytest.approx(np.hypot(0.1, 0.0223), rel=0.05)
     coefficients = read_coefficient_file(tmp_path / "out" / "coefficients.toml", EVERYTHING)

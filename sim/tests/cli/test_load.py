@@ -70,7 +70,7 @@ def test_a_file_is_loaded(device: Device, tmp_path: Path) -> None:
 def test_a_file_is_refused_with_the_reason(device: Device, tmp_path: Path) -> None:
     done = run(device, file_of(tmp_path, {1: (150.0, 0.4), 5: (8.0, 0.0)}))
     assert done.exit_code == 1, done.output
-    assert "the device refuses: worse_prediction: the captured turn speaks" in done.output
+    assert "the device refuses: worse_prediction: the captured turn contradicts" in done.output
     done = run(device, file_of(tmp_path, {1: (150.0, 0.4)}, 3_600_000))
     assert done.exit_code == 1, done.output
     assert "another_table: the coefficients were made for another counts_per_rev" in done.output
@@ -143,7 +143,7 @@ def test_lanes_that_no_turn_shows_are_named(
     assert done.exit_code == 0, done.output
     said = " ".join(done.output.split())
     assert "1 orders are loaded and active, and 2 lanes that follow a condition" in said
-    assert "1 of these lanes no turn of two heads shows" in said
+    assert "no turn of two heads shows 1 of these lanes" in said
     assert any(frame.startswith("load force 2 ") for frame in console.frames)
 
 
@@ -227,7 +227,7 @@ def test_orders_that_turns_do_not_decide_are_named(device: Device, tmp_path: Pat
     path = file_of(tmp_path, {1: (150.0, 0.4), 11: (0.0005, 0.0)})
     done = CliRunner().invoke(main, ["load", device.port, str(path), "--timeout", "3"])
     assert done.exit_code == 2, done.output
-    assert "did not tell whether the orders 11 are right" in done.output
+    assert "did not show whether the orders 11 are right" in done.output
 
 
 def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:

@@ -152,7 +152,7 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next_ones(
     with pytest.raises(ConsoleError, match="no answer to 'slow'"):
         console.command("slow", 0.5)
     assert console.command("fast", PATIENCE_S) == ["answer to fast"]
-    assert "2 lines that nobody waits for any more are left out" in caplog.text
+    assert "2 late lines that no command waits for are dropped" in caplog.text
     console.close()
 
 

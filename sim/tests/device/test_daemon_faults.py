@@ -144,7 +144,7 @@ def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path:
             replay.turn(number, harmonics=wide)
             assert watch.turn(PATIENCE_S) is not None
             number += 1
-        assert "telemetry goes on" in "".join(running.said)
+        assert "telemetry continues" in "".join(running.said)
         replay.turn(number)
         turn = watch.turn(PATIENCE_S)
         assert turn is not None

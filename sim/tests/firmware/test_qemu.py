@@ -30,7 +30,7 @@ pytestmark = [
     ),
 ]
 
-GREETING = f"arctrue {BOARD}, help tells the commands\r\n"
+GREETING = f"arctrue {BOARD}, help lists the commands\r\n"
 WRITTEN = 0.5e-9
 """Largest rounding error of the console, which writes nine decimals."""
 

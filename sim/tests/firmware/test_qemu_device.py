@@ -36,7 +36,7 @@ pytestmark = [
     ),
 ]
 
-READY = "help tells the commands\r\n"
+READY = "help lists the commands\r\n"
 FABRIC_INPUT = 29
 """Number of the shared interrupt: IRQ_F2P[0] is interrupt 61, and the shared interrupts begin at
 32."""

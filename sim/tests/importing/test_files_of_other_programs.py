@@ -379,7 +379,7 @@ def test_grad_is_asked_for(tmp_path: Path) -> None:
     [
         (b"PK\x03\x04....", "save the sheet as CSV"),
         (b"BZh91AY", "bunzip2"),
-        (b"\x00\x01\x02\x03" * 50, "is no text, and no format"),
+        (b"\x00\x01\x02\x03" * 50, "is neither text nor a format"),
     ],
 )
 def test_other_files_are_answered_with_what_to_do(tmp_path: Path, head: bytes, said: str) -> None:

@@ -271,7 +271,7 @@ def test_a_reference_that_counts_the_other_way_and_another_zero(tmp_path: Path) 
     words = [tmp_path / "a.npz"]
     assert "--zero shift, --zero keep" in refused(tmp_path, *words)
     done = arctrue(*words, "--zero", "shift", tmp_path / "out")
-    assert "target counts the other way" in done.output
+    assert "target counts in the opposite direction" in done.output
     found = read_measurement_set(tmp_path / "out").reference
     assert found is not None
     np.testing.assert_allclose(found.error_arcsec, (error - error.mean()) * 3600.0, atol=1e-3)

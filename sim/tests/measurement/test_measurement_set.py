@@ -117,9 +117,9 @@ def test_columns_in_another_order_and_unknown_ones(tmp_path: Path) -> None:
         ("1420,20.0", "1420,20.0,7", 3, "temperature_c", "expected 5 fields, found 6"),
         (",-1405,", ",99999999999999999999,", 5, "head1_counts", "does not fit into 64 bits"),
         ("5.001", "4.999", 5, "time_s", "time runs backwards, from 5.0 to 4.999 s"),
-        ("\n1,5.001", "\n0,5.001", 5, "run", "run 0 goes on here"),
+        ("\n1,5.001", "\n0,5.001", 5, "run", "run 0 continues here"),
         ("head2_counts", "head_2", 1, "head2_counts", "is missing"),
-        ("temperature_c", "run", 1, "run", "is there twice"),
+        ("temperature_c", "run", 1, "run", "occurs twice"),
     ],
 )
 def test_bad_fields(tmp_path: Path, old: str, new: str, row: int, column: str, words: str) -> None:

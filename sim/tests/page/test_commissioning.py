@@ -72,7 +72,7 @@ def test_a_step_that_is_repeated_forgets_those_after_it(client: FlaskClient) -> 
 
 @pytest.mark.parametrize(
     ("places", "said"),
-    [("0,64", "the device has 4 heads, the places are of 2"), ("0,x", "expected degrees")],
+    [("0,64", "the device has 4 heads, the number of places is 2"), ("0,x", "expected degrees")],
 )
 def test_places_that_do_not_fit_are_refused(client: FlaskClient, places: str, said: str) -> None:
     answer = client.post(f"{PAGE}connection", data={"places": places})

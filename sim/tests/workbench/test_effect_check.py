@@ -80,44 +80,44 @@ def test_a_right_effect_passes(tmp_path: Path, small_set: Path) -> None:
     assert done.exit_code == 0, done.output
     outcomes = {question: outcome for question, (outcome, _) in found(tmp_path).items()}
     assert set(outcomes.values()) == {"right"}, found(tmp_path)
-    assert "columns beside a formula" in outcomes
+    assert "columns and formula" in outcomes
 
 
 WRONG = {
     "half": (
-        "columns beside a formula",
+        "columns and formula",
         {"formula": "0.5 * a * np.exp(-since / tau)"},
         "it is 2 times",
     ),
     "sign": (
-        "columns beside a formula",
+        "columns and formula",
         {"formula": "-a * np.exp(-since / tau)"},
         "the sign is wrong",
     ),
     "square": (
-        "columns beside a formula",
+        "columns and formula",
         {"formula": "a * a * np.exp(-since / tau)"},
         "not linear in it",
     ),
     "rest": (
-        "columns beside a formula",
+        "columns and formula",
         {"formula": "1.0 + a * np.exp(-since / tau)"},
-        "not zero where all",
+        "not zero when all",
     ),
     "form": (
-        "columns beside a formula",
+        "columns and formula",
         {"formula": "a * np.exp(-since / tau / 2)"},
         r"a: row \d+ has",
     ),
     "unknown": (
-        "columns beside a formula",
+        "columns and formula",
         {"formula": "0.0 * since"},
         "does not know this coefficient",
     ),
     "twice": (
         "names of the coefficients",
         {"names": "['a', 'a']", "columns": f"return {TWO}"},
-        "a is there twice",
+        "a occurs twice",
     ),
     "zero": (
         "shape and finite values",
@@ -157,12 +157,12 @@ WRONG = {
     "lost": (
         "fitted parameters",
         {"declared": "parameter_units = {'b': 'deg'}"},
-        "b stands in parameter_units",
+        "b is in parameter_units",
     ),
     "offset": (
         "independence",
         {"columns": ONES, "formula": "a + 0 * since"},
-        "the offset of a run has already",
+        "in the offset of a run",
     ),
     "dependent": (
         "independence",
@@ -193,7 +193,7 @@ def test_what_the_set_lacks_is_said(tmp_path: Path, small_set: Path) -> None:
 
 def test_without_a_formula_nothing_is_said_to_be_compared(tmp_path: Path, small_set: Path) -> None:
     assert checked(tmp_path, small_set, formula="None").exit_code == 0
-    assert found(tmp_path)["columns beside a formula"][0] == "open"
+    assert found(tmp_path)["columns and formula"][0] == "open"
 
 
 @pytest.mark.parametrize(

@@ -96,7 +96,7 @@ def test_names_that_cannot_be_are_refused(tmp_path: Path) -> None:
         with pytest.raises(ValueError, match="name"):
             write_new_effect(name, tmp_path)
     write_new_effect("mine", tmp_path)
-    with pytest.raises(FileExistsError, match="not touched"):
+    with pytest.raises(FileExistsError, match="not changed"):
         write_new_effect("mine", tmp_path)
 
 

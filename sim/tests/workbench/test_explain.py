@@ -109,7 +109,7 @@ def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_pa
     (unclear,) = json.loads(file.read_text(encoding="utf-8"))["not_separated"]
     assert {"vibration", "bearing_ball_pass"} <= set(unclear["effects"])
     assert "speed" in unclear["next_measurement"]
-    said = f"This set cannot tell between {', '.join(unclear['effects'])}"
+    said = f"This set cannot distinguish between {', '.join(unclear['effects'])}"
     assert said in " ".join(done.output.split())
     head = model.read_text(encoding="utf-8").splitlines()[0]
     assert head.startswith(f"# {said}")

@@ -67,7 +67,7 @@ def test_one_temperature_tells_no_lag(lagging: SimulatedSet) -> None:
     assert capture is not None
     assert capture.temperature_c is not None
     observations = observations_of(lagging.measurement)
-    with pytest.raises(NoLagError, match="does not tell the lag"):
+    with pytest.raises(NoLagError, match="does not determine the lag"):
         fitted_sensor_lag(*_fitted_default(lagging), built_in())
     assert observations.capture is not None
     bare = replace(observations, capture=replace(observations.capture, temperature_c=None))

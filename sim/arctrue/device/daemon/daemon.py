@@ -121,7 +121,9 @@ class Daemon:
         number = int(turn.fields["turn"])
         if number < self._last_number:
             self._probe.forget()
-            self._happened("restart", "the board has started again: its turns count anew")
+            self._happened(
+                "restart", "the board has started again: its turns are counted from the beginning"
+            )
         self._last_number = number
         self.state.turns += 1
         identifier = self._record(turn)
@@ -170,7 +172,7 @@ class Daemon:
         self._record_retry_s = time.monotonic() + RETRY_RECORD_S
         if self.state.recording:
             self.state.recording = False
-            text = f"{self._settings.record}: cannot be written: {error}; telemetry goes on"
+            text = f"{self._settings.record}: cannot be written: {error}; telemetry continues"
             self._happened("record", text)
 
     def _turns(self, latest: int, after: int) -> list[RecordedTurn]:

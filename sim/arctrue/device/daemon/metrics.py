@@ -20,7 +20,7 @@ _COUNTERS = {
     "captures": "Captures taken.",
     "failed_captures": "Captures that could not be taken.",
     "probe_edges": "Edges at probe_in whose positions are recorded.",
-    "probe_missed": "Edges at probe_in whose positions nobody read.",
+    "probe_missed": "Edges at probe_in whose positions were not read.",
 }
 _GAUGES = {
     "connected": "1 if the serial port is open.",

@@ -151,7 +151,7 @@ class Server:
             writer.write(_line(self._life(request.get("alarms"))))
         else:
             known = "watch, console, status, capture or life"
-            writer.write(_line({"error": f"nothing is known as {str(asked)[:40]!r}: ask {known}"}))
+            writer.write(_line({"error": f"no request is called {str(asked)[:40]!r}: ask {known}"}))
 
     async def _http(
         self, line: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter

@@ -59,7 +59,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         raise MeasurementError(
             "format",
             path,
-            "samples were lost here, and without sample numbers nobody knows how many: "
+            "samples were lost here, and without sample numbers their number is unknown: "
             "record with halsampler -t",
             row=overruns[0],
         )

@@ -56,7 +56,9 @@ def encoding_of(path: Path) -> Encoding:
             # In UTF-16 every second byte of digits and Latin letters is zero.
             if zeros.count(0) > 0.7 * len(zeros):
                 return Encoding(name, f"{path.name}: text in {name.upper()}, without its mark")
-        raise MeasurementError("format", path, "is no text, and no format that a reader recognises")
+        raise MeasurementError(
+            "format", path, "is neither text nor a format that a reader recognises"
+        )
     for name in ("utf-8-sig", "cp1252"):
         if _decodes(path, name):
             usual = name == "utf-8-sig"

@@ -36,8 +36,8 @@ class TwinCat(TableOfCommand):
         interval = 360 * UNITS_PER_DEG / points
         if not interval.is_integer():
             raise ValueError(
-                f"--points: twincat steps by whole 0.0001°, {points} steps a turn do not; "
-                "choose a divisor of 3600000, as 360 or 720"
+                f"--points: twincat needs steps of whole 0.0001°, which {points} steps a turn do "
+                "not have; choose a divisor of 3600000, as 360 or 720"
             )
         nominal = turn_deg(points)[:-1]
         up, down = (

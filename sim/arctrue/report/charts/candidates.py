@@ -55,7 +55,7 @@ def candidates_chart(result: Diagnosis) -> Chart:
     places = along(np.array([item.delta_bic for item in shown] or [0.0]))
     low, high = min(float(places.min()), 0.0), max(float(places.max()), 0.0)
     x = Axis(
-        f"ΔBIC: evidence, freedom and search charged for (linear to ±{LINEAR_TO:g})",
+        f"ΔBIC: evidence minus the cost of parameters and search (linear to ±{LINEAR_TO:g})",
         reach=(low - _ROOM, high + _ROOM),
         ticks=_ticks(low, high),
     )

@@ -68,7 +68,7 @@ def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
         "What the residual follows",
     )
     height = 1.2 + 0.3 * len(findings)
-    words = "Share of the excess that follows each condition, as compare says it."
+    words = "Share of the excess that follows each condition, as `compare` states it."
     return Chart("residual_findings", words, [panel], panel_height=height)
 
 

@@ -309,7 +309,7 @@ _ALL = (
     ),
     Case(
         "warm_ovality",
-        "a disc that ovalises with heat, which is in no catalogue",
+        "a disc that becomes oval with heat, which is not in the catalogue",
         _warm_lobes,
         _WARMING,
         fresh=RunPlan(start_s=3600.0, temperature_c=(FRESH_C, FRESH_C)),

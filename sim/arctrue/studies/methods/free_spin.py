@@ -162,7 +162,7 @@ FREE_SPIN = Method(
     "Time measurement on a free spin (TDR)",
     "Lu et al. [3], Lu and Trumper [4]",
     1,
-    "a motor that lets go, 10 turns a second, raw lines; a spin up every 4 s",
+    "a motor that can be released, 10 turns a second, raw lines; a spin up every 4 s",
     "what speed changes: the axis' motion at working speed, torque of orders that are not fitted",
     lambda world: of_harmonics(*harmonics_of_spin(world, FreeSpin())),
 )

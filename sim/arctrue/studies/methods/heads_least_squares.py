@@ -119,7 +119,11 @@ def least_squares_of(
         heads,
         f"heads at {_named(places_deg)}",
         "no order up to 128; "
-        + ("motion above order 8, and all that does not repeat" if motion else "motion is disc"),
+        + (
+            "motion above order 8 and all that does not repeat"
+            if motion
+            else "motion counts as disc"
+        ),
         lambda world: _head1(world, places_deg, motion),
     )
 

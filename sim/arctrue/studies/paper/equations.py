@@ -256,7 +256,7 @@ def instrument_terms() -> Item:
     return Item(
         "(14), (15)",
         "u₄ = 0.0005″, u₅ = 0.0001″",
-        f"{fourth:.4f}″, {fifth:.5f}″, each beside the geometry of a mirror that is hollow or "
+        f"{fourth:.4f}″, {fifth:.5f}″, each against the geometry of a mirror that is hollow or "
         "leans",
         "`pytest sim/tests/studies/paper`",
         {"u4_arcsec": fourth, "u5_arcsec": fifth},

@@ -77,7 +77,9 @@ class _Leg(Struct, forbid_unknown_fields=True):
             )
         key, beside = ("speed_deg_s", "turns") if self.turns is None else ("run_s", "pause_s")
         if getattr(self, key) is not None:
-            raise ValueError(f"{key}: expected only beside {beside}, found {getattr(self, key):g}")
+            raise ValueError(
+                f"{key}: expected only together with {beside}, found {getattr(self, key):g}"
+            )
         if self.pause_s is not None and self.run_s is not None and self.run_s > self.pause_s:
             raise ValueError(
                 f"run_s: expected at most pause_s, {self.pause_s:g}, found {self.run_s:g}"

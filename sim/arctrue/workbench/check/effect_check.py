@@ -134,7 +134,7 @@ class _Subject:
     def named(self) -> Check:
         twice = sorted({name for name in self.names if self.names.count(name) > 1})
         clash = sorted(set(self.names) & {item.name for item in self.effect.search})
-        faults = [f"the name {name} is there twice" for name in [*twice, *clash]]
+        faults = [f"the name {name} occurs twice" for name in [*twice, *clash]]
         if not self.names:
             faults.append("there is no coefficient")
         return _check("names of the coefficients", faults, ", ".join(self.names))
@@ -143,7 +143,7 @@ class _Subject:
         channels = sorted({name for name, _, _ in self._each()})
         faults = []
         if not channels:
-            faults.append("neither capture_columns nor reference_columns gives anything")
+            faults.append("neither capture_columns nor reference_columns returns columns")
         else:
             size = sum(np.abs(columns).max(axis=0) for _, _, columns in self._each())
             faults = [
@@ -157,7 +157,7 @@ class _Subject:
 
     def same_again(self) -> Check:
         faults = [
-            f"{name}: a second call with the same rows gives other columns"
+            f"{name}: a second call with the same rows returns different columns"
             for name, number, columns in self._each()
             if not _same(columns, self._columns(self.channels[name], self.places[number]))
         ]
@@ -172,9 +172,9 @@ class _Subject:
             part = slice(rows.run.size // 3, rows.run.size // 2)
             if not _same(columns[part], self._columns(rows.part(part), self.places[number])):
                 faults.append(
-                    f"{name}: a part of the rows gives other columns than that part of all rows; "
-                    "a mean, a maximum or a first row over the rows that were handed in changes "
-                    "with the block (run_start_s, set_start_s and reference_temperature_c do not)"
+                    f"{name}: the columns of some rows depend on the other rows; a mean, a "
+                    "maximum or a first row of the rows passed to the method changes with the "
+                    "block (run_start_s, set_start_s and reference_temperature_c do not)"
                 )
                 break
         return _check("each row by itself", faults, "the rows may come in blocks")
@@ -193,7 +193,7 @@ class _Subject:
             ]
             if faults:
                 break
-        question = "columns beside a formula"
+        question = "columns and formula"
         if not compared:
             return Check(
                 question,
@@ -260,7 +260,7 @@ class _Subject:
         for name, unit in self.effect.parameter_units.items():
             given = set().union(*(found for key, found in units.items() if _stands_for(name, key)))
             if not given:
-                faults.append(f"{name} stands in parameter_units, and parameters does not give it")
+                faults.append(f"{name} is in parameter_units, but parameters does not return it")
             elif given != {unit}:
                 other = ", ".join(sorted(given - {unit}))
                 faults.append(f"{name}: parameter_units says {unit}, parameters {other}")
@@ -297,7 +297,7 @@ class _Subject:
         lengths = np.linalg.norm(own, axis=0)
         kept = np.linalg.norm(left, axis=0)
         faults = [
-            f"{name} is what graduation_harmonics or the offset of a run has already"
+            f"{name} is already in graduation_harmonics or in the offset of a run"
             for name, whole, rest in zip(self.names, lengths, kept, strict=True)
             if whole > 0.0 and rest <= EXPLAINED * whole
         ]
@@ -327,7 +327,7 @@ class _Subject:
                 alike.append(f"{name} (correlation {float(values.min()):.3f})")
         if not alike:
             return Check("look-alikes", "right", "no known effect without a search")
-        return Check("look-alikes", "open", f"this set does not tell it from {', '.join(alike)}")
+        return Check("look-alikes", "open", f"this set cannot separate it from {', '.join(alike)}")
 
 
 def _stands_for(pattern: str, name: str) -> bool:

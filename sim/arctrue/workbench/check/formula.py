@@ -41,8 +41,8 @@ def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> li
         row = int(np.argmax(off))
         if off[row] > ROUNDING * scale:
             faults.append(
-                f"{name}: row {row} has {columns[row, place]:.6g} in the column and "
-                f"{slope[row]:.6g} by the formula's difference{_hint(columns[:, place], slope)}"
+                f"{name}: row {row} has {columns[row, place]:.6g} in the column, but "
+                f"{slope[row]:.6g} by the formula{_hint(columns[:, place], slope)}"
             )
     return faults
 
@@ -51,7 +51,9 @@ def _faults_of_zero(forward: Forward, at: dict[str, float]) -> list[str]:
     rest = forward(dict.fromkeys(at, 0.0))
     if float(np.abs(rest).max()) <= 1e-9:
         return []
-    return ["the formula is not zero where all coefficients are: no column can hold that part"]
+    return [
+        "the formula is not zero when all coefficients are zero: no column can describe that part"
+    ]
 
 
 def _moved(at: dict[str, float], name: str, step: float) -> dict[str, float]:

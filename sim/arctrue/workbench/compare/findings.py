@@ -226,7 +226,7 @@ def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None
     if shadow_of is None:
         text = f"{percent(share)} of the excess in the {item.channel} follows {item.words}"
         if beyond < share - LEAST_SHARE:
-            text += f" ({percent(beyond)} beyond what is said above)"
+            text += f" ({percent(beyond)} beyond the items above)"
     else:
         text = f"{item.words} resembles it: {percent(share)} by itself, {percent(beyond)} beyond it"
     return Finding(item.channel, item.words, share, beyond, shadow_of, text)

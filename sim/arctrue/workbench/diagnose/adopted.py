@@ -52,12 +52,14 @@ def adopt(product: ProductOfParts, name: str, description: str, folder: Path) ->
     file.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
-        raise ValueError(f"{name!r} cannot name an effect: small letters, digits, underscores")
+        raise ValueError(
+            f"{name!r} is no name for an effect: use small letters, digits, underscores"
+        )
     if name in built_in():
         raise ValueError(f"the effect name {name} is taken already")
     path = folder / f"{name}.py"
     if path.exists():
-        raise FileExistsError(f"{path}: is there already; it was not touched")
+        raise FileExistsError(f"{path}: exists already; it was not changed")
     templates = Environment(
         loader=PackageLoader("arctrue.workbench.effects", "templates"),
         undefined=StrictUndefined,

@@ -207,8 +207,8 @@ def _temperature_faults(
         return []
     first, _, size = spikes[0]
     return [
-        f"{channel}, {_row(line_of(first))}: temperature_c goes {size:+.1f} K and back within "
-        f"three rows; {len(spikes)} such places"
+        f"{channel}, {_row(line_of(first))}: temperature_c changes by {size:+.1f} K and back "
+        f"within three rows; {len(spikes)} such places"
     ]
 
 

@@ -153,7 +153,7 @@ def diagnose(
         left_arcsec = _deepest(case.decision, base).capture_residual_arcsec()
         without = without_wrong_rows(observations, left_arcsec)
         if without is not None:
-            report_step("once more without single wrong rows")
+            report_step("fitting again without single wrong rows")
             return diagnose(
                 replace(without, may_mask=False),
                 terms,
@@ -240,7 +240,7 @@ def _case_of(
     matters = 0.0 if count is None else matters_counts * count
 
     def with_first(before: Survey, first: Candidate) -> Survey:
-        report_step(f"once more with {first.name} in the model")
+        report_step(f"diagnosing again with {first.name} in the model")
         left = before.findings.without(first.regular)
         if first.regular is None and not left.empty:
             left = findings_of(first.at_maximum, effects)

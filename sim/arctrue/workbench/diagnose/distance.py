@@ -60,7 +60,7 @@ def ways_unlike(
             found.append(f"the noise of its {channel} is of another kind")
         noise = left.noise_arcsec.get(channel, 0.0)
         if left.rms_arcsec.get(channel, 0.0) > MUCH_LEFT * noise:
-            found.append(f"its {channel} has more left than its noise")
+            found.append(f"its {channel} has a residual above its noise")
     return tuple(found)
 
 

@@ -34,20 +34,26 @@ OF_PARTS = {
     "temperature": (
         "warm",
         "one more run with the table 4 K warmer, at the same speed and in the same direction: "
-        "the part grows with the temperature",
+        "the error grows with the temperature",
     ),
-    "speed": ("speed", "one more run at another speed, in the same direction: it grows with it"),
+    "speed": (
+        "speed",
+        "one more run at another speed, in the same direction: the error grows with the speed",
+    ),
     "speed^2": (
         "speed",
-        "one more run at another speed, in the same direction: at twice the speed it is four "
-        "times as large",
+        "one more run at another speed, in the same direction: at twice the speed the error is "
+        "four times as large",
     ),
-    "direction": ("direction", "the same run in the other direction: its sign changes"),
-    "time": ("again", "the same run an hour later, at the same temperature: it has gone on"),
+    "direction": ("direction", "the same run in the other direction: the error changes its sign"),
+    "time": (
+        "again",
+        "the same run an hour later, at the same temperature: the change has continued",
+    ),
     "settling": (
         "again",
-        "the same run once more, after the table has stood still for ten minutes: it begins anew, "
-        "or it does not",
+        "the same run once more, after the table has stood still for ten minutes: the change "
+        "begins anew, or it does not",
     ),
 }
 """Kind and words of the measurement that tests a condition."""
@@ -82,19 +88,19 @@ class Question:
 
 RECORD_AGAIN = NextMeasurement("record the faulty runs again", None)
 MORE_READINGS_THAN_COEFFICIENTS = NextMeasurement(
-    "the same stations once more: this set has no more readings than coefficients, so "
-    "that nothing tells the noise (or state standard_uncertainty_arcsec)",
+    "the same stations once more: this set has no more readings than coefficients, so that the "
+    "noise is not known (or state standard_uncertainty_arcsec)",
     None,
 )
 AT_ONE_SPEED = NextMeasurement(
-    "one run with five times as many samples a turn: the line is there at one speed only, and may "
+    "one run with five times as many samples a turn: the line appears at one speed only and may "
     "be the alias of another",
     "samples",
 )
 
 LOOK_AT_THE_STAND = NextMeasurement(
-    "the same measurement once more, with the stand, the mounts and the counter checked: what was "
-    "knocked once does not come again",
+    "the same measurement once more, with the stand, the mounts and the counter checked: a single "
+    "knock does not repeat",
     "again",
 )
 
@@ -130,7 +136,7 @@ def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasur
         if min(splits) > SPLITS_CHI_SQUARE:
             names = ", ".join(_called(rival) for rival in rivals)
             return NextMeasurement(
-                f"{plan.words}: it splits {best.name} from {names}", plan.kind, min(splits)
+                f"{plan.words}: it separates {best.name} from {names}", plan.kind, min(splits)
             )
         if partly is None and max(splits) > SPLITS_CHI_SQUARE:
             partly = plan, max(splits), rivals[int(np.argmax(splits))]
@@ -140,7 +146,7 @@ def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasur
     if partly is not None:
         plan, chi_square, rival = partly
         return NextMeasurement(
-            f"{plan.words}: it splits {best.name} from {_called(rival)}", plan.kind, chi_square
+            f"{plan.words}: it separates {best.name} from {_called(rival)}", plan.kind, chi_square
         )
     return own
 
@@ -190,19 +196,19 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
         if part in OF_PARTS and not has_already(part, observations):
             kind, words = OF_PARTS[part]
             if part in ("time", "settling") and not temperature_known:
-                words += ". Record the temperature with it: warming up, which this set cannot show"
+                words += ". Record the temperature too: warming up, which this set cannot show"
                 words += ", looks the same"
             return NextMeasurement(words, kind)
     if product.condition.column is not None:
         return NextMeasurement(
-            f"the same measurement with another {product.condition.column}, all else alike: the "
-            "part grows with it",
+            f"the same measurement with another {product.condition.column}, all else equal: the "
+            "error grows with it",
             None,
         )
     if any(order != round(order) for order in product.orders):
         return NextMeasurement(
-            "one run of 30 turns or more: a half order changes its sign from turn to turn, an "
-            "order beside it drifts away",
+            "one run of 30 turns or more: a half order changes its sign from turn to turn; the "
+            "phase of an order near it drifts",
             "turns",
         )
     if product.electrical_head is not None:
@@ -212,19 +218,20 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
         )
     if product.frame == "reference" and observations.faces is None:
         return NextMeasurement(
-            "the same reference run at other stations, half a step further: what belongs to the "
-            "place goes on smoothly between the stations",
+            "the same reference run at other stations, half a step further: an error of the place "
+            "is smooth between the stations",
             None,
         )
     if product.frame == "reference":
         return NextMeasurement(REINDEX, "polygon_reindexed")
     if product.frame == "disc":
         return NextMeasurement(
-            "the disc put on its hub again, turned by some degrees: what is fixed to it turns too",
+            "the disc put on its hub again, turned by some degrees: an error fixed to the disc "
+            "turns with it",
             None,
         )
     return NextMeasurement(
-        "the bracket of one head moved by some degrees: what belongs to it moves too", None
+        "the bracket of one head moved by some degrees: an error of that head moves with it", None
     )
 
 

@@ -44,8 +44,8 @@ def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
         return None
     listed = ", ".join(f"{order}" for order in whole)
     return (
-        f"orders {listed} are there together, all multiples of {common}: a pattern that repeats "
-        "each turn with corners (many harmonics), and no order by itself"
+        f"orders {listed} occur together, all multiples of {common}: they are harmonics of a "
+        "pattern with corners that repeats each turn, not single orders"
     )
 
 
@@ -77,8 +77,8 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
         return None
     listed = ", ".join(f"{order}" for order in sorted(orders.tolist()))
     return (
-        f"orders {listed} are there together and become smaller evenly: a shape that repeats each "
-        "turn with corners (many harmonics), and no line by itself"
+        f"orders {listed} occur together and decrease evenly: they are harmonics of a shape with "
+        "corners that repeats each turn, not single lines"
     )
 
 

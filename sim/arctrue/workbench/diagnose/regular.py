@@ -255,7 +255,7 @@ class Findings:
         found = []
         if self.same:
             found.append(
-                f"The same as {self.cause}, as the reference sees it: {'; '.join(self.same)}."
+                f"The reference shows the same error as {self.cause}: {'; '.join(self.same)}."
             )
         found += [words for _, words in sorted(self._by_size(), key=lambda item: -item[0])]
         if self.slow is not None:
@@ -264,7 +264,7 @@ class Findings:
                 f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
             )
         if self.oscillation is not None:
-            found.append(f"In the noise: {self.oscillation.words()}.")
+            found.append(f"The noise contains {self.oscillation.words()}.")
         return found
 
     def _by_size(self) -> Iterator[tuple[float, str]]:
@@ -273,7 +273,7 @@ class Findings:
             words = "; ".join(cause.words() for cause in self.causes)
             yield (
                 max(cause.taken_arcsec for cause in self.causes),
-                f"Regular in the reference, with the error that each causes: {words}.",
+                f"Regular errors in the reference, with the size of each: {words}.",
             )
         if self.reversal is not None:
             # Half of the error acts upwards and half downwards.
@@ -287,7 +287,8 @@ class Findings:
             words = "; ".join(step.words() for step in self.steps)
             yield (
                 max(abs(step.size_arcsec) for step in self.steps) / 2.0,
-                f"A single event, which no other part of the record can confirm: {words}.",
+                "The record contains a single event, which no other part of it can confirm: "
+                f"{words}.",
             )
 
 

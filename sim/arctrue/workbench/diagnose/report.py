@@ -151,7 +151,7 @@ def sentences(result: Diagnosis) -> list[str]:
         return ["The data themselves are faulty:", *result.decision.faults]
     if result.verdict == "cannot_tell":
         return [
-            f"This set cannot tell: {result.decision.cannot_tell}.",
+            f"This set cannot decide: {result.decision.cannot_tell}.",
             *result.findings.sentences(),
             *_probable(result),
             *_measurement(result),
@@ -169,7 +169,7 @@ def sentences(result: Diagnosis) -> list[str]:
         said += [words for words in (of_data, of_values, *_aliased(result)) if words]
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
-            said.append(f"Larger effects would explain it too, with more freedom: {larger}.")
+            said.append(f"Effects with more parameters would explain it too: {larger}.")
         smaller = _smaller_part(result)
         said += smaller
         if result.second is not None and not (smaller and result.second.bare):
@@ -178,14 +178,14 @@ def sentences(result: Diagnosis) -> list[str]:
         more = _explains_more(result)
         if more is not None:
             said.append(
-                f"That is not all: {more} explains still more. Add "
-                f"{result.named.name} and diagnose again."
+                f"{more} explains a further part. Add {result.named.name} and diagnose again."
             )
     elif result.verdict == "ambiguous":
         said = [*_undecided(result), *_aliased(result)]
     elif result.decision.resembles is not None:
         said = [
-            f"None of the known effects fits. It resembles {result.decision.resembles.name}, but: "
+            "None of the known effects fits. The error resembles "
+            f"{result.decision.resembles.name}, but: "
             f"{result.decision.unlike}."
         ]
         if result.description is not None:
@@ -194,8 +194,8 @@ def sentences(result: Diagnosis) -> list[str]:
         said = [f"None of the known effects fits: {result.decision.seen}."]
     elif result.description is None:
         said = [
-            "The model does not fit, and neither an effect nor a product of parts describes what "
-            "is left: see the maps of arctrue compare."
+            "The model does not fit, and neither an effect nor a product of parts describes the "
+            "remaining error: see the maps of arctrue compare."
         ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
@@ -239,8 +239,9 @@ def _smaller_part(result: Diagnosis) -> list[str]:
     if excess <= (LEAST_EXCESS * noise) ** 2 or rest <= MOST_OF_EXCESS * excess:
         return []
     return [
-        f"It is the smaller part: the {channel} keeps {after.rms_arcsec[channel]:.3g}″ RMS with it "
-        f"in the model, {before.rms_arcsec[channel]:.3g}″ without (noise {noise:.2g}″)."
+        f"It explains the smaller part of the error: {after.rms_arcsec[channel]:.3g}″ RMS of the "
+        f"{channel} remain with it in the model, {before.rms_arcsec[channel]:.3g}″ without (noise "
+        f"{noise:.2g}″)."
     ]
 
 
@@ -292,7 +293,7 @@ def _covered(covers: Coverage) -> list[str]:
         sizes = ", ".join(
             f"{name} {_smallest(item)}" for name, item in sorted(covers.smallest.items())
         )
-        said.append(f"It would have found (in 95 % of such sets): {sizes}.")
+        said.append(f"In 95 % of such sets the diagnosis would find: {sizes}.")
     few = sorted(name for name, item in covers.smallest.items() if item.noise_hardly_known)
     if few:
         said.append(
@@ -302,7 +303,7 @@ def _covered(covers: Coverage) -> list[str]:
     if covers.blind_orders:
         first = ", ".join(f"{order}" for order in covers.blind_orders[:MOST_ORDERS])
         more = " and so on" if len(covers.blind_orders) > MOST_ORDERS else ""
-        said.append(f"Orders that it cannot see at this head separation: {first}{more}.")
+        said.append(f"Orders that the heads cannot see at this separation: {first}{more}.")
     return said
 
 
@@ -315,12 +316,12 @@ def _aliased(result: Diagnosis) -> list[str]:
     if in_capture(item, result.observations):
         return [
             f"Order {item.nonlinear['order']:.6g} or its alias {orders}: the samples of the "
-            "capture see them alike. A run with another number of samples a turn, or from another "
-            "angle, would tell."
+            "capture cannot separate them. A run with another number of samples a turn, or from "
+            "another angle, would separate them."
         ]
     return [
         f"Its order has fewer than two stations a period: orders {orders} and others look the same "
-        "at these stations. Stations that are closer, or uneven, would tell."
+        "at these stations. Stations that are closer, or uneven, would separate them."
     ]
 
 
@@ -351,7 +352,7 @@ def _smallest(item: Detectable) -> str:
 def _undecided(result: Diagnosis) -> list[str]:
     first, why = result.effect_class[0], result.decision.unconfirmed
     if len(result.effect_class) > 1:
-        said = [f"This data cannot tell between: {', '.join(result.effect_class)}."]
+        said = [f"This data cannot distinguish between: {', '.join(result.effect_class)}."]
         if result.decision.look_alikes and why is not None:
             said.append(f"In addition to {first}: {why}.")
     elif why is not None:
@@ -359,7 +360,9 @@ def _undecided(result: Diagnosis) -> list[str]:
     else:
         said = [f"{first} fits best, but this data is not enough to name it."]
     if result.description is not None:
-        said.append(f"A description that no catalogue has fits equally well: {result.description}.")
+        said.append(
+            f"A description that is not in the catalogue fits equally well: {result.description}."
+        )
     return said
 
 

@@ -62,7 +62,9 @@ class SecondFinding:
             for name in channels
         )
         if self.channel is not None:
-            return f"And it differs from place to place by ±{100.0 * self.variation:.0f} %: {left}."
+            return (
+                f"Its size differs by ±{100.0 * self.variation:.0f} % from place to place: {left}."
+            )
         # The report states the next name elsewhere; only a product of parts gives the form.
         what = "" if self.description is None else f"; {self.description}"
         return f"With it in the model an error remains: {left}{what}."

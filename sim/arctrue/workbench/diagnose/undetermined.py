@@ -36,6 +36,6 @@ def undetermined(solution: Solution) -> str | None:
     over = f" over {arc_deg:.0f}°" if arc_deg < WHOLE_TURN_DEG else ""
     return (
         f"the rows{over} do not determine the model: it leaves {float(np.std(left)):.3g}″ RMS "
-        f"where {float(np.std(measured)):.3g}″ were measured, and what is beside it may only "
+        f"where {float(np.std(measured)):.3g}″ were measured, and a further finding may only "
         "cancel its orders"
     )

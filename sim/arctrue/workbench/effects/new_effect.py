@@ -19,7 +19,9 @@ def write_new_effect(name: str, folder: Path) -> list[Path]:
     Raises ValueError for a name that is taken or not allowed, FileExistsError for an existing file.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
-        raise ValueError(f"{name!r} cannot name an effect: small letters, digits, underscores")
+        raise ValueError(
+            f"{name!r} is no name for an effect: use small letters, digits, underscores"
+        )
     if name in built_in():
         raise ValueError(f"the effect name {name} is taken already")
     templates = Environment(
@@ -32,7 +34,7 @@ def write_new_effect(name: str, folder: Path) -> list[Path]:
     made = {folder / f"{name}.py": "effect.py.j2", folder / f"test_{name}.py": "test_effect.py.j2"}
     for path in made:
         if path.exists():
-            raise FileExistsError(f"{path}: is there already; it was not touched")
+            raise FileExistsError(f"{path}: exists already; it was not changed")
     with ExitStack() as both:
         for path, template in made.items():
             unfinished = both.enter_context(whole_file(path))

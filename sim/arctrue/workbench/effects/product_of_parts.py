@@ -246,7 +246,7 @@ class ProductOfParts(Effect):
     """Adds a condition times a wave that is fixed to a frame."""
 
     name = "product_of_parts"
-    physics = "A description by parts, which the settings say; its physics is not known yet."
+    physics = "A description by parts, which the settings state; its physics is not known yet."
     equation = "condition × wave, in one frame"
     source = "found in the residuals"
     needs_settings = True

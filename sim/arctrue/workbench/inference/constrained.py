@@ -233,7 +233,7 @@ def _nearest(
     involved = np.flatnonzero(slopes.any(axis=0) & (spread > 0.0))
     if not involved.size:
         lost = ", ".join(name for item in conditions for name in item.names)
-        raise ConditionError(f"{lost}: the data do not determine what the condition is on")
+        raise ConditionError(f"{lost}: the data do not determine the parameters of this condition")
     own = unknowns.covariance[np.ix_(involved, involved)]
     values, vectors = np.linalg.eigh(own / np.outer(spread[involved], spread[involved]))
     root = vectors * np.sqrt(np.maximum(values, 1e-14)) * spread[involved][:, np.newaxis]

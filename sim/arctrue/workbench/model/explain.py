@@ -68,10 +68,12 @@ class NotSeparated:
         names = ", ".join(self.effects)
         if self.description is not None:
             names += f", or {self.description}"
-        would = self.next_measurement or "no single measurement that was tried on paper"
+        would = self.next_measurement or "none of the single measurements that were calculated"
         if len(self.effects) == 1 and self.description is None:
-            return f"This set cannot confirm {names}: {self.why}. What would: {would}."
-        return f"This set cannot tell between {names}. What would: {would}."
+            return (
+                f"This set cannot confirm {names}: {self.why}. A measurement that would: {would}."
+            )
+        return f"This set cannot distinguish between {names}. A measurement that would: {would}."
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,13 +139,13 @@ def explain(
         unclear = not_separated(verdict)
         if unclear is not None:
             alike[name] = unclear
-        report_step("diagnosing what is left")
+        report_step("diagnosing the remaining error")
         verdict = _verdict(solution, observations, effects, matters_counts)
     grown, solution, dropped = _without_idle(
         grown, solution, kept, observations, effects, measurement
     )
     if dropped:
-        report_step("diagnosing what is left")
+        report_step("diagnosing the remaining error")
         verdict = _verdict(solution, observations, effects, matters_counts)
     with_all = left_by(solution)
     causes = []

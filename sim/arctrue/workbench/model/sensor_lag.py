@@ -168,7 +168,8 @@ def fitted_sensor_lag(
     sigma = _sigma_s(likelihood, best)
     if not sigma < LONGEST_S:
         raise NoLagError(
-            "the set does not tell the lag of its thermometer: nothing in the model follows a "
+            "the set does not determine the lag of its thermometer: no effect of the model "
+            "follows a "
             "temperature that changes at more than one rate"
         )
     return Parameter(best, sigma, "s")

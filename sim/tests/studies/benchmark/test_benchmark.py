@@ -258,7 +258,7 @@ def test_rates_count_what_they_say() -> None:
     by_world = "| white | **28.6 (3.7 … 71.0) of 7** | **33.3 (0.8 … 90.6) of 3** | "
     assert by_world + "false name 1, falsely adequate 1, silent 1 |" in text
     assert "state no probability" in text
-    assert "All 4 sets whose outcome is none that a set should come to, or of which" in text
+    assert "All 4 sets with an outcome that should not be, or with a second name" in text
     assert "right (latency, and in addition vibration). `arctrue benchmark set FOLDER" in text
     assert "met: unknown, of visible products of parts (100.0 %, goal ≥ 90). Missed: " in text
     assert "Missed: false name (14.3 %, goal ≤ 1); " in text
@@ -306,7 +306,7 @@ def test_every_failure_is_listed_up_to_a_number_that_is_reported() -> None:
     sets = [judged("adequate", effect("latency")) for _ in range(MOST_FAILURES + 1)]
     text = benchmark_page(header_of(sets=len(sets)), scored(sets))
     assert text.count("--world white --content one") == MOST_FAILURES
-    assert f"{MOST_FAILURES} of {MOST_FAILURES + 1} sets whose" in text
+    assert f"{MOST_FAILURES} of {MOST_FAILURES + 1} sets with" in text
     assert "`arctrue benchmark score FOLDER` lists all" in text
 
 
@@ -380,13 +380,14 @@ def test_reason_of_a_case_stands_with_its_failure_and_stays(tmp_path: Path) -> N
         f"and in addition vibration). `{failed.command()}` *Why: A line is left by the lag.*"
         in text
     )
-    assert f"`{later.command()}` *Not looked into yet.*" in text
+    assert f"`{later.command()}` *Not examined yet.*" in text
     stale = (
-        "*Looked into when latency, and in addition vibration was said: A line is left by the lag"
+        "*Examined when the answer was latency, and in addition vibration: "
+        "A line is left by the lag"
     )
     assert f"(adequate). `{failed.command()}` {stale}" in text
     assert text.count(command) == 2
-    assert "makes the set again; 2 of 3 have been looked into." in text
+    assert "makes the set again; 2 of 3 have been examined." in text
 
 
 def test_reasons_in_the_tree_are_sentences() -> None:

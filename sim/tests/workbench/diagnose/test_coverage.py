@@ -86,7 +86,7 @@ def test_adequate_says_what_it_covers() -> None:
     assert set(probability) == {item["effect"] for item in data["candidates"]} | {"none", "unknown"}
     assert data["noise"]["capture"]["white_arcsec"] == pytest.approx(0.1 * np.sqrt(2.0), rel=0.05)
     assert data["noise"]["reference"]["white_arcsec"] == pytest.approx(0.15, rel=0.15)
-    assert any("would have found" in text for text in sentences(result))
+    assert any("the diagnosis would find" in text for text in sentences(result))
 
 
 @pytest.mark.parametrize(("slow_arcsec", "blind"), [(0.0, False), (0.3, False), (3.0, True)])

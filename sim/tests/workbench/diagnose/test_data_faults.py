@@ -93,7 +93,7 @@ def test_a_temperature_of_a_broken_sensor_is_reported() -> None:
     made, capture = _copied()
     assert capture.temperature_c is not None
     capture.temperature_c[ROW] += 7.0
-    assert "goes +7.0 K and back" in _faults(made, capture)[0]
+    assert "changes by +7.0 K and back" in _faults(made, capture)[0]
     capture.temperature_c[ROW:] = -999.0
     assert "temperature_c is -999, expected" in _faults(made, capture)[0]
 

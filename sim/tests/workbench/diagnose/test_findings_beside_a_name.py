@@ -87,7 +87,7 @@ def test_an_alias_of_the_named_effect_is_no_finding_of_its_own() -> None:
     assert findings.steps == ()
     assert found.further == []
     words = " ".join(sentences(found))
-    assert "explains still more" not in words
+    assert "explains a further part" not in words
     assert "an error remains" not in words
 
 
@@ -96,7 +96,7 @@ def test_the_alias_is_stated_to_be_the_named_effect() -> None:
     seen = diagnosis_data(found, [])["findings"]["same_as_cause"]
     assert seen["cause"] == "subdivision_error"
     assert seen["seen_as"]
-    assert "The same as subdivision_error" in " ".join(sentences(found))
+    assert "The reference shows the same error as subdivision_error" in " ".join(sentences(found))
 
 
 def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:

@@ -30,7 +30,7 @@ def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
     assert found.verdict == "unknown"
     assert found.decision.resembles is not None
     assert found.decision.resembles.name == "high_order_graduation"
-    assert "a pattern that repeats each turn with corners" in (found.decision.unlike or "")
+    assert "a pattern with corners that repeats each turn" in (found.decision.unlike or "")
 
 
 def test_one_order_keeps_its_name() -> None:

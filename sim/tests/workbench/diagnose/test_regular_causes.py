@@ -67,7 +67,7 @@ def test_the_worm_is_named_before_smaller_lines() -> None:
     data = diagnosis_data(found, ["graduation_harmonics"])["findings"]
     assert data["regular"][0]["lines"][0]["multiple"] == 1
     assert any(
-        text.startswith("Regular in the reference") and "drive_gear_error" in text
+        text.startswith("Regular errors in the reference") and "drive_gear_error" in text
         for text in sentences(found)
     )
 
@@ -90,9 +90,9 @@ def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> Non
     assert found.named is not None
     assert found.named.parameters()["period_time"].value == pytest.approx(6.0, rel=0.01)
     said = sentences(found)
-    smaller = [place for place, text in enumerate(said) if "It is the smaller part" in text]
+    smaller = [place for place, text in enumerate(said) if "It explains the smaller part" in text]
     assert len(smaller) == 1
-    assert smaller[0] < next(place for place, text in enumerate(said) if "Regular in" in text)
+    assert smaller[0] < next(place for place, text in enumerate(said) if "Regular errors" in text)
 
 
 def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -> None:

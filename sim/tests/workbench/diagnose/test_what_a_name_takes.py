@@ -54,7 +54,7 @@ def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     assert found.second.channel == "reference"
     assert found.second.variation == pytest.approx(VARIES, rel=0.1)
     reported = " ".join(sentences(found))
-    assert "differs from place to place by ±20 %" in reported
+    assert "differs by ±20 % from place to place" in reported
     assert diagnosis_data(found, [])["second_finding"]["variation"] == found.second.variation
     # The set already has both directions.
     assert "other direction" not in reported

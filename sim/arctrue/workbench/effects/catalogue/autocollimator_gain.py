@@ -12,8 +12,8 @@ class AutocollimatorGain(ScalarEffect):
 
     name = "autocollimator_gain"
     physics = (
-        "The autocollimator multiplies what it sees by 1 + g. The larger the table's own error, "
-        "the larger the false part; it shrinks once the table is compensated."
+        "The autocollimator multiplies what it sees by 1 + g. The false part is in proportion to "
+        "the table's own error and shrinks when the table is compensated."
     )
     equation = "measured ε = (1 + g)·ε(θ)"
     source = "scale error of an autocollimator; its certificate"

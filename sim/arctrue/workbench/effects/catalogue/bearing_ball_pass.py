@@ -40,12 +40,11 @@ class BearingBallPass(Effect):
     name = "bearing_ball_pass"
     physics = (
         "The cage and the balls of a rolling bearing go round at rates that are not whole "
-        "multiples of the turn. The motion repeats over the unwrapped angle, never over a single "
-        "turn."
+        "multiples of the turn. The motion repeats over the unwrapped angle and not over a turn."
     )
     equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped, ν found"
     source = "ISO 15243 kinematics of rolling bearings; ISO 230-7 asynchronous error motion"
-    capture_sees = "a line at the order ν over all revolutions; three heads tell x from y"
+    capture_sees = "a line at the order ν over all revolutions; three heads separate x from y"
     reference_sees = "a line at ν too: stations come at the same unwrapped angles every cycle"
     separated_by = "order tracking over the unwrapped angle; the same order at every speed"
     next_measurement = "a capture of more turns in one run: ν is resolved to 1/(2·turns)"
@@ -59,8 +58,9 @@ class BearingBallPass(Effect):
         "head1_phase": "deg",
     }
     compensation_note = (
-        "a lane of a real order can, in a bitstream with REAL_ORDERS, where a reference or a third "
-        "head tells x from y; the weighted mean of three or four heads does not see it (arctrue "
+        "a lane of a real order can, in a bitstream with REAL_ORDERS, if a reference or a third "
+        "head separates x from y; the weighted mean of three or four heads does not see it "
+        "(arctrue "
         "calibrate --angle mean)"
     )
     search_kind = "unwrapped_order"
@@ -113,8 +113,8 @@ class BearingBallPass(Effect):
             return None
         turns = "every turn" if half == round(half) else "every two turns"
         return (
-            f"its order {order.value:.4g} ± {order.sigma:.2g} cannot be told from {half:g}, which "
-            f"comes back {turns}; balls and cage of a bearing keep to no such rate"
+            f"its order {order.value:.4g} ± {order.sigma:.2g} is not distinguishable from "
+            f"{half:g}, which repeats {turns}; balls and cage of a bearing have no such rate"
         )
 
     def real_lanes(

@@ -23,8 +23,8 @@ class CountSlip(Effect):
 
     name = "count_slip"
     physics = (
-        "A burst of noise or an edge too fast makes one decoder lose or gain counts. From that "
-        "instant on the head is off by a whole number of counts, until its next index pass."
+        "A burst of noise or an edge that is too fast makes one decoder lose or gain counts. From "
+        "then until its next index pass the head is off by a whole number of counts."
     )
     equation = "δ₂₁ = m·(one count) after the instant, m whole"
     source = "incremental counting"

@@ -68,8 +68,8 @@ class DriveGearError(Effect):
     source = "ISO 1328, periodic error of a gear"
     capture_sees = "nothing when the disc sits on the axis"
     reference_sees = (
-        "order G; an alias at G mod faces on a polygon. Where the faces divide G, all that is left "
-        "of it is the alias of its side lines, at order 1"
+        "order G; an alias at G mod faces on a polygon. Where the faces divide G, only the alias "
+        "of its side lines remains, at order 1"
     )
     separated_by = "the order is the tooth count"
     next_measurement = "reference stations closer than half a tooth"
@@ -84,7 +84,7 @@ class DriveGearError(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "lanes at the tooth count, when the reference run has given its size; a tooth count that "
+        "lanes at the tooth count, once the reference run has shown its size; a tooth count that "
         "is not whole needs REAL_ORDERS"
     )
     defaults = {"multiples": [1], "below": [], "above": []}

@@ -36,7 +36,8 @@ class GraduationDefect(Effect):
     name = "graduation_defect"
     physics = (
         "A scratch, dirt or a splice shifts the light's pattern while it passes under a head. Both "
-        "heads meet it at the same disc angle, α apart, so R₂ − R₁ shows it twice, with two signs."
+        "heads meet it at the same disc angle, α apart, so R₂ − R₁ shows it twice, with opposite "
+        "signs."
     )
     equation = "ε(ψ) = h·exp(−(ψ − ψ₀)²/2w²); ψ₀, w found"
     source = "a local error of the graduation"
@@ -48,7 +49,9 @@ class GraduationDefect(Effect):
     plausible = "0.5 to 20″ high, 0.05 to 5° wide"
     parameter_units = {"place": "deg", "width": "deg", "height": "arcsec"}
     compensation = "local_table"
-    compensation_note = "a sum of low orders is too smooth for it; or clean or replace the disc"
+    compensation_note = (
+        "a sum of low orders is too smooth for it; otherwise clean or replace the disc"
+    )
     search_kind = "disc_place"
     search = (
         SearchParameter("place", "deg", 0.0, 360.0, "disc angle of the defect"),

@@ -30,7 +30,7 @@ class GraduationHarmonics(Effect):
     equation = "ε(ψ) = Σ cₙ cos nψ + sₙ sin nψ; R₂ − R₁ − α = ε(θ + α) − ε(θ)"
     source = "paper, equations (4), (5) and (9)"
     capture_sees = "order n with the factor e^{jnα} − 1"
-    reference_sees = "order n; 24 faces cannot tell n from 24 − n"
+    reference_sees = "order n; 24 faces cannot separate n from 24 − n"
     separated_by = "it is the base: both heads and the reference agree on every order"
     next_measurement = "a capture of whole turns with both heads"
     plausible = "order 1 up to 150″, orders 2 to 8 up to 2″"

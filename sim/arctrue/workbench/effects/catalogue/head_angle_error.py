@@ -21,7 +21,7 @@ class HeadAngleError(ScalarOfEachHead):
     source = "equation (3) with α + Δα"
     capture_sees = "the mean of R₂ − R₁ − α, and Δα·ε′"
     reference_sees = "nothing"
-    separated_by = "the mean of R₂ − R₁ in every run, whatever its speed, direction, temperature"
+    separated_by = "the mean of R₂ − R₁ is the same at every speed, direction and temperature"
     next_measurement = (
         "more runs, each with its own index pass: the mean is known to ±1 count a run"
     )

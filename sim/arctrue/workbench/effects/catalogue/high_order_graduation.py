@@ -35,7 +35,7 @@ class HighOrderGraduation(Effect):
     reference_sees = "order n where the stations are dense; an alias n mod 24 on 24 faces"
     separated_by = (
         "a line at a whole order in the order spectrum of R₂ − R₁; a reference run alone cannot "
-        "tell it from periodic_error"
+        "separate it from periodic_error"
     )
     next_measurement = "a capture with more samples a turn than this set has"
     plausible = "0.05 to 2″"

@@ -19,8 +19,8 @@ class Hysteresis(ScalarEffect):
 
     name = "hysteresis"
     physics = (
-        "Friction winds the shaft up between disc and table, so the two are twisted one way or "
-        "the other. Both heads sit on the disc and do not see it."
+        "Friction twists the shaft between disc and table, in a sense that depends on the "
+        "direction. Both heads sit on the disc and do not see it."
     )
     equation = "ε = d·B/2, d = ±1 direction, B reversal error"
     source = "ISO 230-2, reversal error of an axis"
@@ -53,8 +53,8 @@ class Hysteresis(ScalarEffect):
         if np.count_nonzero(np.diff(rows.direction)) >= LEAST_REVERSALS:
             return []
         return [
-            "the reference run up and down once more, since what changed with time at its only "
-            "reversal looks the same"
+            "the reference run up and down once more: a change with time at its only reversal "
+            "looks the same"
         ]
 
     def conditioned_lanes(

@@ -20,9 +20,9 @@ class Latency(ScalarEffect):
 
     name = "latency"
     physics = (
-        "Between the light on the disc and the number that leaves lies a delay τ. On the move the "
-        "reading is that of an angle τ·ω before, with the error of that place; both heads share "
-        "it, so only a reference shows it."
+        "The number leaves a delay τ after the light meets the disc. On the move the reading "
+        "belongs to the angle τ·ω before, with the error there; both heads share the delay, so "
+        "only a reference shows it."
     )
     equation = "measured ε = ε(θ − ωτ) − ωτ"
     source = "sampling of a moving scale; the paper's 290 ns are a part of it"

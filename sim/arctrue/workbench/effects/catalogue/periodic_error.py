@@ -175,7 +175,7 @@ class PeriodicError(Effect):
             return (
                 f"A line in {where} of {nonlinear['frequency']:.5g} Hz "
                 f"({1.0 / nonlinear['frequency']:.5g} s), fixed to time: angle and time went at "
-                "different rates here, and it kept to time."
+                "different rates here, and the line followed time."
             )
         order = nonlinear["order"]
         if self._by_direction:
@@ -188,11 +188,11 @@ class PeriodicError(Effect):
             line += f", {multiple} times the teeth of the drive: fixed to the drive"
         elif speed is not None:
             period_s = 1.0 / abs(order * speed)
-            line += f" or {period_s:.5g} s: fixed to the angle, to time or to the drive, which one "
-            line += "speed cannot tell"
+            line += f" or {period_s:.5g} s: fixed to the angle, to time or to the drive: one speed "
+            line += "cannot show which"
         elif rows is None or rows.time_s is None:
-            line += ": without the column time_s, whether it is fixed to the angle or to time "
-            line += "cannot be told"
+            line += ", fixed to the angle or to time: the column time_s, which would show which, "
+            line += "is missing"
         else:
             line += ", fixed to the angle or to the drive: time went at another rate than the angle"
         return f"{line}."

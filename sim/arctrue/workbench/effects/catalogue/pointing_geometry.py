@@ -32,8 +32,8 @@ class PointingGeometry(Effect):
     name = "pointing_geometry"
     physics = (
         "The first axis of a mount leans, the second axis is not square to it, or the line of "
-        "sight is not square to the second axis. Each of them turns the sight away from what the "
-        "encoder reads, and the more so the nearer the sight is to the first axis."
+        "sight is not square to the second axis. Each turns the line of sight away from the angle "
+        "that the encoder reads; the error grows as the line of sight comes near the first axis."
     )
     equation = (
         "first axis: ε = (c cos θ + s sin θ + n)·tan E + k·sec E; "
@@ -46,7 +46,7 @@ class PointingGeometry(Effect):
     next_measurement = "a reference run with low and high targets all around the first axis"
     plausible = "1 to 100″ for each term; minutes before the mount was aligned"
     parameter_units = dict.fromkeys(TILT, "arcsec")
-    compensation_note = "depends on the other axis: it belongs into the mount's pointing model"
+    compensation_note = "depends on the other axis: correct it in the mount's pointing model"
 
     def concerns(self, observations: Observations) -> bool:
         rows = observations.reference
@@ -60,8 +60,8 @@ class PointingGeometry(Effect):
         other = rows.conditions.get(AZIMUTH) if height is None else height
         if other is None:
             return [
-                f"the column {' or '.join(HEIGHTS)}, or {AZIMUTH} where this axis is the one that "
-                "looks up, in the reference run"
+                f"the column {' or '.join(HEIGHTS)}, or {AZIMUTH} if this axis moves in "
+                "elevation, in the reference run"
             ]
         span_deg = LEAST_AZIMUTH_SPAN_DEG if height is None else LEAST_SPAN_DEG
         if other.size < LEAST_ROWS or not np.ptp(other) >= span_deg:

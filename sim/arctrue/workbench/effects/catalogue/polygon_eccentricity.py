@@ -22,11 +22,11 @@ class PolygonEccentricity(Effect):
 
     name = "polygon_eccentricity"
     physics = (
-        "The polygon leans, so that its faces nod once a turn, and an autocollimator that is "
-        "rolled by ρ about its line of sight takes tilt·sin ρ of that for an angle; an encoder as "
-        "the reference may sit off the axis by s and has s/r. A polygon off the axis is hardly "
-        "seen: the beam meets its faces off their middle, and one that is hollow by h over its "
-        "width H makes 8sh/H² of it, 0.0005″ a µm."
+        "The polygon leans and its faces tilt up and down once a turn: an autocollimator rolled by "
+        "ρ about its line of sight reads tilt·sin ρ as an angle, and an encoder as the reference, "
+        "off the axis by s, has an error of s/r. A polygon off the axis has a small error: the "
+        "beam meets its faces off their middle, and a face that is hollow by h over its width H "
+        "makes 8sh/H² of it, 0.0005″ a µm."
     )
     equation = "ε = c cos θ + s sin θ, reference only"
     source = "paper, equation (14) for the offset; law of reflection for the tilt"

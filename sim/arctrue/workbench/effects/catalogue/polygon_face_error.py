@@ -31,14 +31,15 @@ class PolygonFaceError(Effect):
 
     name = "polygon_face_error"
     physics = (
-        "Each face of the polygon is off its nominal angle by an amount of its own. This belongs "
-        "to the polygon, not to the table, and moves with it when it is put on anew."
+        "Each face of the polygon is off its nominal angle by an amount of its own. This error "
+        "belongs to the polygon, not to the table, and moves with the polygon when it is put on "
+        "anew."
     )
     equation = "ε = f_i at face i, Σ f_i = 0"
     source = "paper, Table 3, u₁; EURAMET cg-19"
     capture_sees = "nothing"
     reference_sees = "the same at every visit of a face"
-    separated_by = "it belongs to the face: re-index the polygon and it moves along"
+    separated_by = "it belongs to the face: re-index the polygon and it moves with the face"
     next_measurement = "a reference run with the polygon re-indexed by some faces"
     plausible = "0.1 to 0.5″"
     parameter_units = {"rms": "arcsec", "face_I": "arcsec"}
@@ -102,8 +103,8 @@ class PolygonFaceError(Effect):
             found = values[(face + np.arange(width)) % size].mean()
             faces = f"face {face} is" if width == 1 else f"{width} faces from {face} on are"
             return (
-                f"{faces} off alone by {found:.2g}″: a place of the table looks the same as bad "
-                "faces side by side"
+                f"{faces} off alone by {found:.2g}″: an error at one place of the table looks the "
+                "same as bad faces side by side"
             )
         times, p_value = _comes_again(values)
         if p_value < 0.25 * level:

@@ -32,7 +32,7 @@ class RadialErrorMotion(Effect):
 
     name = "radial_error_motion"
     physics = (
-        "The bearing lets the axis wander the same way every turn. The heads stand still, so they "
+        "The axis moves in its bearing, the same way every turn. The heads stand still, so they "
         "see it at their own stator angles: the phase between them is α, not nα."
     )
     equation = "ε₁ = y(θ), δ₂₁ = x sin α + y (cos α − 1); x, y = Σ c cos kθ + s sin kθ"
@@ -64,7 +64,7 @@ class RadialErrorMotion(Effect):
         if observations.capture is None:
             lacking.append("a capture of both heads")
         if observations.reference is None and observations.heads < SEPARATING_HEADS:
-            lacking.append("a reference run: two heads alone cannot tell it from graduation")
+            lacking.append("a reference run: two heads alone cannot separate it from graduation")
         return lacking
 
     def column_names(self, observations: Observations) -> list[str]:

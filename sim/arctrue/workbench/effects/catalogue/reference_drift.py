@@ -15,7 +15,7 @@ class ReferenceDrift(Effect):
     name = "reference_drift"
     physics = (
         "The stand of the autocollimator or its electronics creeps during the run. All stations "
-        "shift together, further with time."
+        "shift together, by an amount that grows with time."
     )
     equation = "ε = Σ r_j·tʲ, t from the middle of the run"
     source = "drift of an instrument; EURAMET cg-19"

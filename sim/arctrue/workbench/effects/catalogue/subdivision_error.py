@@ -34,11 +34,11 @@ class SubdivisionError(Effect):
     name = "subdivision_error"
     physics = (
         "Offset, gain and phase errors of a head's sine and cosine make the interpolated angle "
-        "swing once, twice or four times a signal period. Each head has electronics of its own."
+        "oscillate once, twice or four times a signal period. Each head has electronics of its own."
     )
     equation = "ε_h = Σ c_{h,k} cos kφ_h + s_{h,k} sin kφ_h, φ_h = 2π·frac(counts·lines/turn)"
     source = "Heydemann (1981), quadrature errors of an interferometer"
-    capture_sees = "both heads' swings, without the factor of the disc-fixed orders"
+    capture_sees = "both heads' oscillations, without the factor of the disc-fixed orders"
     reference_sees = "24 faces meet only 3 electrical phases: an alias at order 8"
     separated_by = "it follows the electrical phase counts mod (counts a line)"
     next_measurement = "a slow capture over a few signal periods with many samples a period"

@@ -16,8 +16,8 @@ class ThermalHeadDrift(ScalarOfEachHead):
 
     name = "thermal_head_drift"
     physics = (
-        "The bracket of head 2 expands and carries the head along the disc. The whole difference "
-        "of the heads drifts with the temperature, at every angle alike."
+        "The bracket of head 2 expands and moves the head along the disc. The difference of the "
+        "heads drifts with the temperature, equally at every angle."
     )
     equation = "δ₂₁ = (T − T₀)·s"
     source = "thermal expansion of a bracket"

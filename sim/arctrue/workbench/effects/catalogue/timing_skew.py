@@ -14,8 +14,9 @@ class TimingSkew(ScalarOfEachHead):
 
     name = "timing_skew"
     physics = (
-        "Head 2 is read Δτ after head 1, by its cable, filter or interpolator. Meanwhile the table "
-        "has moved by Δτ·ω, so the difference grows with the speed and turns with its sign."
+        "Head 2 is read Δτ after head 1, because of its cable, filter or interpolator. In this "
+        "time the table moves by Δτ·ω, so the difference is in proportion to the speed and has "
+        "its sign."
     )
     equation = "δ₂₁ = Δτ·ω"
     source = "sampling of a moving scale"

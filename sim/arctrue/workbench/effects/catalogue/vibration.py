@@ -23,15 +23,15 @@ class Vibration(Effect):
 
     name = "vibration"
     physics = (
-        "A head's bracket rings, or the floor shakes it, at a fixed frequency. The phase has "
-        "nothing to do with the angle and is another one in every run."
+        "A head's bracket rings, or the floor shakes it, at a fixed frequency. Its phase does not "
+        "depend on the angle and differs from run to run."
     )
     equation = (
         "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, t since the run's start, f found; "
         "ε₁ = c cos 2πft + s sin 2πft"
     )
     source = "forced oscillation of one head"
-    capture_sees = "a line in time, at the same frequency whatever the speed"
+    capture_sees = "a line in time, at the same frequency at every speed"
     reference_sees = "scatter; at even times a slow line, the alias of f"
     separated_by = "the same frequency at another speed; an order would move"
     next_measurement = "a capture at a speed that this set does not have, or at standstill"
