@@ -1,4 +1,5 @@
-"""The diagnosis of this project as a subject of the benchmark."""
+"""Runs the diagnosis of this project as a subject of the benchmark (a program whose answers are
+scored)."""
 
 from __future__ import annotations
 
@@ -29,8 +30,7 @@ def diagnosed(
 
 
 def arctrue(folder: Path) -> Answer:
-    """Diagnose the set in ``folder``, which is the only input; return the answer of this
-    project."""
+    """Diagnose the set in ``folder`` and return the answer; nothing else is read."""
     _, found = diagnosed(read_measurement_set(folder))
     answer = answer_of(diagnosis_data(found, default_model().names()))
     grounds = None if found.grounds is None else asdict(found.grounds)
@@ -38,7 +38,8 @@ def arctrue(folder: Path) -> Answer:
 
 
 def answer_of(data: Mapping[str, Any]) -> Answer:
-    """Return the scored part of ``diagnose --json``, schema 1 or 2, as plain JSON."""
+    """Return the keys that the benchmark scores from the output of ``diagnose --json`` (schema 1 or
+    2)."""
     candidates = list(data.get("candidates", []))
     first = next((item for item in candidates if item["effect"] == data.get("named")), None)
     before = candidates[0]["heldout_before_arcsec"] if candidates else {}

@@ -1,4 +1,4 @@
-"""The frozen public sets: made from seeds, and checked by their digests."""
+"""Makes the frozen public sets from their seeds and compares their digests with the stored ones."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ def frozen_digests() -> dict[str, str]:
 
 
 def freeze(digests: Mapping[str, str]) -> None:
-    """Store these digests as the frozen sets; answers of peers to earlier sets become invalid.
+    """Store these digests as those of the frozen sets; stored answers of peers to earlier sets
+    become invalid.
 
     Raises ValueError if ``digests`` does not contain every set of the tier.
     """

@@ -1,4 +1,4 @@
-"""Compares one answer with the truth of its set."""
+"""Compares one answer with the truth of its set and classifies the outcome."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ NEAR_LINE = 1.5
 """Largest permitted distance of a named line from the true order or frequency, in units of the
 resolution."""
 OSCILLATION = "oscillation"
-"""Kind of a hidden damped oscillation that noise drives; no name of the catalogue is right for
-it."""
+"""Kind of a hidden damped oscillation that noise drives; no name of the catalogue is a right answer
+for it."""
 STATED = {"order": "order", "hz": "frequency"}
-"""Parameter of an answer that states a line's order or frequency, by the key in the truth."""
+"""Name of the answer's parameter with a line's order or frequency, by the key of this value in the
+truth."""
 MATTERS_COUNTS = 0.5
 COUNT_ARCSEC = arcsec_per_count(1 << 24)
 MATTERS_ARCSEC = MATTERS_COUNTS * COUNT_ARCSEC
@@ -52,13 +53,13 @@ OUTCOMES = (
     ERROR,
 )
 GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
-"""The good outcomes. ``in class`` is not good, because another name than the true one came first in
-the answer."""
+"""Outcomes that count as good. ``in class`` is not good, because another name than the true one
+came first in the answer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """One set: its task, its truth, the answer, and the outcome."""
+    """Scored set: its task, its truth, the answer, and the outcome."""
 
     task: Mapping[str, Any]
     truth: Mapping[str, Any]
@@ -76,9 +77,10 @@ class Judged:
 
     @property
     def accepted(self) -> Mapping[str, Sequence[str]]:
-        """Return further answers that are right or not false: ``names``, ``alike``, ``verdicts``.
+        """Return the further answers that the truth accepts as right or as not false: ``names``,
+        ``alike``, ``verdicts``.
 
-        A set of the first generator has no further answers.
+        A set of the first generator has none.
         """
         found: Mapping[str, Sequence[str]] = self.truth.get("accepted", {})
         return found
@@ -112,7 +114,8 @@ class Judged:
 
     @property
     def states_oscillation(self) -> bool:
-        """Tell whether the answer states a damped oscillation at the frequency of a hidden one.
+        """Tell whether the answer states a damped oscillation at the frequency of a hidden
+        oscillation.
 
         The stated frequency may differ by the half width at half power, γ/(2π). Maximum likelihood
         over a record of length T has the standard uncertainty √(γ/T)/(2π) (Gersch, IEEE Trans.
@@ -148,7 +151,7 @@ class Judged:
 
     @property
     def said(self) -> str:
-        """Return the answer as one word: the name, or the verdict."""
+        """Return the name that the answer states, or its verdict if it states no name."""
         verdict, effects = self.answer["verdict"], self.answer.get("class") or []
         if verdict == "named":
             return str(self.answer.get("named"))
@@ -174,8 +177,8 @@ class Judged:
         return BAD_DATA if verdict == "bad_data" else ERROR
 
     def _unknown(self, allowed: bool) -> str:
-        """Score the verdict ``unknown``: right for a cause outside the catalogue, or for an
-        oscillation whose frequency is stated."""
+        """Score the verdict ``unknown``; it is right for a cause outside the catalogue, or for a
+        hidden oscillation whose frequency the answer states."""
         kinds = {item["kind"] for item in self.truth["effects"]}
         right = bool(kinds - {"catalogue", OSCILLATION}) or self.states_oscillation
         return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
@@ -219,7 +222,8 @@ class Judged:
         )
 
     def probability_of_truth(self) -> float | None:
-        """Return the probability that the answer gives to the truth, summed over several causes.
+        """Return the probability that the answer gives to the truth; those of several hidden causes
+        are added.
 
         Returns None if the answer states no probability.
         """
@@ -266,7 +270,7 @@ class Judged:
         return max(ratios) if ratios else None
 
     def command(self) -> str:
-        """Return the command that makes this set again."""
+        """Return the command line that makes this set again."""
         task = self.task
         return (
             f"arctrue benchmark set FOLDER --world {task['world']} --content {task['content']} "
@@ -275,7 +279,7 @@ class Judged:
 
 
 def _stated_as(effect: Mapping[str, Any]) -> str:
-    """Return the key of a cause in the stated probabilities."""
+    """Return the key under which the stated probabilities contain a cause."""
     return str(effect["effect"]) if effect["kind"] == "catalogue" else "unknown"
 
 

@@ -1,5 +1,5 @@
-"""Compares all answers of a benchmark with truth and oracle: rates with intervals, total and by
-world."""
+"""Compares all answers of a benchmark with truth and oracle, and computes rates with intervals, in
+total and by world."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ SURE = 0.8
 KINDS = ("name", "unknown", "none")
 """Kinds of answer to which a subject can give a probability."""
 SIMULATED, INDEPENDENT = "simulated", "independent"
-"""The generators: the simulated table, and the second generator."""
+"""Names of the two generators: the simulated table, and the second generator."""
 
 FALSE = "false name or falsely adequate"
 
 SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
-"""Edges of the bins of a cause's size; the unit is the oracle's detection limit."""
+"""Edges of the bins for the sizes of causes, in units of the oracle's detection limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Definition of a rate: the sets that count, the hits among these, and the goal."""
+    """Definition of a rate: which sets count, which of these are hits, and the goal."""
 
     name: str
     counts: Callable[[Judged], bool]
@@ -81,8 +81,8 @@ def _catalogue(item: Judged) -> bool:
 
 
 def _stranger(item: Judged) -> bool:
-    """Tell whether the oracle detects only a cause outside the catalogue, unless the answer is
-    another verdict that the design permits."""
+    """Tell whether the oracle detects only causes outside the catalogue; sets whose answer is
+    another verdict that the design permits do not count."""
     alone = bool(item.seen("stranger")) and not item.seen("catalogue")
     return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
@@ -107,7 +107,8 @@ def _named_largest_line(item: Judged) -> bool:
 
 
 NEARLY_AS_LARGE = 0.8
-"""Ratio of sizes above which either of two lines may be named first."""
+"""Ratio of a line's size to the largest line's size, above which the answer may name the smaller
+line first."""
 
 SCORES = (
     Score("false name", _any, lambda item: item.falsely_named, at_most=0.01),
@@ -186,11 +187,11 @@ SCORES = (
         at_most=0.01,
     ),
 )
-"""All rates with their goals."""
+"""Definitions of all rates with their goals."""
 
 
 def scored(sets: Sequence[Judged]) -> dict[str, Any]:
-    """Return everything as JSON: rates, probabilities, sizes, confusion, failures."""
+    """Return rates, probabilities, sizes, confusion and failures as a mapping for JSON."""
     worlds = [
         name for name in (*WORLDS, *independent_worlds()) if any(i.world == name for i in sets)
     ]
@@ -256,7 +257,7 @@ def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
 
 def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
     """Return the mean probability of the truth, and the calibration; None if no answer states
-    any."""
+    probabilities."""
     stated = [item.first_probability() for item in sets]
     pairs = [pair for pair in stated if pair is not None]
     if not pairs:
@@ -329,8 +330,8 @@ def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
 def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
     """Return, for each name, the smallest cause that was found and the largest that was missed.
 
-    Only sets with a single cause of the catalogue count. Sizes are in limits of the oracle; None if
-    there is no such size.
+    Only sets with a single cause of the catalogue count. Sizes are in units of the oracle's
+    detection limit; None if there is no such cause.
     """
     sizes_of: dict[str, list[tuple[float, bool]]] = {}
     for item in sets:
@@ -367,7 +368,7 @@ def is_failure(item: Judged) -> bool:
 
 
 def failure(item: Judged) -> dict[str, Any]:
-    """Return a failed set as JSON, with the command that makes it again."""
+    """Return a failed set as a mapping for JSON, with the command that makes the set again."""
     return {
         "set": set_name(item.task),
         "world": item.world,

@@ -1,5 +1,5 @@
-"""Defines the properties of benchmark sets: the world defines disturbances, the content hidden
-causes."""
+"""Draws the properties of benchmark sets: the world determines the disturbances, the content
+determines the hidden causes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Surroundings:
     noise: list[Wanted] = field(default_factory=list)
     index_scatter_counts: int = 1
     extra: list[Wanted] = field(default_factory=list)
-    """Causes of the catalogue whose effect equals that of a wrong statement."""
+    """Causes of the catalogue that have the same effect as a wrong statement of the set."""
     understated: float = 1.0
     """Factor by which the stated uncertainty of the reference is too small."""
     adverse_conditions: list[str] = field(default_factory=list)
@@ -84,7 +84,7 @@ def coloured(random: Random) -> Surroundings:
 
 def wrong_statements(random: Random) -> Surroundings:
     """One or two statements are wrong: the separation α, an index that shifts by ±3 counts, a
-    temperature sensor that lags, or an uncertainty that is too small."""
+    temperature sensor that lags, or a stated uncertainty that is too small."""
     found = _usual(random)
     number = 1 + int(random.random() < 0.3)
     found.adverse_conditions = [str(name) for name in random.choice(WRONG, number, replace=False)]

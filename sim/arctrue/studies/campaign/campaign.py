@@ -34,8 +34,8 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""Number of consecutive broken pools without a result after which the campaign ends. The cause is
-then a task that kills its worker."""
+"""Number of consecutive broken pools without a result after which the campaign ends. A task that
+kills its worker is then the likely cause."""
 
 
 STOP_POLL_S = 0.5
@@ -45,7 +45,7 @@ STOPS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
-    """The user stopped the campaign; finished results are on the disk."""
+    """Raised when the user stops the campaign; finished results are on the disk."""
 
     def __init__(self, done: int, total: int) -> None:
         """Store the number of finished tasks and of all tasks in the message."""
@@ -72,7 +72,8 @@ class Speed:
 
     @property
     def seconds_left(self) -> float:
-        """Estimate the remaining time from the rate; infinite before the first task is done."""
+        """Estimate the remaining time in seconds from the rate; infinite before the first task is
+        done."""
         left = self.total - self.done
         if not left:
             return 0.0
@@ -207,7 +208,7 @@ def pool(
     """Yield batches as processes of this machine finish them.
 
     A killed worker breaks the pool: a new pool repeats all unfinished batches. Once ``stopping()``
-    is true no new batch starts, and the present batches are still yielded.
+    is true, no new batch starts; batches that already run are still finished and yielded.
     """
     # numpy in the workers reads this variable. With one thread, sums do not depend on the number of
     # cores.
@@ -225,8 +226,8 @@ def pool(
         running: dict[Future[Results], int] = {}
         try:
             while True:
-                # Only a few batches are submitted in advance, because a stop must wait until all of
-                # these end.
+                # Only a few batches are submitted in advance, because a stop must wait until all
+                # submitted batches end.
                 while not stopping() and len(running) < workers + 1:
                     number = next(waiting, None)
                     if number is None:
@@ -253,7 +254,8 @@ def pool(
 
 @contextmanager
 def _interrupts() -> Iterator[Callable[[], bool]]:
-    """Tell whether the program was asked to stop; a second request ends it at once."""
+    """Yield a function that tells whether a signal asked the program to stop; a second signal ends
+    the program at once."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set

@@ -17,7 +17,7 @@ GIT_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """The sources on which a result depends."""
+    """Modules and libraries on which a result depends."""
 
     modules: tuple[str, ...] = ()
     """Modules that count, together with all their imports; empty: the whole package."""
@@ -70,7 +70,7 @@ def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path
         if file is None or file in found:
             continue
         found.add(file)
-        # Python first runs the __init__ of every parent package.
+        # Python first runs the __init__ of every parent package, so these files count too.
         waiting.append(name.rpartition(".")[0])
         waiting += _imports(file, package)
     return sorted(found)

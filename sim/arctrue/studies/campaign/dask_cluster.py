@@ -36,7 +36,8 @@ def cluster(
     except OSError as error:
         raise CampaignError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     try:
-        # The key depends on work, code and batch: a scheduler must not mix two campaigns.
+        # The key depends on work, code and batch: with equal keys the scheduler would mix two
+        # campaigns.
         futures = {
             client.submit(
                 do,

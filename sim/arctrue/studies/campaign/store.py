@@ -1,4 +1,5 @@
-"""The folder of a campaign: a header, one JSON line per result, and separate timings."""
+"""Reads and writes the folder of a campaign: a header, one JSON line per result, and the timings in
+separate files."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ source."""
 
 
 class StoreError(ValueError):
-    """The folder holds another campaign, or contradictory results."""
+    """Raised if the folder holds another campaign, or contradictory results."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,7 @@ class Result:
 
 
 class Store:
-    """Appends results of one shard to a campaign's folder; it is a context manager."""
+    """Context manager that appends the results of one shard to a campaign's folder."""
 
     def __init__(self, folder: Path, header: Mapping[str, Any], shard: str = "") -> None:
         """Open or create the folder.
@@ -84,7 +85,7 @@ class Store:
         self._timings.close()
 
     def add(self, task: Task, result: Mapping[str, Any], seconds: float) -> None:
-        """Write one result to the disk before returning; ignore a second result of a key.
+        """Write one result to the disk before returning; ignore a second result with the same key.
 
         Parameters
         ----------

@@ -1,4 +1,5 @@
-"""Scenes without any cause, and for each effect one cause to inject at a given size."""
+"""Makes scenes without any cause, and for each effect one cause that can be injected at a given
+size."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ Random = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """An effect to inject: the scene in which a diagnosis searches for it, and its cause."""
+    """Functions for one effect: one makes the scene in which a diagnosis searches for the effect,
+    the other draws a cause."""
 
     scene: Callable[[Random, int], Scene]
     """Function that makes a scene without any cause, from a random generator and the largest number
@@ -131,4 +133,4 @@ INJECTIONS = {
     "reference_drift": Injection(_BOTH, _creep),
     "periodic_error": Injection(_MOVING, _line),
 }
-"""Injections by the name of the effect."""
+"""Injections by the name of the injected effect."""

@@ -1,4 +1,5 @@
-"""Least-squares problem of a set, and the columns of each effect by its textbook equation."""
+"""Defines the least-squares problem of a set, and computes the columns of each effect by its
+textbook equation."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ stopped."""
 
 @dataclass(frozen=True)
 class Problem:
-    """Both channels of a set, arcseconds; arrays ``(n,)``, empty for a channel that is missing."""
+    """Values and conditions of both channels of a set, as arrays ``(n,)``; errors in arcseconds;
+    empty for a missing channel."""
 
     difference: Float
     theta: Float
@@ -101,7 +103,7 @@ def problem(folder: Path) -> Problem:
     facts = measured.table
     counts = float(facts.counts_per_rev or 1)
     repeats = facts.index_repeatability_counts
-    # Without a statement of the repeatability: within one count, a rectangular distribution.
+    # If no repeatability is stated, the index is rectangularly distributed within one count.
     repeats = 1.0 / math.sqrt(3.0) if repeats is None else repeats
     return Problem(
         **_of_capture(measured.capture, facts),
@@ -185,8 +187,8 @@ def _of_reference(reference: Reference | None) -> dict[str, Any]:
 class Fit:
     """An orthonormal basis of the present model, and the residuals of the data.
 
-    Rows: the capture, the reference, and one row per run for the offset of its index, with the
-    measured value 0 and the repeatability of the index as standard deviation.
+    The rows are those of the capture, those of the reference, and one row per run for the offset of
+    its index, which has the measured value 0 and the index's repeatability as standard deviation.
     """
 
     def __init__(self, given: Problem) -> None:
@@ -271,13 +273,16 @@ class TextbookEffect:
     name: str
     columns: Columns
     places: Places
-    """Places of the search; a single 0 for an effect without a search."""
+    """Places (orders, frequencies, angles or instants) of the search; a single 0 for an effect
+    without a search."""
     share: float = 1.0
-    """Number of candidate places for each given place; above 1 if a spectrum selected the place."""
+    """Number of candidate places that each given place stands for; above 1 if a spectrum selected
+    the place."""
 
 
 def effects_of(fit: Fit) -> Iterator[TextbookEffect]:
-    """Yield every effect of the catalogue for which the set has the rows and facts."""
+    """Yield every effect of the catalogue for which the set contains the necessary rows and
+    statements."""
     given = fit.given
     if given.theta.size:
         yield from _of_heads(fit)
@@ -354,8 +359,8 @@ def _ends(values: Float) -> tuple[float, float]:
 
 
 def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
-    """Return columns for both directions of axis motion; capture and reference see different
-    ones."""
+    """Return the columns of axis motion in both directions; those of the capture differ from those
+    of the reference."""
     seen, read = waves(given.theta, orders), waves(given.target, orders)
     return (
         np.concatenate([seen, np.zeros_like(seen)], axis=2),
@@ -372,7 +377,8 @@ def _steps(given: Problem, instants: Places) -> Float:
 
 
 def _bells(angle: Float, places: Places) -> Float:
-    """Return a bell of 0.5° (1 sigma) about each place, ``(n, places)``."""
+    """Return a Gaussian bell with a standard deviation of 0.5° about each place, ``(n,
+    places)``."""
     width = np.radians(0.5)
     found = np.zeros((angle.size, places.size))
     for at, place in enumerate(places):

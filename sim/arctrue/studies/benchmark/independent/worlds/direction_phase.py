@@ -33,7 +33,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         temperature=False,
         columns=("run", "time_s", "direction"),
         accepted=Accepted(
-            # The catalogue has the order, but not the dependence of its phase on direction.
+            # The catalogue contains a line at this order, but no line whose phase depends on
+            # direction.
             names=("drive_gear_error", "high_order_graduation")
             if stated
             else ("high_order_graduation",),
