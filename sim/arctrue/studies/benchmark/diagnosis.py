@@ -65,5 +65,5 @@ def answer_of(data: Mapping[str, Any]) -> Answer:
 
 
 def _rounded(values: Mapping[str, float]) -> dict[str, float]:
-    # Seven digits: the last bits of a sum may differ between processors.
+    # Round to seven digits, because the last bits of a sum may differ between processors.
     return {name: float(f"{value:.7g}") for name, value in values.items()}

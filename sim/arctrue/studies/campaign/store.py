@@ -213,7 +213,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
 def merge(folders: Iterable[Path], into: Path) -> int:
     """Merge folders into one with a single file ordered by key; return the number of results.
 
-    The bytes of the file do not depend on which machine computed which result, or when.
+    The bytes of the file depend neither on the machines that computed the results nor on the time.
     """
     listed = list(folders)
     results = read_results(listed)

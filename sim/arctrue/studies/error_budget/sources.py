@@ -1,4 +1,5 @@
-"""Simulates every source of error alone and all together; compares both with the covariance."""
+"""Simulates every source of error alone and all sources together, and compares both results with
+the stated covariance."""
 
 from __future__ import annotations
 
@@ -66,7 +67,8 @@ SOURCES = (
 def error_budget(
     draws: int = DRAWS, seed: int = 1, report_step: ReportStep | None = None
 ) -> dict[str, Any]:
-    """Compute the budget as plain values; each random source and all together have ``draws`` draws.
+    """Compute the budget as plain values; each random source, and all sources together, are
+    simulated ``draws`` times.
 
     Raises ValueError for fewer than two draws.
     """
@@ -113,7 +115,8 @@ def error_budget(
 
 
 def expected_of_noise_arcsec() -> float:
-    """Return the RMS error over the turn that white noise of both heads causes through TF(n), (6).
+    """Return the RMS error over the turn that white noise of both heads causes through TF(n),
+    equation (6).
 
     Cosine and sine of each order of R₂ − R₁ have the variance 2 σ² · 2 / samples.
     """
@@ -130,7 +133,7 @@ def _rms(runs: list[Left]) -> dict[str, float]:
 
 
 def _of_order(runs: list[Left], exact: Left, order: int) -> float:
-    """Return the RMS over the turn of the estimate's error in one order."""
+    """Return the RMS over the turn of the error that the estimate has in one order."""
     at = int(np.flatnonzero(order == ORDERS)[0])
     both = np.array([at, at + ORDERS.size])
     off = np.array([run.estimate.values[both] - exact.estimate.values[both] for run in runs])

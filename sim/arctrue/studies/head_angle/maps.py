@@ -1,9 +1,10 @@
 """Maps noise gain, blind orders and sensitivity to α over α and order, and finds the best α.
 
 For orders 1 to N no α has a largest gain below 1/(2 sin(π/(N + 1))): the N + 1 points e^{jnα}, n =
-0 … N, lie on a circle. Two of them, n₁ and n₂, are therefore at most as far apart as neighbours of
-N + 1 evenly spaced points, and the gain of order |n₁ − n₂| grows as they approach each other. α =
-360°·k/(N + 1) reaches this bound for every k without a common divisor with N + 1.
+0 … N, lie on a circle. Therefore two of the points, n₁ and n₂, are at most as far apart as
+neighbours among N + 1 evenly spaced points, and the closer these two are, the larger is the gain of
+order |n₁ − n₂|. α = 360°·k/(N + 1) reaches this bound for every k without a common divisor with N +
+1.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Integer = NDArray[np.int64]
 
 PAPER_DEG = 33.0
 ECCENTRICITY_ARCSEC = 144.0
-"""Amplitude of order 1 on the simulated table with the paper's error."""
+"""Amplitude of order 1 on the simulated table whose error has the paper's range."""
 TOLERANCE_ARCSEC = 50.0
 
 
@@ -41,7 +42,8 @@ def sensitivity_map(alpha_deg: Float, orders: Integer) -> Float:
 
 
 def least_worst_gain(most_order: int) -> float:
-    """Return the lower bound of the largest gain for orders 1 to ``most_order``, see above."""
+    """Return the lower bound 1/(2 sin(π/(N + 1))) of the largest gain for orders 1 to N =
+    ``most_order``."""
     return 1.0 / (2.0 * math.sin(math.pi / (most_order + 1)))
 
 
@@ -79,7 +81,8 @@ class AlphaChoice:
     noise_arcsec: float
     """RMS error over the turn that the noise of one captured turn causes."""
     by_mounting_arcsec: float
-    """RMS error over the turn that the nominal α causes (± 50″, rectangular distribution)."""
+    """RMS error over the turn if the nominal α is used (its error is within ± 50″, rectangular
+    distribution)."""
     blind: tuple[int, ...]
     """Blind orders up to 128."""
 

@@ -1,5 +1,5 @@
 """Writes the recorded data as the folder of a measurement set, and the truth into a sealed file
-next to it."""
+next to the folder."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ PAIRED = "encoder makers' paired heads"
 
 @dataclass(frozen=True)
 class Places:
-    """A set of heads, with the noise gains of the orders."""
+    """Places of a set of heads, with the noise gains of the orders."""
 
     title: str
     places_deg: tuple[float, ...]
@@ -151,8 +151,8 @@ def compare_methods(
 
 
 def _own_places(settings: MethodsSettings) -> list[dict[str, Any]]:
-    """Return the uncertainty with which four heads determine their own places in one turn, axis at
-    rest."""
+    """Return the uncertainty with which four heads determine their own places in one turn while the
+    axis does not move."""
     one_turn = dataclasses.replace(
         settings,
         minutes=6.0 / settings.speed_deg_s,

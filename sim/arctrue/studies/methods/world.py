@@ -1,5 +1,5 @@
-"""The table that every method measures; disc, bearing, noise and measuring time are always the
-same."""
+"""Simulates the table that every method measures; disc, bearing, noise and measuring time are the
+same for all methods."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Output:
 
     @classmethod
     def of_head1(cls, correction: Correction) -> Output:
-        """Return head 1 minus this error."""
+        """Return an output that subtracts ``correction`` from the reading of head 1."""
         return cls((0.0,), lambda reading: reading[0] - correction(reading[0]) * RAD_PER_ARCSEC)
 
 
@@ -66,13 +66,13 @@ MOUNTING_ARCSEC = 50.0
 """Tolerance of a head's place, as in the paper."""
 
 WEAK_ORDER = 11
-"""An order that two heads at α = 33° determine with 19 times the noise."""
+"""Order that two heads at α = 33° determine with 19 times the noise of their difference."""
 SYMMETRIC_ORDERS = (12, 24)
 """Orders that 4 or 12 equally spaced heads cannot see; 24 faces cannot see order 24 either."""
 BLIND_ORDER = 120
-"""An order that two heads 33° apart do not see."""
+"""Order that two heads 33° apart cannot determine."""
 UNLISTED_ARCSEC = {47: 0.05, 77: 0.03}
-"""Amplitude of further orders of the disc, which no method fits."""
+"""Amplitudes of further orders of the disc, by order; no method fits these orders."""
 UNLISTED_MOTION = {1: -0.3, 9: 0.3, 13: -0.2}
 """Further circles of the axis by order, relative to the circle of order 2; negative orders turn
 backwards. No method fits orders 9 and 13."""
@@ -84,7 +84,7 @@ are added."""
 
 @dataclass(frozen=True)
 class MethodsSettings:
-    """Conditions that are the same for all methods."""
+    """Conditions of the measurement, the same for all methods."""
 
     minutes: float = 16.0
     """Measuring time: ten cycles of 24 faces of 4 s each, as in the paper; or 80 turns at 30°/s."""
@@ -123,35 +123,35 @@ class MethodsSettings:
 
     @property
     def time_s(self) -> float:
-        """Measuring time of every method; pauses between the parts of a measurement do not
-        count."""
+        """Return the measuring time of every method in seconds; pauses between the parts of a
+        measurement do not count."""
         return 60.0 * self.minutes
 
     @property
     def turns(self) -> int:
-        """Number of whole turns in a capture."""
+        """Return the number of whole turns in a capture."""
         return int(self.time_s * self.speed_deg_s / 360.0)
 
     @property
     def cycles(self) -> int:
-        """Number of whole cycles over the polygon."""
+        """Return the number of whole cycles over the polygon."""
         return int(self.time_s / (self.station_s * PUBLISHED.faces))
 
     @property
     def samples_a_turn(self) -> int:
-        """Number of samples in a turn."""
+        """Return the number of samples in a turn."""
         return round(360.0 / self.speed_deg_s * self.sampling_hz)
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """Orders that every method fits as far as it can: 1 to ``most_order``, and the blind
-        one."""
+        """Return the orders that every method fits as far as it can: 1 to ``most_order``, and
+        BLIND_ORDER."""
         return np.append(np.arange(1, self.most_order + 1), BLIND_ORDER)
 
 
 @dataclass(frozen=True)
 class World:
-    """The simulated table and all measurements of it."""
+    """Simulated table with all its measurements."""
 
     settings: MethodsSettings
 
@@ -196,8 +196,8 @@ class World:
     ) -> RotaryTable:
         """Return the table with heads up to 50″ from their nominal places; head 1 defines 0.
 
-        The index marks repeat to ± 1 count. All methods with a head at some place get the same head
-        there. ``further``: causes in addition to those of the calibrated table.
+        The index marks repeat to ± 1 count. All methods with a head at one place get the same head
+        at this place. ``further``: causes in addition to those of the calibrated table.
         """
         heads = []
         for place in places_rad:
@@ -222,7 +222,7 @@ class World:
 
     @property
     def count_rad(self) -> float:
-        """Size of a count in radians."""
+        """Return the size of a count in radians."""
         return TURN_RAD / self.settings.counts_per_rev
 
     def turns(self, places_rad: Sequence[float]) -> Iterator[Counts]:

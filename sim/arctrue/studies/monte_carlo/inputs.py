@@ -1,4 +1,4 @@
-"""Input quantities of the calibration, and the distribution of each."""
+"""Defines the input quantities of the calibration, and draws each from its distribution."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ QUIET: Values = {
     "bracket_arcsec_per_k": 0.0,
     "lanes": float(LANES_DEFAULT),
 }
-"""Values of the quantities at which these have no effect."""
+"""Value of each quantity at which the quantity has no effect."""
 
 
 def _log_uniform(random: Random, limits: tuple[float, float]) -> float:
@@ -108,7 +108,7 @@ def _lanes(random: Random) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """One input quantity, or a group of related ones."""
+    """Input quantity, or group of related input quantities."""
 
     title: str
     """Name of the input on the page."""
@@ -162,7 +162,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "all": tuple(INPUTS),
 }
 """Names of the active inputs, by case. Quantisation of counts and words is always active; in the
-case ``quantisation`` it is alone."""
+case ``quantisation`` no other input is active."""
 
 
 def drawn(seed: int, case: str) -> dict[str, float]:

@@ -42,7 +42,7 @@ class Covered:
 
     @property
     def rate(self) -> float:
-        """Share of trials whose region contains the truth; NaN without a trial."""
+        """Return the share of trials whose region contains the truth; NaN without a trial."""
         return self.hits / self.trials if self.trials else float("nan")
 
     @property
@@ -90,7 +90,7 @@ def _case(trials: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     square = _stacked(sound, "square")
     deviation, variance = _stacked(sound, "deviation_arcsec2"), _stacked(sound, "variance_arcsec2")
     u_turn = _stacked(sound, "u_turn_arcsec")
-    # All orders, α, and two curves over the turn are tested.
+    # The tested figures are those of all orders, of α, and of two curves over the turn.
     figures = ORDERS + 3
     return {
         "trials": len(trials),
@@ -127,13 +127,13 @@ def _stacked(trials: Sequence[Mapping[str, Any]], name: str) -> Float:
 
 
 def _turn(off: Float, u: Float, figures: int) -> dict[str, Any]:
-    """Compute the coverage at each reading; the mean is tested, as angles of a trial are
-    correlated."""
+    """Compute the coverage at each reading; the test uses the mean coverage, because the errors at
+    different angles of a trial are correlated."""
     covered = np.abs(off) <= FACTOR * u
     by_place, by_trial = covered.mean(axis=0), covered.mean(axis=1)
     rate = float(by_trial.mean())
-    # The rate is a mean over trials; the standard deviation of a trial is at least half an angle's
-    # share.
+    # The rate is a mean over trials; assume a standard deviation of a trial's share of at least
+    # half an angle.
     error = max(float(by_trial.std(ddof=1)) if off.shape[0] > 1 else 1.0, 0.5 / off.shape[1])
     error /= float(np.sqrt(off.shape[0]))
     off_by = (rate - COVERAGE) / error

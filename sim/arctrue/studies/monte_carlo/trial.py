@@ -1,4 +1,5 @@
-"""One trial: draw a table, measure and calibrate it, and compare the result with the truth."""
+"""Runs one trial: draws a table, measures and calibrates it, and compares the result with the
+truth."""
 
 from __future__ import annotations
 
@@ -151,7 +152,7 @@ def drawn_table(seed: int, values: Values) -> RotaryTable:
 
 
 def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
-    # The capture is slightly longer than the whole turns: a further sample shows that these are
+    # The capture is slightly longer than the whole turns: a further sample shows that the turns are
     # complete.
     turns = task["turns"] + SPARE_TURN
     duration_s = turns * 2.0 * np.pi / SLOW_RAD_S
@@ -171,8 +172,8 @@ def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
 def true_error(table: RotaryTable, temperature_c: float) -> tuple[Float, Float]:
     """Return readings of head 1 at even true angles, and R₁ − θ in arcseconds, (2048,) each.
 
-    The calibration should determine these values: they have no noise and rounding, and one
-    temperature.
+    The calibration should determine these values; they are computed without noise and rounding, at
+    one temperature.
     """
     angle = np.linspace(0.0, 2.0 * np.pi, TRUTH_ANGLES, endpoint=False)
     state = conditions_of(TableState.at_rest(angle))
@@ -210,7 +211,8 @@ def _in_stated_covariance(estimate: Estimate, off: Float) -> tuple[Float, Float]
 
 
 def _over_the_turn(estimate: Estimate, off: Float, places: Float) -> tuple[Float, Float]:
-    """Return the error of the estimate at readings, and its stated u, arcseconds."""
+    """Return the error of the estimate at the readings ``places``, and its stated standard
+    uncertainty, arcseconds."""
     phase = np.multiply.outer(places, estimate.orders)
     waves = np.hstack([np.cos(phase), np.sin(phase)])
     variance = np.diag(estimate.covariance)
@@ -240,5 +242,5 @@ def _left_after_gateware(
 
 
 def _rounded(values: Float | list[float]) -> list[float]:
-    # Seven digits: the last bits of a sum may differ between processors.
+    # Round to seven digits, because the last bits of a sum may differ between processors.
     return [float(f"{value:.7g}") for value in values]

@@ -53,8 +53,8 @@ ORDERS = np.arange(1, 33)
 
 @dataclass(frozen=True)
 class Item:
-    """One line of the page: the paper's statement, the value computed here, and how to reproduce
-    it."""
+    """Line of the page: the paper's statement, the value computed here, and the command that
+    reproduces it."""
 
     label: str
     paper: str

@@ -1,4 +1,4 @@
-"""Figures that the paper publishes in section 4 and tables 2 and 3."""
+"""Contains the figures that the paper publishes in section 4 and tables 2 and 3."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Published:
     budget: UncertaintyBudget = field(
         default_factory=lambda: UncertaintyBudget(0.1, 0.05, 0.2, 0.0005, 0.0001)
     )
-    """Standard uncertainties of Table 3."""
+    """Standard uncertainties that Table 3 of the paper states."""
     combined_arcsec: float = 0.23
     """Combined standard uncertainty that the paper states."""
     expanded_arcsec: float = 0.46

@@ -1,5 +1,5 @@
-"""Conditions of one revolution: a table with the paper's kind of error, its motion, and the
-gateware."""
+"""Defines the conditions of one revolution: a table with the paper's kind of error, its motion, and
+the gateware."""
 
 from __future__ import annotations
 
@@ -42,19 +42,18 @@ GRADUATION_PHASES_RAD = (4.2, 3.1, 4.1, 4.8, 3.9, 4.6)
 
 PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
-# A capture begins at the first sample after both indices; this angle is for the calculation and the
-# ramp.
+# A capture begins at the first sample after both indices; the calculation and the ramp take place
+# in this additional angle.
 _SPARE_RAD = float(np.deg2rad(15.0))
-# Clocks to read one word of the bank over the bus; measured: 6.
+# Assumed number of clocks to read one word of the bank over the bus; 6 were measured.
 _CLOCKS_A_READ = 8
 DEPTH_STEP = 512
-"""Width of a bin of half a degree: its 23,302 edges at 2²⁴ counts average out noise, but not slow
-errors."""
+"""Step of the capture depth, in samples."""
 
 
 FOUR_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads relative to head 1, at which any head may fail: ``arctrue alpha --heads
-4``."""
+"""Places of four heads relative to head 1, at which any one head may fail; found by ``arctrue alpha
+--heads 4``."""
 FURTHER_OFF_ARCSEC = (-30.0, 40.0)
 """Differences of the places of heads 3 and 4 from those that the firmware assumes, within ± 50″."""
 
@@ -82,8 +81,8 @@ class RevolutionSettings:
     speed_deg_s: float = 30.0
     """Mean speed of the table, degrees a second."""
     clocks_per_count: float = 1.1
-    """Number of clocks per count; the gateware has a slower clock than the device to reach this
-    number."""
+    """Number of clocks per count; the simulated clock is slower than the device's clock to reach
+    this number."""
     alpha_error_arcsec: float = 50.0
     """Difference of the true separation of the heads from the 33° that the firmware assumes."""
     noise_arcsec: float = 0.2
@@ -192,7 +191,7 @@ class RevolutionSettings:
             ),
         ]
         if self.noise_arcsec:
-            # The noise is independent from one sample to the next.
+            # The noise of each sample is independent of the noise of the other samples.
             correlation_s = self.sample_period_clocks / self.clock_hz / 5
             effects.append(
                 ReadingNoise(self.noise_arcsec * RAD_PER_ARCSEC, correlation_s, self.seed)
@@ -209,7 +208,8 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Return the motion: from rest over all indices, that of head 1 last, then over the turns.
+        """Return the motion: it starts from rest, passes all indices (that of head 1 last), and
+        then makes the turns.
 
         Returns
         -------

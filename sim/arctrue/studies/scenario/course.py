@@ -1,4 +1,5 @@
-"""The course of the table: its legs one after the other, with time and temperature."""
+"""Computes the course of the table: the motion over its legs, one after the other, with time and
+temperature."""
 
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A part of the course: turns at one speed, or a pause."""
+    """Part of the course: turns at one speed, or a pause."""
 
     turns: float = 0.0
     """Number of turns with the sign of the direction; 0 for a pause."""
@@ -37,7 +38,7 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Course(Motion):
-    """A motion over legs, whose turns are counted from the angle after both indices.
+    """Motion over legs; turns count from the angle after both indices.
 
     ``time_s`` of its states is the time of the motion, in which a pause lasts as long as its
     simulated part; ``since_run_start_s`` is the time of the surroundings, in which the pause has
@@ -95,8 +96,8 @@ class Course(Motion):
 
     @property
     def turns(self) -> float:
-        """Return the travel from the first turn's beginning to the end, in turns of either
-        direction."""
+        """Return the travel from the beginning of the first turn to the end of the course, in
+        turns; both directions count as positive."""
         return float(self.travel_turns(np.array([self.duration_s]))[0])
 
     def travel_turns(self, time_s: Float) -> Float:
@@ -109,7 +110,8 @@ class Course(Motion):
         turns."""
         travelled = self.travel_rad(np.asarray(self.knot_times_s))
         wanted = turn * TURN_RAD + APPROACH_RAD
-        # Choose the instant before a pause, even if the two sums differ in their last bit.
+        # At a pause choose the instant before the pause, even if two equal sums differ in their
+        # last bit.
         place = np.searchsorted(travelled, wanted - _SAME_TRAVEL_RAD) - 1
         leg = int(np.clip(place, 0, travelled.size - 2))
         begin, end = np.abs(self.knot_speeds_rad_s[leg : leg + 2])

@@ -160,7 +160,7 @@ class WarmCentre(Cause):
         return cls(log_uniform(random, 0.1, 1.0), random.uniform(0, 2 * np.pi))
 
     def centre_m(self, at: Conditions) -> Complex:
-        """Return a displacement proportional to the warming, which turns with the disc."""
+        """Return a displacement that is proportional to the warming and turns with the disc."""
         found: Complex = (
             self.size * MICROMETRE * at.warming_k * np.exp(1j * (at.turned_rad + self.place_rad))
         )
