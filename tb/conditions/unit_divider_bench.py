@@ -1,4 +1,4 @@
-"""cocotb tests of unit_divider against integers of any size."""
+"""cocotb tests of unit_divider against Python's division of integers."""
 
 from __future__ import annotations
 

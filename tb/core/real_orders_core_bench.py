@@ -1,7 +1,7 @@
 """cocotb test of the core with REAL_ORDERS: lines of real orders are removed from the position.
 
-The table turns forwards and backwards over several turns. In every clock the correction is the
-model's for the turn of the position.
+The table turns forwards and backwards over several turns. In every clock the correction equals the
+model's correction for the turn in which the position is.
 """
 
 from __future__ import annotations
@@ -65,9 +65,11 @@ async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDAr
 
 
 def compare(rows: NDArray[np.int64], loaded: Coefficients) -> None:
-    """Check that the correction of every accepted angle equals the model's for the angle's turn."""
+    """Check that the correction of every accepted angle equals the model's correction in the turn
+    of this angle."""
     seen, later = rows[:-LATENCY], rows[LATENCY:]
-    # The turn number comes two clocks after its angle: this is the number of the first row.
+    # The turn number comes two clocks after its angle, so row 2·FOLD has the turn number of the
+    # first angle.
     turns = turn_numbers(seen[:, 0], COUNTS, int(rows[2 * FOLD, 4]))
     model = compensate(seen[:, 0], seen[:, 1], loaded, turns=turns)
     same = [
@@ -87,8 +89,8 @@ async def settled(machine: Machine) -> None:
 
 @cocotb.test()
 async def lines_of_real_orders(dut: Any) -> None:
-    """Turn three turns forwards and four backwards; then turn with another bank, and with whole
-    orders."""
+    """The correction equals the model's over three turns forwards and four backwards, with another
+    bank, and with integer orders."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["real_orders"] == 1
@@ -136,7 +138,7 @@ async def rearm_keeps_the_turn(dut: Any) -> None:
         await ClockCycles(dut.clock, 200)
         await machine.turn(machine.now + turn)
         await machine.turn(machine.now + turn)
-        # Two turns of travel: at the same angle the number is two more.
+        # After two turns of travel the turn number at the same angle is larger by two.
         assert (await names.read("turn_number")) == before + 2
 
 

@@ -1,4 +1,4 @@
-"""Test of the witness of the index in GHDL."""
+"""Test of zero_witness in GHDL, which compares an index mark with the counts of the other head."""
 
 from tb.support.simulation import simulate
 

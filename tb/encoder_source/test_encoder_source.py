@@ -1,4 +1,4 @@
-"""Test of the second board that replaces the encoder, in GHDL."""
+"""Test of the design of the second board, which replaces the encoder, in GHDL."""
 
 import pytest
 

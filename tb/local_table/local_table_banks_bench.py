@@ -17,7 +17,7 @@ from tb.local_table.local_table_bench import random_table
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
 COPY_CLOCKS = LATENCY + 2 * POINTS + 1
-"""Longest wait of an access in clocks, as the header of the entity states."""
+"""Longest time, in clocks, that an access waits, as the header of the entity states."""
 STEADY = 3
 """Number of clocks from a new counts_per_rev to the windows of the new turn."""
 
@@ -45,14 +45,14 @@ class Unit:
         for _ in range(STEADY):
             await FallingEdge(self.dut.clock)
         self.dut.reset.value = 0
-        # Another test of this simulation may have left a table.
+        # Clear the table, because an earlier test of this simulation may have left one.
         await self.access(place=True, address=0, word=0)
         await self.swap(takes=True)
         await self.access(place=True, address=0, word=None)
         self.angles, self.tables, self.values = [], [], []
 
     async def clock(self) -> None:
-        """Run one clock with an angle, and log the value that comes with it."""
+        """Run one clock with an angle, and log the output value of this clock."""
         near = self.random.integers(0, 3)
         tables = [self.active, self.next]
         table = tables[near] if near < 2 else None
@@ -75,7 +75,8 @@ class Unit:
             await self.clock()
 
     async def access(self, *, place: bool, address: int, word: int | None) -> tuple[int, int]:
-        """Read, or write ``word``; return the answer and the clocks that it took."""
+        """Read a word, or write ``word``; return the answer and the number of clocks that the
+        access took."""
         dut = self.dut
         dut.of_place.value, dut.address.value = int(place), address
         dut.write_data.value = (word or 0) & 0xFFFF_FFFF
@@ -149,7 +150,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
         points, place = await unit.idle_words(places)
         assert points == [int(table.points[n]) & 0xFFFF_FFFF for n in places]
         assert place == table.place_words(), "the idle bank got the same words"
-    # Only one word is written: all other points of the table must come from the copy.
+    # Write only one word; all other points of the table must come from the copy.
     changed = LocalTable(
         table.counts_per_rev, table.starts, table.width, table.fraction, table.points.copy()
     )

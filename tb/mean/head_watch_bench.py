@@ -1,4 +1,4 @@
-"""cocotb tests of head_watch against its model, and of its three ways to find a head."""
+"""cocotb tests of head_watch against its model, and of its three ways to find a failed head."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ async def steps_equal_the_model(dut: Any) -> None:
     rows = readings(rng, 12_000)
     later: list[int] = [0, 0]
     names: set[int] = set()
-    # Model and entity begin together at a restart.
+    # Model and entity start together at a restart.
     for clock, row in enumerate(rows):
         restart = clock < 3 or clock % 2500 == 1700
         dut.restart.value = int(restart)
@@ -160,7 +160,8 @@ async def steps_equal_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def a_step_of_twice_the_limit_is_always_found(dut: Any) -> None:
-    """No other head is found, while the axis changes each difference by less than the limit."""
+    """A step of twice the limit is always found at the right head, while the axis changes each
+    difference by less than the limit."""
     rng = np.random.default_rng(3)
     await start(dut)
     limit = 32

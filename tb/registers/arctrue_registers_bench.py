@@ -1,4 +1,5 @@
-"""cocotb tests of register_access: the register block with its bus port and guard."""
+"""cocotb tests of register_access: the register block with its bus port and the guard that refuses
+illegal addresses."""
 
 from __future__ import annotations
 
@@ -77,10 +78,10 @@ async def prepared(
     for latching in (
         *model_map.GROUPS,
         *model_map.WIDE,
-    ):  # what they latch is undefined before the first read
+    ):  # the words that they latch are undefined before the first read
         await bus.read(latching)
         model.read(latching)
-    # The coefficients keep what an earlier test wrote: they survive reset.
+    # Coefficients survive a reset and keep the values that an earlier test wrote.
     await bus.write(model_map.OFFSET, 0)
     await bus.write_words(model_map.COEFFICIENTS, [0] * (4 * LANES))
     for word in range(16):
@@ -148,7 +149,8 @@ def random_address(generator: random.Random) -> int:
 
 @cocotb.test()
 async def random_accesses_as_the_model(dut):
-    """3,000 legal and illegal accesses with byte strobes and stalls get the model's answers."""
+    """The answers to 3,000 legal and illegal accesses, with byte strobes and stalls, equal the
+    model's."""
     generator = random.Random(10)
     bus, model = await prepared(dut, generator, stall=0.3)
     refused = accepted = 0
@@ -308,8 +310,8 @@ async def bursts_keep_their_order(dut):
 
 @cocotb.test()
 async def answers_after_their_clocks_in_turn(dut):
-    """Answers come after the clocks that the headers of register_access and axi_lite_access
-    state."""
+    """Each answer comes after the number of clocks that the headers of register_access and
+    axi_lite_access state."""
     bus, _ = await prepared(dut, random.Random(20))
     seen: list[dict[str, int]] = []
     names = ("awvalid", "wvalid", "arvalid", "bvalid", "rvalid")
@@ -342,14 +344,15 @@ async def answers_after_their_clocks_in_turn(dut):
     kinds = "".join("w" * now["bvalid"] + "r" * now["rvalid"] for now in seen)
     assert kinds in ("wr" * words, "rw" * words), f"answers came as {kinds}"
     clocks = [n for n, now in enumerate(seen) if now["bvalid"] or now["rvalid"]]
-    # One clock more than a read or a write takes.
+    # Wait one clock more than a read or a write takes.
     assert {later - earlier for earlier, later in pairwise(clocks)} == {4, 5}
 
 
 @cocotb.test()
 async def interrupts_set_enable_and_clear(dut):
     bus, _ = await prepared(dut, random.Random(16))
-    # Bits with a level as source are set only by its rising edge; the other bits have strobes.
+    # A bit with a level as source is set only by the level's rising edge; the other bits are set by
+    # strobes.
     for bit in range(16):
         dut.interrupt_status.value = 1 << bit
         await ClockCycles(dut.clock, 1)
@@ -377,12 +380,12 @@ async def interrupts_set_enable_and_clear(dut):
 
 @cocotb.test()
 async def no_event_is_lost_in_the_clock_of_its_clear(dut):
-    """One event comes at each clock around the clear: for exactly one of these clocks the line must
-    stay high.
+    """An event comes at a different clock around the clear in each run; in exactly one of these
+    runs the interrupt line must stay high.
 
     After an event before the clear, the line is low at the end. With an event after the clear, the
-    line falls and rises again. With an event in the clock of the clear, it never falls. If the
-    clear had priority, no event would keep the line high.
+    line falls and rises again. With an event in the clock of the clear, the line never falls. If
+    the clear had priority, no event would keep the line high.
     """
     bus, _ = await prepared(dut, random.Random(17))
     await bus.write(0x0A0, 1)

@@ -1,6 +1,7 @@
-"""The register map as a processor sees it, written by hand from its description.
+"""Models the register map as a processor sees it; the tables were written by hand from the map's
+description.
 
-Nothing here comes from the SystemRDL source or from files generated from it.
+No value comes from the SystemRDL source or from files generated from it.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from dataclasses import dataclass, field
 WORD = 0xFFFF_FFFF
 
 CONSTANTS = {0x000: 0x41524354, 0x004: 0x000800}
-"""Value by address."""
+"""Values of constant registers by address."""
 
 READ_WRITE = {
     0x010: (WORD, 0, None),
@@ -39,7 +40,8 @@ READ_WRITE = {
     0x184: (0xFFFFFF, 0, "compare_interval"),
     0x1B8: (0x3, 1, "events_recorded"),
 }
-"""Existing bits, value after reset and port that shows the value, by address."""
+"""Registers that can be written, by address: existing bits, value after reset, and the port that
+shows the value."""
 
 COMMAND = 0x024
 OFFSET = 0x04C
@@ -77,7 +79,7 @@ READ_ONLY = {
     0x1B0: (0xFFFFFF, "events_angle"),
     0x1B4: (0xFFFF, "events_lost"),
 }
-"""Existing bits and driving port, by address."""
+"""Read-only registers by address: existing bits and the port that drives them."""
 
 WIDE = {
     0x0D0: "head1_index",
@@ -130,8 +132,8 @@ DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
 """Words of the window of the heads."""
 FAILOVER = {35, 36, *range(40, 47)}
 PARITY_VALUE = 44
-"""Further such words of a core with failover; the core refuses weights of heads that are not
-built."""
+"""Further words of the window that only a core with failover has; PARITY_VALUE is the word of the
+parity's value. The core refuses weights of heads that are not built."""
 LOCAL_PLACE = 0x01840
 LOCAL_PLACE_WORDS = 7
 LOCAL_POINTS = 0x10000
@@ -227,7 +229,7 @@ class RegisterModel:
         return False, 0
 
     def coefficient_exists(self, address: int) -> bool:
-        """Tell whether ``address`` is a coefficient word of a lane that is built."""
+        """Tell whether ``address`` is a coefficient word of a built lane."""
         return COEFFICIENTS <= address < COEFFICIENTS + 16 * self.lanes
 
     def heads_words(self, *, write: bool) -> set[int]:
@@ -267,8 +269,8 @@ class RegisterModel:
         return self.has_real_orders and 0 <= address - TURN_STEPS < 8 * self.lanes
 
     def mean_exists(self, address: int) -> bool:
-        """Tell whether ``address`` is a word of the mean for a head that is built, or the
-        choice."""
+        """Tell whether ``address`` is a word of the mean for a built head, or the word that chooses
+        carrier and heads."""
         word = (address - MEAN) // 4
         built = 0 <= word < 8 and word % 4 < self.heads
         return self.has_mean and (built or word == 8)

@@ -129,7 +129,7 @@ def check_windows(generics: dict[str, int | str], environment: dict[str, str]) -
     ],
 )
 def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) -> None:
-    """Every address is answered or refused as the map says for the heads that are built."""
+    """The core answers or refuses every address as the register map states for the built heads."""
     check_windows(
         {"HEADS": heads, "MEAN": "true", "FAILOVER": str(failover).lower()},
         {"HEADS": str(heads), **({"FAILOVER": "yes"} if failover else {})},
@@ -146,6 +146,6 @@ def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) ->
     ids=" ".join,
 )
 def test_windows_of_the_local_table_and_of_real_orders(built: tuple[str, ...]) -> None:
-    """Points, place, turn steps and turn number are answered if built; their neighbours are
-    refused."""
+    """The core answers accesses to points, place, turn steps and turn number if these are built,
+    and refuses accesses to the addresses next to them."""
     check_windows(dict.fromkeys(built, "true"), dict.fromkeys(built, "yes"))

@@ -1,4 +1,5 @@
-"""Compare the queue of events, clock by clock, with a list that follows the entity's header."""
+"""Compares the queue of events, clock by clock, with a Python list that behaves as the entity's
+header states."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ OUTPUT_STEP = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
 
 class Device:
-    """Drives the top level with a turning table and decodes its output."""
+    """Drives the top level with a turning table and decodes the output's signals."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -76,7 +76,7 @@ class Device:
         return level
 
     def lit(self) -> tuple[int, ...]:
-        """Return the LEDs: alive, capture, fault, compensation."""
+        """Return the levels of the LEDs alive, capture, fault and compensation."""
         return tuple(int(getattr(self.dut, name).value) for name in LEDS)
 
     def show(self, reading1: int, reading2: int) -> None:
@@ -94,7 +94,7 @@ class Device:
             await FallingEdge(self.clock)
 
     async def follow_the_output(self) -> None:
-        """Count the edges of the output like a servo drive does."""
+        """Count the edges of the output as a servo drive would."""
         before = OUTPUT_STEP[self.level("out_a"), self.level("out_b")]
         while True:
             await FallingEdge(self.clock)
@@ -105,7 +105,8 @@ class Device:
             before = now
 
     async def let_go(self) -> None:
-        """End the reset between clock edges, and wait until the fabric has seen it."""
+        """End the processor's reset between clock edges, and wait until the fabric's reset has
+        ended."""
         await Timer(3, "ns")
         self.ps7.fabric_resetn.value = 1
         await ClockCycles(self.clock, RESET_RELEASE_CLOCKS)
@@ -121,7 +122,8 @@ class Device:
 
 
 async def started(dut: Any) -> Device:
-    """Start the clock, reset as after power-up, then release; the table is at its start."""
+    """Start the clock, hold the reset as after power-up, and release it; the table is at its
+    start."""
     device = Device(dut)
     device.ps7.fabric_resetn.value = 0
     device.show(*table.readings(np.array([table.START_COUNTS]))[0].tolist())
@@ -159,7 +161,8 @@ async def registers_over_axi3(dut: Any) -> None:
 
 @cocotb.test()
 async def from_edges_to_corrected_edges(dut: Any) -> None:
-    """The output moves by as many counts as R - e(R), equations (8) and (9) in float64."""
+    """The output moves by as many counts as R - e(R) of equations (8) and (9), computed in
+    float64."""
     device = await started(dut)
     names = device.registers
     await device.configure()
@@ -186,7 +189,8 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
     wanted = [expected(reading) - expected(readings[0]) for reading in readings]
     deviation = np.subtract(travelled, travelled[0]) - wanted
     dut._log.info("output less equation: %s counts", np.round(deviation, 2).tolist())
-    # Half a count for each of two roundings; the coefficients' own error is far below.
+    # The bound is half a count for each of two roundings; the rounding error of the coefficients is
+    # far smaller.
     assert np.abs(deviation).max() <= 1.01
     plain = np.subtract(readings, readings[0]) - wanted
     assert np.abs(plain).max() > 8, "the motion does not show the correction"
@@ -195,8 +199,8 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
 
 @cocotb.test()
 async def interrupt_and_capture(dut: Any) -> None:
-    """A captured turn raises only IRQF2P(0); the bank comes over AXI3; clearing ends the
-    interrupt."""
+    """A captured turn raises only IRQF2P(0), the bank can be read over AXI3, and clearing the event
+    ends the interrupt."""
     device = await started(dut)
     names = device.registers
     await device.configure()
@@ -212,7 +216,7 @@ async def interrupt_and_capture(dut: Any) -> None:
     capture = await names.read_capture()
     travelled = capture.samples[:, 0] - capture.samples[0, 0]
     assert travelled[-1] >= table.COUNTS_PER_REV > travelled[-2]
-    # Both readings of a sample come from one clock: the table has shown each pair.
+    # Both readings of a sample come from one clock, so each pair is one that the table has shown.
     shown = set(map(tuple, table.readings(motion).tolist()))
     assert set(map(tuple, capture.samples.tolist())) <= shown
     await names.command("capture_release")
@@ -226,8 +230,9 @@ async def interrupt_and_capture(dut: Any) -> None:
 async def i2c_wires_are_open_drain(dut: Any) -> None:
     """The processor or the thermometer pulls a wire low; only its pull-up makes it high.
 
-    Nothing drives it high: where the processor's value is 1 the thermometer still pulls it low,
-    with no conflict ('X'). The wires are independent, and the processor sees the level of each.
+    Nothing drives a wire high: while the processor's value is 1, the thermometer can still pull the
+    wire low without a conflict ('X'). The wires are independent, and the processor sees the level
+    of each.
     """
     device = await started(dut)
     wires = ("scl", "sda")
@@ -267,7 +272,8 @@ async def two_general_purpose_pins_are_on_the_i2c_wires(dut: Any) -> None:
 
 @cocotb.test()
 async def the_chip_is_identified(dut: Any) -> None:
-    """The identifier is complete when it is reported as known, and is read again after a reset."""
+    """The identifier of the chip is complete when it is reported as known, and the fabric reads it
+    again after a reset."""
     device = await started(dut)
     names = device.registers
     for _ in range(2):
@@ -335,8 +341,8 @@ async def reset_in_the_middle(dut: Any) -> None:
         await RisingEdge(device.clock)
         await Timer(wait_ns, "ns")
         device.ps7.fabric_resetn.value = 0
-        # An edge that was on its way still comes; then the levels stay constant and do not drop to
-        # 0.
+        # An edge that was already in the pipeline still comes; then the levels stay constant and do
+        # not drop to 0.
         await ClockCycles(device.clock, 8)
         held = [device.level(name) for name in ("out_a", "out_b")]
         reset_lasts = 0

@@ -73,8 +73,8 @@ async def each_head_has_its_pins(dut: Any) -> None:
     await turn(dut, clock, angle[half:])
     assert await names.read("status.capture_ready") == 1
     bank = await names.read_capture(HEADS)
-    # The number may differ by the sample that ends the turn, and by the error of head 1, which is
-    # less than the counts between two samples.
+    # The number of samples may differ by the sample that ends the turn, and because of the error of
+    # head 1, which is less than the counts between two samples.
     assert abs(len(bank.samples) - COUNTS * CLOCKS_PER_COUNT / SAMPLE_PERIOD) <= 2
     known = {tuple(row) for row in (readings(angle) % COUNTS).tolist()}
     assert all(tuple(row) in known for row in (bank.samples % COUNTS).tolist())
