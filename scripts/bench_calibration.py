@@ -1,4 +1,5 @@
-"""Compares the calibration with the Cramér–Rao bound and a plain FFT, the gateware with float64.
+"""Compares the calibration with the Cramér–Rao bound and a plain FFT, and the gateware's correction
+with float64.
 
 ``python -m scripts.bench_calibration [--draws N]`` prints the errors over drawn turns, in groups of
 ten, and the processor time of single calibrations on this machine.
@@ -34,7 +35,7 @@ ECCENTRICITY_M = 37.7e-6
 EVALUATED = 1 << 18
 METHODS = {"least_squares": least_squares, "fourier": fourier}
 GROUP = 10
-"""Number of draws from which one figure of the error is computed."""
+"""Number of draws from which one value of the RMS error is computed."""
 
 
 def table() -> RotaryTable:
@@ -47,7 +48,8 @@ def table() -> RotaryTable:
 
 
 def bound_arcsec() -> float:
-    """Return the Cramér–Rao bound of the RMS over the turn for unbiased estimates of these orders.
+    """Return the Cramér–Rao bound for the RMS error over the turn of unbiased estimates of these
+    orders.
 
     Each head has noise s and rounding to a count. K differences have the variance 2s², and a
     component of order n has the variance 4|TF|²s²/K.
@@ -68,8 +70,8 @@ def plain_fft(turn: WholeTurns) -> Float:
 def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
     """Return, by method, the RMS error of every group in arcseconds and the duration of every draw.
 
-    The error is relative to the mean of the group, so that the constant error of a DFT (ε(R) for
-    ε(θ)) does not count as noise.
+    The error is relative to the mean of the group, so that the constant error of the DFT, which
+    uses ε(R) in place of ε(θ), does not count as noise.
     """
     random = np.random.default_rng(seed)
     own = table()
@@ -114,7 +116,7 @@ def gateware_difference_arcsec() -> tuple[float, float, float]:
     exact = angle - coefficients.error_counts(angle)
     half = COUNTS_PER_REV / 2
     off = (corrected - exact + half) % COUNTS_PER_REV - half
-    # The bound: a count is rounded once, and the cosines keep the bound of the paper's appendix.
+    # The bound is the rounding to a count, plus the bound of the cosines from the paper's appendix.
     most = 0.5 + cosine_bound() * float(np.sum(np.abs(amplitude))) + 2.0**-11
     unit = arcsec_per_count(COUNTS_PER_REV)
     return float(np.max(np.abs(off))) * unit, float(np.sqrt(np.mean(off**2))) * unit, most * unit

@@ -1,8 +1,8 @@
 """Measures how campaigns scale: CPU time of the tasks and of the overhead, for 1 and 2 processes.
 
-Run ``python -m scripts.bench_campaign``; ``--write`` puts the table into docs/campaigns.md. It
-measures CPU time, which other work on the machine changes little; wall-clock seconds are given
-together with the load during the measurement.
+Run ``python -m scripts.bench_campaign``; ``--write`` puts the table into docs/campaigns.md. The
+program measures CPU time, because other work on the machine changes it little; wall-clock seconds
+are given together with the load during the measurement.
 """
 
 from __future__ import annotations
@@ -49,15 +49,15 @@ def timed(task: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The measured times of one campaign."""
+    """Measured times of one campaign."""
 
     name: str
     workers: int
     tasks: int
     task_cpu_s: float
-    """The CPU time of the tasks alone."""
+    """CPU time of the tasks alone."""
     whole_cpu_s: float
-    """The CPU time of all processes, from start to end."""
+    """CPU time of all processes, from start to end."""
     wall_s: float
 
     @property
@@ -137,7 +137,8 @@ def table(found: Sequence[Measured], load: float) -> list[str]:
 
 
 def row(runs: Sequence[Measured]) -> Row:
-    """Compare the CPU time of a campaign, over several runs, with that of its tasks alone."""
+    """Return a row that compares the CPU time of a campaign, over several runs, with the CPU time
+    of its tasks alone."""
     first = runs[0]
     own = float(np.median([item.task_cpu_s / item.tasks for item in runs]))
     share = float(np.median([item.share for item in runs]))
@@ -156,7 +157,7 @@ def median_run(runs: Sequence[Measured]) -> Measured:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure and print; with ``--write`` update the page."""
+    """Measure the campaigns and print the table; with ``--write`` update docs/campaigns.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=4, help="benchmark sets per run")
     parser.add_argument(

@@ -1,4 +1,5 @@
-"""Rows of a bench compare repeated measurements and their spread with a peer or a limit.
+"""Defines the rows of a bench, which compare repeated measurements and their spread with a peer or
+a limit.
 
 A bench writes its rows with ``--rows FILE``, and ``scripts.bench_page`` makes one page from the
 rows of all benches.
@@ -22,7 +23,7 @@ HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Beside:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One quantity that a bench measures."""
+    """Row of a bench: one measured quantity."""
 
     what: str
     unit: str
@@ -30,7 +31,7 @@ class Row:
     """The results of all runs; a single result if it is a count or a sum that is the same in every
     run."""
     beside: str
-    """Text with the figure of the peer, or with the limit."""
+    """Text with the value of the peer, or with the limit."""
     kept: bool = True
     """Whether the value is within the limit; True if there is no limit."""
 

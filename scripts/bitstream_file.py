@@ -9,7 +9,8 @@ from pathlib import Path
 from scripts.netlist import ToolError
 
 SYNC_WORD = bytes.fromhex("AA995566")
-IDCODE_WRITE = bytes.fromhex("30018001")  # packet with one word to register IDCODE
+# Header of the packet that writes one word to the register IDCODE
+IDCODE_WRITE = bytes.fromhex("30018001")
 FRAMES_WRITE = bytes.fromhex(
     "30004000"
 )  # packet to register FDRI; a packet of type 2 states the number of words
@@ -25,7 +26,8 @@ DIES = {
     "xc7z010": (0x0372_2093, 5_152),
     "xc7z020": (0x0372_7093, 10_008),
 }
-LONGEST_HEAD = 1024  # bytes before the sync word, or before the frames: tagged fields, commands
+# Largest number of bytes before the sync word (tagged fields), or before the frames (commands)
+LONGEST_HEAD = 1024
 
 
 def check_bitstream(path: Path, part: str) -> str:

@@ -19,7 +19,7 @@ GENERATED = Path("arctrue", "generated")
 
 
 class BuildPackage(build_py):
-    """Build step of setuptools that also generates modules."""
+    """Build step of setuptools that also generates Python modules."""
 
     def run(self) -> None:
         """Copy the package into the build folder and generate the modules there.
@@ -30,8 +30,8 @@ class BuildPackage(build_py):
             super().run()
             write_python(ROOT, ROOT / "sim" / GENERATED)
             return
-        # Remove old modules: those that have moved since an earlier build would get into this
-        # wheel.
+        # Remove old modules, because modules that have moved since an earlier build would get into
+        # this wheel.
         shutil.rmtree(self.build_lib, ignore_errors=True)
         super().run()
         write_python(ROOT, Path(self.build_lib) / GENERATED)

@@ -1,12 +1,12 @@
-"""Fits the probabilities that a diagnosis states, and measures them across the two generators.
+"""Fits the coefficients of the probabilities that a diagnosis states, and scores the probabilities
+on answers that were not used for the fit.
 
 ``python -m scripts.calibrate_probabilities`` reads the answers of ``stated.csv`` in
-``studies/benchmark``. It prints the scores of coefficients on answers that were not used for the
-fit: answers of the other generator, of a left-out world, and of a left-out fifth of each generator.
-``--write`` writes the coefficients fitted to all answers into
-``workbench/diagnose/calibrated.json``. ``--collect FOLDER`` (may be repeated) takes the answers of
-a benchmark's runs in place of those in the table. Answers ``bad_data`` do not count: their
-probabilities were stated without these coefficients.
+``studies/benchmark``. It prints the scores for three kinds of such answers: answers of the other
+generator, of a left-out world, and of a left-out fifth of each generator. ``--write`` writes the
+coefficients fitted to all answers into ``workbench/diagnose/calibrated.json``. ``--collect FOLDER``
+(may be repeated) uses the answers of a benchmark run in place of the answers in ``stated.csv``.
+Answers ``bad_data`` do not count: their probabilities were stated without these coefficients.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def across(rows: Sequence[Stated]) -> list[float]:
 
 
 def words(found: Estimate) -> str:
-    """Format a value and its 95 % interval."""
+    """Format an estimate and its 95 % interval as a text."""
     return f"{found.value:.3f} ({found.low:.3f} … {found.high:.3f})"
 
 
@@ -88,8 +88,8 @@ def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
 
 
 def table(rows: Sequence[Stated]) -> list[str]:
-    """Return a table in Markdown: the scores, by the answers to which the coefficients were
-    fitted."""
+    """Return a table in Markdown: the scores for each choice of the answers to which the
+    coefficients are fitted."""
     found = [
         "| Answers | Number | Right | Calibration error | Log score above a constant |",
         "|---|---|---|---|---|",
@@ -126,7 +126,7 @@ def kinds(rows: Sequence[Stated]) -> list[str]:
 
 
 def data(learned: Calibration) -> str:
-    """Return the coefficients as JSON."""
+    """Return the calibration as the JSON text of ``calibrated.json``."""
     return (
         json.dumps(
             {

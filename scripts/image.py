@@ -1,10 +1,10 @@
 """Writes the boot image of a board's QSPI flash: ``make image``.
 
 The image is the boot ROM's header (UG585, chapter 6, table of the BootROM header), then the
-firmware as it lies in the on-chip memory. The bitstream follows at a separate offset; the firmware
-itself loads it (``firmware/zynq/fabric_image.h``), so there is no first-stage loader and no table
-for one. The flash holds the boot image twice: the boot ROM starts the second, golden copy if the
-first is bad.
+firmware with the bytes that it has in the on-chip memory. The bitstream follows at a separate
+offset; the firmware itself loads the bitstream (``firmware/zynq/fabric_image.h``), so the image
+needs no first-stage loader and no partition table. The flash holds the boot image twice: the boot
+ROM starts the second, golden copy if the first is bad.
 """
 
 from __future__ import annotations
@@ -40,21 +40,23 @@ PROGRAM_ALIGNMENT = 64
 ENTRY_ALIGNMENT = 64
 ERASED = b"\xff"
 SYNC_WORD = struct.pack(">I", 0xAA99_5566)
-LONGEST_HEAD = 1024  # bytes of a .bit before the sync word
-BEFORE_SYNC = 48  # bytes of dummy words and width detection that the configuration port wants
+LONGEST_HEAD = 1024  # largest number of bytes of a .bit before the sync word
+# Number of bytes of dummy words and width detection, which the configuration port requires
+BEFORE_SYNC = 48
 
 
 class ImageError(Exception):
-    """No image can be made; the message states the reason for the user."""
+    """Raised if no image can be made; the message states the reason for the user."""
 
 
 def padded(data: bytes, multiple: int) -> bytes:
-    """Fill with the content of an erased flash up to a multiple of ``multiple`` bytes."""
+    """Extend ``data`` with the content of an erased flash to a multiple of ``multiple`` bytes."""
     return data + ERASED * (-len(data) % multiple)
 
 
 def boot_image(program: bytes, entry: int) -> bytes:
-    """Return header and program; the boot ROM loads it to address 0 and starts it at ``entry``.
+    """Return header and program; the boot ROM loads the program to address 0 and starts it at
+    ``entry``.
 
     Raises:
         ImageError: the program does not fit, or does not start inside itself at a multiple of 64.
@@ -87,7 +89,7 @@ def header_constants() -> dict[str, int]:
 
 
 def flash_map() -> dict[str, int]:
-    """Read the places of the images in the flash from the source of the firmware; bytes."""
+    """Read the places of the images in the flash, in bytes, from the source of the firmware."""
     text = FLASH_MAP.read_text("utf-8")
     found = re.findall(r"^#define FLASH_MAP_(\w+) (0x[0-9A-F]+)U$", text, re.MULTILINE)
     return {name: int(value, 0) for name, value in found}
@@ -117,7 +119,8 @@ def fabric_image(bitstream: bytes, source: str) -> bytes:
 
 
 def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str = "") -> bytes:
-    """Return the whole content of the flash from its beginning on.
+    """Return the whole content of the flash, from its beginning on: both boot images and the
+    bitstream.
 
     Raises:
         ImageError: see ``boot_image`` and ``fabric_image``.

@@ -1,7 +1,8 @@
-"""Takes the picture of the page for README.md and docs/page.md: docs/images/page.png.
+"""Takes the picture of the page of ``arctrue serve`` for README.md and docs/page.md:
+docs/images/page.png.
 
-Run ``python -m scripts.page_screenshot``. It generates a table with a hidden effect in the page and
-waits for the diagnosis. It needs Chromium.
+Run ``python -m scripts.page_screenshot``. The script generates a table with a hidden effect in the
+page and waits for the diagnosis. It needs Chromium.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ WIDTH, HEIGHT = 1440, 1000
 
 
 def all_drawn(page: Page) -> None:
-    """Wait for the diagnosis and for every figure."""
+    """Wait until the page shows the diagnosis and every figure."""
     page.wait_for_selector("main[data-state=done]")
     page.locator(".plot:not([data-drawn])").first.wait_for(state="detached")
 

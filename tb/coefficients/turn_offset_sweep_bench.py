@@ -96,7 +96,7 @@ async def every_turn_is_exact(dut: Any) -> None:
     turns = [0, 1, -1, 1_000_000, -1_000_000, 2**23 - 2, -(2**23) + 1]
     for turn in turns + [rng.randrange(-(2**23) + 1, 2**23 - 1) for _ in range(10)]:
         dut.turn.value = turn
-        # minus 2 clocks until `turn` and 2 clocks of a read
+        # Subtract 2 clocks until `turn` and 2 clocks of a read.
         await memory.clocks(ready_clocks(LANES) - 4)
         check(memory, 0, turn, steps, offsets)
         for lane in range(LANES):

@@ -1,7 +1,8 @@
-"""Pins of the clg400 package on the boards' connectors, from the package file of the XC7Z020.
+"""Lists the pins of the clg400 package on the boards' connectors, from the package file of the
+XC7Z020.
 
-Bank and function are those of AMD's xc7z020clg400pkg.txt; connectors are those of the boards'
-manuals.
+Bank and function are those of AMD's xc7z020clg400pkg.txt; the connectors are listed as in the
+boards' manuals.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ FURTHER_HEADS = {
     "head3": ("V13", "V15", "T15"),
     "head4": ("R16", "U17", "V17"),
 }
-"""Pins A, B and Z of each head: IO3 to IO8 of the Arduino (ChipKit) header."""
+"""Pins A, B and Z of heads 3 and 4: IO3 to IO8 of the Arduino (ChipKit) header."""
 HEADER_PAIRS = (
     {"U13", "V13"},
     {"V15", "W15"},
@@ -23,7 +24,7 @@ HEADER_PAIRS = (
     {"T16", "U17"},
     {"V17", "V18"},
 )
-"""Positive and negative pins of pairs 3, 10, 5, 19, 9 and 21 of bank 34. U13 is PUDC_B."""
+"""Positive and negative pins of pairs 3, 10, 5, 19, 9 and 21 of bank 34. Pin U13 is also PUDC_B."""
 LEDS = ("R14", "P14", "N16", "M14")
 OSCILLATOR = "H16"
 

@@ -14,7 +14,8 @@ def _answer(file: str, lines: dict[int, int]) -> str:
 
 
 def test_a_line_that_any_object_runs_is_run() -> None:
-    """A header is compiled into several objects; files outside the firmware do not count."""
+    """A line counts as executed if any object executes it, because a header is compiled into
+    several objects; files outside the firmware do not count."""
     header = str(FIRMWARE / "calibration" / "capture.h")
     counts = counted(
         [
