@@ -62,7 +62,7 @@ class Measured:
 
     @property
     def share(self) -> float:
-        """Return the CPU time of the tasks as a share of that of all processes."""
+        """Return the CPU time of the tasks as a share of the CPU time of all processes."""
         return self.task_cpu_s / self.whole_cpu_s
 
 

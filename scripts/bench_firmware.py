@@ -101,8 +101,8 @@ def numpy_ms(samples: int, orders: int, method: str) -> tuple[float, ...]:
 
 
 def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -> list[Row]:
-    """Return rows that compare the ARM instructions with those of the plain implementation, and the
-    time with the goal and with numpy."""
+    """Return rows that compare the number of ARM instructions with the number in the plain
+    implementation, and the time with the goal and with numpy."""
     around = counted["verify"] + (counted["reading_function"] if method == "fourier" else 0.0)
     number = around + counted[method]
     plain = around + counted[f"plain_{method}"]

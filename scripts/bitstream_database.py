@@ -133,7 +133,7 @@ class TileType:
     @cached_property
     def defaults(self) -> dict[str, str]:
         """Return the driver that a wire has without an enabled feature: the documented default, or
-        the one whose feature sets no bits."""
+        the driver whose feature sets no bits."""
         found = {
             destination: source
             for destination, _, source in (

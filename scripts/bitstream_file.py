@@ -1,5 +1,5 @@
-"""Checks that a bitstream is complete and made for the chip; its format is that of UG470, chapter
-5."""
+"""Checks that a bitstream is complete and made for the chip; UG470, chapter 5, defines the
+format."""
 
 from __future__ import annotations
 

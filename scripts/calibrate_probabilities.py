@@ -78,7 +78,7 @@ def words(found: Estimate) -> str:
 
 
 def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
-    """Return a row of a table: calibration error, and the log score minus that of the best
+    """Return a row of a table: calibration error, and the log score minus the log score of the best
     constant."""
     probability, right = [pair[0] for pair in pairs], [pair[1].right for pair in pairs]
     return (

@@ -33,7 +33,7 @@ WRITTEN_BY_CHECKS = (
     "docs/proofs.md",
     "docs/systems.md",
 )
-"""Files that a check may change; the rest of the tree must equal its commit."""
+"""Files that a check may change; all other files of the tree must equal the commit."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""cocotb tests of coefficient_memory against its model."""
+"""Compares coefficient_memory with its model in cocotb tests."""
 
 from __future__ import annotations
 

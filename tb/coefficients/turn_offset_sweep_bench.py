@@ -1,4 +1,4 @@
-"""cocotb tests of turn_offset_sweep against its model."""
+"""Compares turn_offset_sweep with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -74,8 +74,7 @@ async def load(memory: Memory, steps: list[int], offsets: list[int]) -> None:
 def random_words(seed: int) -> tuple[list[int], list[int]]:
     rng = random.Random(seed)
     steps = [rng.getrandbits(48) for _ in range(LANES)]
-    # The steps are those of an integer order, of a half order, and of the largest and the smallest
-    # fraction.
+    # The steps belong to an integer order, a half order, and the largest and the smallest fraction.
     steps[:4] = [0, 1 << 47, (1 << 48) - 1, 1]
     return steps, [rng.getrandbits(24) for _ in range(LANES)]
 

@@ -1,4 +1,4 @@
-"""cocotb test of correction_ramp against its model."""
+"""Compares correction_ramp with its model in a cocotb test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb test of delay_line: random words, one a clock."""
+"""Tests delay_line in cocotb with random words, one in each clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of error_compensation against its model."""
+"""Compares error_compensation with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -184,8 +184,8 @@ async def every_fraction_rounds_once(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(fold=[FOLD])
 async def folded_sums(dut: Any, fold: int) -> None:
-    """If pair sums arrive over FOLD clocks, the outputs equal those of a model in which each angle
-    is repeated for FOLD clocks."""
+    """If pair sums arrive over FOLD clocks, the outputs equal the outputs of a model in which each
+    angle is repeated for FOLD clocks."""
     angles = 300
     counts_per_rev = 12_345_678
     rng = np.random.default_rng(fold)

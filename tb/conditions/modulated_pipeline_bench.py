@@ -1,4 +1,4 @@
-"""cocotb tests of compensation_pipeline with modulators, against its model clock by clock."""
+"""Compares compensation_pipeline with modulators to its model, clock by clock, in cocotb tests."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ async def begin(dut: Any, seed: int) -> Sweep:
 
 @cocotb.test()
 async def held_modulators(dut: Any) -> None:
-    """With constant modulators, the outputs equal those of plain lanes whose amplitudes are
+    """With constant modulators, the outputs equal the outputs of plain lanes whose amplitudes are
     multiplied by the modulators, for each FOLD."""
     sweep = await begin(dut, 1)
     rng = np.random.default_rng(3)

@@ -1,4 +1,4 @@
-"""cocotb tests of stop_operator against its model, clock by clock."""
+"""Compares stop_operator with its model, clock by clock, in cocotb tests."""
 
 from __future__ import annotations
 

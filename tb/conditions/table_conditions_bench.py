@@ -1,4 +1,5 @@
-"""cocotb tests of table_conditions: registers, and modulators that follow a table."""
+"""Tests table_conditions in cocotb: its registers, and its modulators, which follow the motion of a
+table."""
 
 from __future__ import annotations
 

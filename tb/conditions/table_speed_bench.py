@@ -1,4 +1,4 @@
-"""cocotb tests of table_speed against its model, clock by clock."""
+"""Compares table_speed with its model, clock by clock, in cocotb tests."""
 
 from __future__ import annotations
 

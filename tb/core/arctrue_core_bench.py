@@ -1,4 +1,5 @@
-"""cocotb tests of the whole core: pins in, registers over AXI4-Lite, pins out."""
+"""Tests the whole core in cocotb: drives its input pins, accesses its registers over AXI4-Lite, and
+decodes its output pins."""
 
 from __future__ import annotations
 
@@ -331,7 +332,7 @@ async def correction_waits_for_the_index(dut):
     exact = snapshot.head1_position - coefficients.error_counts(np.array([snapshot.head1_angle]))
     assert abs(snapshot.exact_position_counts - exact[0]) < 2**-12 + 2**-11 + 6 * 5.3e-5
     # The output passed the index and the start of the correction without losing a count. Its first
-    # levels were those of head 1 at the same count.
+    # levels equalled head 1's levels at the same count.
     corrected = machine.corrected
     to_phase = machine.output[-1] - machine.output[0] - (corrected[-1] - corrected[0])
     assert abs(to_phase) <= 2

@@ -1,4 +1,4 @@
-"""cocotb tests of compensation_pipeline against its model and against equation (9)."""
+"""Compares compensation_pipeline with its model and with equation (9) in cocotb tests."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ async def start(dut: Any, ramp_rate: int = RATE_MAX) -> None:
 
 
 async def align(dut: Any) -> None:
-    """Wait until the clock before the one in which the pipeline accepts an angle."""
+    """Wait until the next clock is one in which the pipeline accepts an angle."""
     while True:
         await RisingEdge(dut.clock)
         if dut.accept.value == 1:

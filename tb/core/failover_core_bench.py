@@ -1,4 +1,4 @@
-"""cocotb tests of the core with FAILOVER: each way in which a head fails, and its return.
+"""Tests the core with FAILOVER in cocotb: each way in which a head fails, and the head's return.
 
 Each test corresponds to a row of the table in docs/heads.md: the check that detects the fault, its
 time, and the error of the output until then. The output makes no step in any clock, and the mean

@@ -1,5 +1,5 @@
-"""cocotb test of the core with LOCAL_TABLE: the core removes the errors of scratches on the disc
-from the position.
+"""Tests in cocotb that the core with LOCAL_TABLE removes the errors of scratches on the disc from
+the position.
 
 The correction is a local table of four windows plus a sum of orders. In every clock it equals the
 models' correction.

@@ -1,4 +1,5 @@
-"""cocotb tests of the core with the weighted mean: all heads' pins in, the mean's position out.
+"""Tests the core with the weighted mean in cocotb: drives the pins of all heads and checks the
+position of the mean.
 
 The table has heads at known places, a disc with an error, and an axis that moves. Each head reads
 the motion in its own direction, so that no head is right, but their mean is right.

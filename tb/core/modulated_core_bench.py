@@ -1,4 +1,5 @@
-"""cocotb test of the core with MODULATORS: amplitudes follow the motion of the pins.
+"""Tests in cocotb that the amplitudes of a core with MODULATORS follow the motion that the pins
+show.
 
 The table turns up, reverses and turns down. In every clock the correction equals the models'
 correction, in which the amplitude of each lane is the nominal amplitude times the modulator of the

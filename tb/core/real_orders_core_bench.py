@@ -1,4 +1,4 @@
-"""cocotb test of the core with REAL_ORDERS: lines of real orders are removed from the position.
+"""Tests in cocotb that the core with REAL_ORDERS removes lines of real orders from the position.
 
 The table turns forwards and backwards over several turns. In every clock the correction equals the
 model's correction for the turn in which the position is.

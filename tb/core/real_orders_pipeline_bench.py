@@ -1,4 +1,4 @@
-"""cocotb tests of compensation_pipeline with REAL_ORDERS, against its model clock by clock."""
+"""Compares compensation_pipeline with REAL_ORDERS to its model, clock by clock, in cocotb tests."""
 
 from __future__ import annotations
 

@@ -80,8 +80,8 @@ def test_another_width_of_the_cosine() -> None:
 
 
 def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
-    """The corrections of every fold equal, bit for bit, those of the model and of the unfolded
-    pipeline."""
+    """The corrections of every fold equal, bit for bit, the corrections of the model and of the
+    unfolded pipeline."""
     found = []
     for fold in FOLDS:
         file = tmp_path / f"{fold}.npy"

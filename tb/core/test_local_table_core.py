@@ -1,4 +1,4 @@
-"""Test of the whole core with a local table.
+"""Runs the bench of the whole core with a local table in GHDL.
 
 ``hidden_effect/test_scratch.py`` runs a core with a pipeline for each lane as a netlist.
 """

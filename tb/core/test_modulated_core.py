@@ -1,4 +1,4 @@
-"""Test of the whole core with lanes that follow the motion."""
+"""Runs the bench of the whole core with lanes that follow the motion in GHDL."""
 
 from __future__ import annotations
 

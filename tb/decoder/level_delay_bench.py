@@ -1,4 +1,5 @@
-"""cocotb tests of level_delay: outputs equal the inputs of the set number of clocks before."""
+"""Tests in cocotb that the outputs of level_delay equal its inputs the set number of clocks
+before."""
 
 from __future__ import annotations
 

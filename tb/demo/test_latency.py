@@ -1,4 +1,4 @@
-"""Tests that the latencies measured by the demo equal those of Table 1 of the paper."""
+"""Tests that the demo measures the latencies of Table 1 of the paper."""
 
 import json
 from pathlib import Path

@@ -51,7 +51,7 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
     assert [harmonic.order for harmonic in result.harmonics] == [1, 2, 3]
     assert any("reading a captured turn" in line for line in lines)
 
-    # The console shows the results of the C code, which equal those of numpy.
+    # The console shows the results of the C code, which equal the results of numpy.
     files = DemoFiles(tmp_path)
     reported = result.turns[0]
     counts = np.load(files.capture)

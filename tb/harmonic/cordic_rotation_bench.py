@@ -1,4 +1,4 @@
-"""cocotb test of cordic_rotation against its model, one angle a clock."""
+"""Compares cordic_rotation with its model in a cocotb test, with one angle in each clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of harmonic_lane against its model."""
+"""Compares harmonic_lane with its model in cocotb tests."""
 
 from __future__ import annotations
 

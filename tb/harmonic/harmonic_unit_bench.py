@@ -1,4 +1,4 @@
-"""cocotb tests of harmonic_unit against its model."""
+"""Compares harmonic_unit with its model in cocotb tests."""
 
 from __future__ import annotations
 

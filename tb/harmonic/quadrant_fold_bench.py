@@ -1,4 +1,4 @@
-"""cocotb tests of quadrant_fold against its model."""
+"""Compares quadrant_fold with its model in cocotb tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""cocotb test of table_rotation against its model, at every place that it distinguishes."""
+"""Compares table_rotation with its model in cocotb tests, at every angle that the entity
+distinguishes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""cocotb tests of local_table_banks: writes, swaps and the following copy, clock by clock."""
+"""Tests local_table_banks in cocotb, clock by clock: writes, swaps, and the copy that follows a
+swap."""
 
 from __future__ import annotations
 

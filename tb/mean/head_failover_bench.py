@@ -1,4 +1,5 @@
-"""cocotb tests of head_failover: its decisions and refusals equal the model clock by clock.
+"""Compares the decisions and refusals of head_failover with its model, clock by clock, in cocotb
+tests.
 
 The bench simulates banks and prepared sets: a load ends with its swap, or is refused, as
 prepared_sets decides by ``may_activate``.

@@ -1,4 +1,5 @@
-"""cocotb tests of head_mean: carriers change while the table turns, and the count continues."""
+"""Tests in cocotb that the count of head_mean continues while carriers change and the table
+turns."""
 
 from __future__ import annotations
 
@@ -150,7 +151,7 @@ def compare(
     swaps: list[int],
 ) -> None:
     """Check the outputs of each clock against sets and readings, and check that constant outputs
-    equal those of the first clock."""
+    keep the values of the first clock."""
     between = 0
     for clock in range(10, CLOCKS - MEAN_LATENCY):
         mean, now = sets[clock], seen[clock]

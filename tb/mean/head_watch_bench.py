@@ -1,4 +1,5 @@
-"""cocotb tests of head_watch against its model, and of its three ways to find a failed head."""
+"""Compares head_watch with its model in cocotb tests, and tests its three ways to find a failed
+head."""
 
 from __future__ import annotations
 

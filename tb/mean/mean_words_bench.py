@@ -1,4 +1,4 @@
-"""cocotb tests of mean_words: a written set is swapped as a whole, and read back."""
+"""Tests in cocotb that mean_words swaps a written set as a whole and returns it when read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of parity_sum: it equals its model in every bit, and it reports a parity beyond the
+"""Tests in cocotb that parity_sum equals its model in every bit, and reports a parity beyond the
 limit."""
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""cocotb tests of prepared_sets: the entity loads a complete set even if the processor writes at
-the same time."""
+"""Tests in cocotb that prepared_sets loads a complete set even if the processor writes at the same
+time."""
 
 from __future__ import annotations
 

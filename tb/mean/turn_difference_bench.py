@@ -1,4 +1,4 @@
-"""cocotb tests of turn_difference against its model and against whole turns."""
+"""Compares turn_difference with its model, and with the counts of whole turns, in cocotb tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of weighted_mean against its model."""
+"""Compares weighted_mean with its model in cocotb tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of phase_lane against its model."""
+"""Compares phase_lane with its model in cocotb tests."""
 
 from __future__ import annotations
 

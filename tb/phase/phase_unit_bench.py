@@ -1,4 +1,4 @@
-"""cocotb tests of phase_unit against its model."""
+"""Compares phase_unit with its model in cocotb tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of turn_counter against its model and against a count without wraps."""
+"""Compares turn_counter with its model, and with a count without wraps, in cocotb tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of register_access: the register block with its bus port and the guard that refuses
+"""Tests register_access in cocotb: the register block with its bus port, and the guard that refuses
 illegal addresses."""
 
 from __future__ import annotations

@@ -48,7 +48,8 @@ SHADOW: dict[int, list[int]] = {}
 """Words of the memories by depth; like the memories, they keep their content from one test to the
 next.
 
-With more than two heads the words of heads 3 and 4 are above those of heads 1 and 2.
+With more than two heads, the higher bits of a word hold heads 3 and 4, the lower bits heads 1 and
+2.
 """
 HEADS = int(os.environ.get("HEADS", "2"))
 FURTHER = 64

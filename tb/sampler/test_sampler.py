@@ -1,4 +1,4 @@
-"""Test of the sampler in GHDL, for banks of several depths."""
+"""Runs the bench of the sampler in GHDL, for banks of several depths."""
 
 import pytest
 

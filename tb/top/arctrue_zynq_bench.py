@@ -1,4 +1,5 @@
-"""cocotb tests of the device's top level: AXI3 of the processor, pins in, pins out, LEDs.
+"""Tests the device's top level in cocotb: the processor's AXI3, the input and output pins, and the
+LEDs.
 
 The primitive PS7 is a model; the core itself has its own tests.
 """
@@ -141,7 +142,7 @@ async def registers_over_axi3(dut: Any) -> None:
     found = await names.check_identity()
     assert (found["lanes"], found["capture_depth"]) == (LANES, CAPTURE_DEPTH)
     assert await names.read("pipeline.fold") == FOLD
-    # One burst writes the coefficient window, and another one reads it back.
+    # One burst writes the coefficient window, and a second burst reads it back.
     words = [(n * 0x0101_0101 + 7) % 2**21 for n in range(4 * LANES)]
     assert await axi.write_burst(BASE + registers.COEFFICIENTS_ADDRESS, words) == OKAY
     read = await axi.read_burst(BASE + registers.COEFFICIENTS_ADDRESS, 4 * LANES)

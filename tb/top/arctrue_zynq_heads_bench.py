@@ -1,4 +1,5 @@
-"""cocotb tests of the device with four heads: each head's pins reach its column of the capture."""
+"""Tests in cocotb, for the device with four heads, that each head's pins reach the head's column of
+the capture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Test of the counts of scripts/firmware_coverage.py; ``make coverage-firmware`` runs the whole
+"""Tests how scripts/firmware_coverage.py adds up counts; ``make coverage-firmware`` runs the whole
 script."""
 
 from __future__ import annotations

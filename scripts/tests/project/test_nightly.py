@@ -70,7 +70,8 @@ def test_an_ended_check_is_not_run_again(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_the_page_belongs_to_its_record() -> None:
-    """The page in the tree is the one that the record in the tree gives, with a row per check."""
+    """The page in the tree equals the page that the program makes from the record in the tree, with
+    a row for each check."""
     outcomes = read_outcomes(nightly.RECORD)
     text = page(outcomes)
     assert text == nightly.PAGE.read_text(encoding="utf-8")

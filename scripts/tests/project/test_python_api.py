@@ -48,7 +48,7 @@ def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
 def test_a_recorded_set_is_compared_and_shown() -> None:
     table = at.read_set(DOCS / "data" / "worm_axis_telescope")
     found = at.compare(table)
-    # The RMS of the residuals of a fit is at most that of the fitted error.
+    # The RMS of the residuals of a fit is at most the RMS of the fitted error.
     error = table.reference.error_arcsec
     assert 0.0 < found.data["channels"]["reference"]["rms_arcsec"] <= error.std()
     assert "reference" in found._repr_html_()

@@ -30,7 +30,7 @@ Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "b
 
 
 class _Answer(Struct, rename={"effects": "class"}):
-    """The scored keys of an answer; an answer may have further keys."""
+    """Keys of an answer that the benchmark scores; an answer may have further keys."""
 
     verdict: Verdict
     named: str | None = None

@@ -33,8 +33,8 @@ def frozen_digests() -> dict[str, str]:
 
 
 def freeze(digests: Mapping[str, str]) -> None:
-    """Store these digests as those of the frozen sets; stored answers of peers to earlier sets
-    become invalid.
+    """Store these digests of the frozen sets; stored answers of peers to earlier sets become
+    invalid.
 
     Raises ValueError if ``digests`` does not contain every set of the tier.
     """
@@ -46,7 +46,7 @@ def freeze(digests: Mapping[str, str]) -> None:
 
 
 def is_public(plan: TierPlan) -> bool:
-    """Tell whether the sets of a plan are those of the public tier."""
+    """Tell whether a plan has exactly the sets of the public tier."""
     tier = TIERS[TIER]
     return (plan.tier, plan.sets, plan.samples, plan.seed) == (
         TIER,

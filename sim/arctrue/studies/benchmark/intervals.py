@@ -22,7 +22,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """A rate of ``hits`` among ``of`` trials, with the 95 % interval of Clopper and Pearson."""
+    """Rate of ``hits`` among ``of`` trials, with the 95 % interval of Clopper and Pearson."""
 
     hits: int
     of: int
@@ -94,7 +94,7 @@ def expected_calibration_error(bins: Sequence[Bin]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A quantity computed from sets, with the 95 % interval of a bootstrap over the sets."""
+    """Quantity computed from sets, with the 95 % interval of a bootstrap over the sets."""
 
     value: float
     low: float
@@ -114,7 +114,8 @@ def calibration_error(probability: Sequence[float], right: Sequence[bool]) -> Es
 
 
 def log_score_gain(probability: Sequence[float], right: Sequence[bool]) -> Estimate:
-    """Compute the mean log score of the stated probabilities minus that of a constant, in nats.
+    """Compute the mean log score of the stated probabilities minus the mean log score of a
+    constant, in nats.
 
     A value above 0 means that the stated probabilities are better than the constant. An answer with
     the result r ∈ {0, 1} and the stated probability p scores r·log p + (1 − r)·log(1 − p), where p

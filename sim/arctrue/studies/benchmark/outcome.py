@@ -87,7 +87,8 @@ class Judged:
 
     @property
     def left_open(self) -> bool:
-        """Tell whether the design permits the answer's verdict, whatever the oracle finds."""
+        """Tell whether the design of the set permits the answer's verdict, independent of the
+        oracle's result."""
         return self.answer["verdict"] in self.accepted.get("verdicts", ())
 
     @property
@@ -96,7 +97,8 @@ class Judged:
         return [*self.hidden, *self.accepted.get("names", ())]
 
     def lines_named(self) -> list[Mapping[str, Any]] | None:
-        """Return the hidden causes whose order or frequency agrees with that of the named line.
+        """Return the hidden causes whose order or frequency agrees with the order or frequency of
+        the named line.
 
         Returns None if the answer states no order or frequency, or if no hidden cause has one.
         """
@@ -184,7 +186,7 @@ class Judged:
         return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
 
     def _named(self, named: str | None) -> str:
-        """Score a name; a line's name is right only if its order or frequency is that of a hidden
+        """Score a name; a line's name is right only if its order or frequency agrees with a hidden
         line."""
         elsewhere = self.lines_named() == []
         if named in self.right_names:
@@ -222,8 +224,8 @@ class Judged:
         )
 
     def probability_of_truth(self) -> float | None:
-        """Return the probability that the answer gives to the truth; those of several hidden causes
-        are added.
+        """Return the probability that the answer gives to the truth; the probabilities of several
+        hidden causes are added.
 
         Returns None if the answer states no probability.
         """

@@ -71,7 +71,7 @@ class PlanError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class TierPlan:
-    """A tier with its seed, and the digests of the code that were computed before the seed was
+    """Tier with its seed, and the digests of the code that were computed before the seed was
     drawn."""
 
     tier: str
@@ -94,8 +94,8 @@ class TierPlan:
         return SOURCES[self.source](self.sets, self.samples, self.seed, subject)
 
     def campaign(self, folder: Path, subject: str) -> Campaign:
-        """Make the campaign of one subject. Raises PlanError if the code differs from that of the
-        plan."""
+        """Make the campaign of one subject. Raises PlanError if the code has changed since the plan
+        was made."""
         self.check()
         facts = {"plan": asdict(self), "subject": subject}
         sources = sources_of(subject)
@@ -150,9 +150,9 @@ def make_plan(
 ) -> TierPlan:
     """Write the plan of a tier into ``folder``: digests first, then the seed.
 
-    ``limit``: only the first sets; ``seed``, ``samples``: replace those of the tier. Raises
-    PlanError if the folder has another plan, if an argument changes the generator, number, size or
-    seed of the kept or frozen sets, or if a seed is given for a tier whose seed is drawn.
+    ``limit`` keeps only the first sets; ``seed`` and ``samples`` replace the values of the tier.
+    Raises PlanError if the folder has another plan, if an argument changes the generator, number,
+    size or seed of the kept or frozen sets, or if a seed is given for a tier whose seed is drawn.
     """
     chosen = TIERS[tier]
     changed = source != SIMULATED or (limit, seed, samples) != (None, None, None)

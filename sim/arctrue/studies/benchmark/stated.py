@@ -156,7 +156,7 @@ def fitted(rows: Sequence[Stated]) -> Calibration:
     approximation).
 
     The log likelihood of right and wrong answers is combined with normal priors; coefficients of
-    the distances are at most 0, that of the evidence is at least 0.
+    the distances are at most 0, the coefficient of the evidence is at least 0.
     """
     design = np.array([features(row.verdict, row.grounds) for row in rows])
     answers = Counter(row.verdict for row in rows)

@@ -19,7 +19,8 @@ hidden."""
 EVERY_INDEPENDENT = 5
 """Interval, in sets, at which the second generator makes a set, if both generators make sets."""
 INDEPENDENT_STREAM = 2
-"""Number that makes the seeds of the second generator's sets differ from those of the first."""
+"""Number that makes the seeds of the second generator's sets differ from the seeds of the first
+generator's sets."""
 
 
 def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:

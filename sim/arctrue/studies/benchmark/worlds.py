@@ -31,7 +31,7 @@ Statement = Callable[[MeasurementSet], MeasurementSet]
 
 @dataclass
 class Surroundings:
-    """The disturbances of a set in its world; they are drawn before the content."""
+    """Disturbances of a set, as its world draws them; they are drawn before the content."""
 
     experiment: Experiment
     noise: list[Wanted] = field(default_factory=list)

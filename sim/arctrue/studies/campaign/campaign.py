@@ -41,7 +41,8 @@ kills its worker is then the likely cause."""
 STOP_POLL_S = 0.5
 PARENT_POLL_S = 2.0
 STOPS = (signal.SIGINT, signal.SIGTERM)
-"""Signals that stop a campaign: those of Ctrl-C, and of a batch system at a job's time limit."""
+"""Signals that stop a campaign: Ctrl-C sends the first, a batch system sends the second at a job's
+time limit."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it

@@ -27,7 +27,7 @@ class StoreError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One task and its result.
+    """Finished task with its result.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ class DemoFiles:
 
 @dataclass(frozen=True, slots=True)
 class ConsoleLine:
-    """A line typed or printed on the firmware's console, with its clock."""
+    """Line that was typed or printed on the firmware's console, with its clock."""
 
     clock: int
     typed: bool

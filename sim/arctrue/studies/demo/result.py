@@ -47,8 +47,7 @@ class DemoResult:
     """Distance of the output's Z from the zero of the corrected angle."""
     harmonics: tuple[LoadedHarmonic, ...]
     turns: tuple[ToldTurn, ...]
-    """Telemetry of the firmware for each turn; the loaded coefficients are those of the first
-    turn."""
+    """Telemetry of the firmware for each turn; the loaded coefficients come from the first turn."""
     console: tuple[ConsoleLine, ...]
     words_moved: int
     """Words that the firmware read and wrote over AXI4-Lite."""

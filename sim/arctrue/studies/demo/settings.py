@@ -27,7 +27,7 @@ class DemoSettings:
     varies."""
     sample_period_clocks: int = 40
     disc_scale: float = 8.0
-    """Ratio of the disc's errors to those of the paper's disc."""
+    """Ratio of the disc's errors to the errors of the paper's disc."""
     noise_arcsec: float = 0.4
     ripple_rad: float = 0.002
     ripple_order: int = 7

@@ -30,8 +30,8 @@ TOLERANCE_ARCSEC = 50.0
 
 
 def gain_map(alpha_deg: Float, orders: Integer) -> Float:
-    """Return |TF(n)|, the ratio of ε's noise to that of R₂ − R₁, ``(angles, orders)``; inf: not
-    seen."""
+    """Return |TF(n)|, the noise of ε divided by the noise of R₂ − R₁, ``(angles, orders)``; inf for
+    an order that the heads cannot see."""
     return np.array([noise_gain(orders, math.radians(alpha)) for alpha in alpha_deg])
 
 

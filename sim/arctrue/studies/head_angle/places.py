@@ -40,8 +40,8 @@ MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
 STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
 """Known good places; the search with smaller steps also starts from these places."""
 NOISE_LIMIT = 0.85
-"""Largest permitted noise of the mean, divided by that of one head, if any one head is missing;
-STARTS_DEG has 0.82."""
+"""Largest permitted noise of the mean while any one head is missing, in units of the noise of one
+head; STARTS_DEG has 0.82."""
 _BLOCK = 4096
 
 
@@ -55,11 +55,12 @@ class PlacesChoice:
     worst_gain: float
     worst_order: int
     gain: tuple[float, ...]
-    """Noise of each order from 1 on, divided by that of one head."""
+    """Noise of each order from 1 on, in units of the noise of one head."""
     mean_gain: tuple[float, ...]
     """Gain of each order in the mean: the noise that the order's lane adds."""
     mean_noise: float
-    """Noise of one reading of the mean, divided by that of one head; inf if no mean exists."""
+    """Noise of one reading of the mean, in units of the noise of one head; inf if no mean
+    exists."""
     noise_without: tuple[float, ...]
     """Noise of the mean if each head in turn is missing; inf if no mean exists."""
 
@@ -99,7 +100,7 @@ def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoic
 
 def _seen_by_mean(gain: Float, weights: Float, places: Float, orders: Integer) -> tuple[float, ...]:
     factor = np.abs(order_factor(weights, places, orders))
-    # The mean does not contain order 1, whatever the gain.
+    # The mean never contains order 1, so order 1 does not count.
     return tuple(np.where(factor < 1e-9, 0.0, gain * factor).tolist())
 
 
@@ -171,7 +172,7 @@ def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[n
     places, heads = np.radians(sets_deg), sets_deg.shape[1]
     triples = [list(one) for one in combinations(range(heads), 3)]
     noise = np.max([_noise_of_three(places[:, triple]) for triple in triples], axis=0)
-    # The mean of four heads has no more noise than that of any three of them.
+    # The mean of four heads has no more noise than the mean of any three of the heads.
     return np.asarray(room & (noise <= noise_limit))
 
 

@@ -12,7 +12,7 @@ from arctrue.table.conditions import USUAL_TEMPERATURE_C
 
 @dataclass(frozen=True)
 class HeadsCase:
-    """An effect that appears after the calibration, and the order per turn at which its size is
+    """Effect that appears after the calibration, and the order per turn at which its size is
     measured."""
 
     title: str

@@ -75,7 +75,7 @@ class HiddenResult:
     raw: TurnScore
     """Score of head 1 without a correction."""
     paper: TurnScore
-    """Score of the output with the firmware's own coefficients, which are those of the paper's
+    """Score of the output with the coefficients that the firmware calibrates by the paper's
     model."""
     corrected: TurnScore
     """Score of the output with the coefficients that the workbench exported."""
@@ -536,8 +536,8 @@ class _Run:
         rig.work_until_the_end(stage)
         recording = rig.instrument.recording()
         counts = counts_standing(recording.output, rig.clock_of(plan.station_s))
-        # With a bank the zero is that of the corrected output; it cancels, because only differences
-        # are used here.
+        # With a bank the zero belongs to the corrected output; the zero cancels, because only
+        # differences are used here.
         zero = 0 if bank is not None else zero_level(recording)
         readings = Readings(
             plan.station_s,

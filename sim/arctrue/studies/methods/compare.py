@@ -54,8 +54,8 @@ class Places:
     gain: NDArray[np.float64]
     """Noise gain of each order, ``(orders,)``."""
     mean_noise: float
-    """Noise of one reading of the weighted mean, divided by that of one head; inf if no such mean
-    exists."""
+    """Noise of one reading of the weighted mean, in units of the noise of one head; inf if no such
+    mean exists."""
 
 
 def places() -> tuple[Places, ...]:

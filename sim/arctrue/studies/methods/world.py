@@ -42,7 +42,7 @@ Correction = Callable[[Float], Float]
 
 @dataclass(frozen=True)
 class Output:
-    """The output of a calibrated table: a function that computes the angle from the readings of
+    """Output of a calibrated table: a function that computes the angle from the readings of
     heads."""
 
     places_rad: tuple[float, ...]
@@ -197,7 +197,7 @@ class World:
         """Return the table with heads up to 50″ from their nominal places; head 1 defines 0.
 
         The index marks repeat to ± 1 count. All methods with a head at one place get the same head
-        at this place. ``further``: causes in addition to those of the calibrated table.
+        at this place. ``further``: causes in addition to the causes of the calibrated table.
         """
         heads = []
         for place in places_rad:

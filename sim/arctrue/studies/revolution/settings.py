@@ -32,8 +32,8 @@ PAPER_AFTER_ARCSEC = (-1.3, 1.6)
 faces and an autocollimator in ten cycles."""
 
 # An eccentricity of 37.7 µm causes 144″ at a radius of 53.975 mm, and a second order of 6″ shifts
-# both ends of the error's range by −6″. Higher orders are those of a clamped disc; their phases are
-# chosen so that the range equals the paper's.
+# both ends of the error's range by −6″. The higher orders are typical of a clamped disc; their
+# phases are chosen so that the range equals the paper's.
 ECCENTRICITY_M = 37.7e-6
 ECCENTRICITY_DIRECTION_RAD = 2.1
 GRADUATION_ORDERS = (2, 3, 4, 5, 8, 12)
@@ -108,8 +108,8 @@ class RevolutionSettings:
 
     @property
     def capture_depth(self) -> int:
-        """Return the number of samples that a bank holds: those of a turn plus a margin, in steps
-        of 512."""
+        """Return the number of samples that a bank holds: the samples of a turn plus a margin,
+        rounded up to a multiple of 512."""
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
     @property
@@ -208,8 +208,8 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Return the motion: it starts from rest, passes all indices (that of head 1 last), and
-        then makes the turns.
+        """Return the motion: it starts from rest, passes all indices (the index of head 1 last),
+        and then makes the turns.
 
         Returns
         -------

@@ -241,7 +241,7 @@ def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
     path : Path
         The TOML file.
     lines : int, optional
-        Number of lines of the disc in place of that of the file.
+        Number of lines of the disc in place of the file's number.
 
     Returns
     -------

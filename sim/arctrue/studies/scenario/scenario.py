@@ -94,8 +94,8 @@ class Scale(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def capture_depth(self) -> int:
-        """Return the number of samples that a bank holds: those of a turn plus a margin, in steps
-        of 512."""
+        """Return the number of samples that a bank holds: the samples of a turn plus a margin,
+        rounded up to a multiple of 512."""
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
 
@@ -167,8 +167,7 @@ class FirmwareSettings:
     """Duration of a calibration, in the time of the table."""
     parameters: tuple[tuple[str, float], ...] = ()
     loaded: Coefficients | None = None
-    """Coefficients that are loaded over the console at the start, like those of ``arctrue
-    load``."""
+    """Coefficients that are loaded over the console at the start, as by ``arctrue load``."""
     thermometer: bool = False
     """Whether a thermometer is on the table; its resolution is 1/128 K, and it has no lag."""
 

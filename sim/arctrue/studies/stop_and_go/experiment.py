@@ -109,8 +109,8 @@ def calibrated(table: RotaryTable, random: np.random.Generator) -> Coefficients:
 def feedback_of(
     table: RotaryTable, coefficients: Coefficients | None, random: np.random.Generator
 ) -> Feedback:
-    """Return the servo's feedback: a function that returns the counts as an angle, those of head 1
-    or, with ``coefficients``, the corrected counts."""
+    """Return the servo's feedback: a function that returns the counts of head 1 or, with
+    ``coefficients``, the corrected counts, as an angle."""
 
     def shown(angle_rad: Float) -> Float:
         counts = table.counts(0, TableState.at_rest(angle_rad), random)

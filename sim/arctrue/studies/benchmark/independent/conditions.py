@@ -43,7 +43,8 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Sweep:
-    """One run of a moving table: θ(t) = begin + ω·t + a·t²/2 + ripple, and temperature in time."""
+    """Run of a moving table: θ(t) = begin + ω·t + a·t²/2 + ripple, and a temperature that changes
+    linearly in time."""
 
     number: int
     begin_s: float

@@ -28,7 +28,8 @@ by the slope ε′ < 10⁻², so that at most 10⁻¹¹ rad remain after four it
 
 @dataclass(frozen=True)
 class Disc:
-    """The disc and its heads without any cause: eccentricity, and long-wave graduation errors."""
+    """Disc and heads without any cause; the disc has an eccentricity and graduation errors of low
+    orders."""
 
     radius_m: float = 0.107950 / 2
     lines: int = 16_384

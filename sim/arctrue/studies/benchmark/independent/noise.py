@@ -45,7 +45,7 @@ class NoiseProcess(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Relaxation:
-    """An Ornstein–Uhlenbeck process: covariance σ²·exp(−|t|/τ)."""
+    """Ornstein–Uhlenbeck process with the covariance σ²·exp(−|t|/τ)."""
 
     sigma_arcsec: float
     time_constant_s: float
@@ -62,7 +62,7 @@ class Relaxation:
 
 @dataclass(frozen=True, slots=True)
 class RandomWalk:
-    """A random walk that begins at zero: variance σ²·t."""
+    """Random walk that begins at zero and has the variance σ²·t."""
 
     sigma_arcsec_per_root_s: float
 
@@ -77,7 +77,7 @@ class RandomWalk:
 
 @dataclass(frozen=True, slots=True)
 class DrivenOscillator:
-    """A damped oscillator driven by white noise: x″ + 2γx′ + ω₀²x = w, γ = ω₀/(2·Q), Q > ½.
+    """Damped oscillator that white noise drives: x″ + 2γx′ + ω₀²x = w, γ = ω₀/(2·Q), Q > ½.
 
     The state is (x, x′); its stationary covariance is diag(σ², σ²ω₀²).
     """

@@ -37,7 +37,7 @@ class Accepted:
     """Names that describe only a part of the hidden cause; they count as neither right nor
     false."""
     verdicts: tuple[str, ...] = ()
-    """Verdicts that are right for this design, whatever the oracle finds."""
+    """Verdicts that are right for this design, independent of the oracle's result."""
 
 
 @dataclass

@@ -60,7 +60,7 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """The oracle's result for one cause."""
+    """Result of the oracle for one cause."""
 
     noncentrality: float
     """Square, in units of the noise, of the signal's part that no base column and no other cause

@@ -185,10 +185,10 @@ def _of_reference(reference: Reference | None) -> dict[str, Any]:
 
 
 class Fit:
-    """An orthonormal basis of the present model, and the residuals of the data.
+    """Orthonormal basis of the present model, and the residuals of the data from this model.
 
-    The rows are those of the capture, those of the reference, and one row per run for the offset of
-    its index, which has the measured value 0 and the index's repeatability as standard deviation.
+    The rows are the capture's, then the reference's, then one row per run for the offset of its
+    index, which has the measured value 0 and the index's repeatability as standard deviation.
     """
 
     def __init__(self, given: Problem) -> None:
@@ -268,7 +268,8 @@ Columns = Callable[[Places], tuple[Float | None, Float | None]]
 
 @dataclass(frozen=True)
 class TextbookEffect:
-    """One effect: its columns ``(n, places, rank)`` in both channels at places of its search."""
+    """Effect of the catalogue: its columns ``(n, places, rank)`` in both channels, at the places of
+    its search."""
 
     name: str
     columns: Columns
@@ -359,8 +360,8 @@ def _ends(values: Float) -> tuple[float, float]:
 
 
 def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
-    """Return the columns of axis motion in both directions; those of the capture differ from those
-    of the reference."""
+    """Return the columns of axis motion in both directions; the columns of the capture differ from
+    the columns of the reference."""
     seen, read = waves(given.theta, orders), waves(given.target, orders)
     return (
         np.concatenate([seen, np.zeros_like(seen)], axis=2),

@@ -43,8 +43,8 @@ class GearError(Cause):
 
 
 class Line(Cause):
-    """A part of the drive that the description does not mention causes an error that is a sine in
-    time."""
+    """A part of the drive, which the description does not mention, causes an error that is a sine
+    in time."""
 
     name = "periodic_error"
     columns, places = 2, 1000
@@ -121,8 +121,8 @@ class Faces(Cause):
 
 
 class FirstOrderOfReference(Cause):
-    """The reference alone has an error of order 1: tilt and pyramidal error of the polygon
-    together."""
+    """The reference alone has an error of order 1: tilt and pyramidal error of the polygon together
+    cause it."""
 
     name = "polygon_eccentricity"
     columns = 2

@@ -201,7 +201,7 @@ class BentScale(Stranger):
 
 
 class Chirp(Stranger):
-    """A sine in time whose frequency changes: a slipping belt, an accelerating fan."""
+    """A slipping belt or an accelerating fan causes a sine in time whose frequency changes."""
 
     name = "chirp"
     columns, places = 2, 5000
@@ -229,7 +229,7 @@ class Chirp(Stranger):
 
 
 class ReferenceJump(Stranger):
-    """The reference's stand was knocked: all later readings have the same offset."""
+    """The stand of the reference was knocked; all later readings have the same offset."""
 
     name = "reference_jump"
     places = 500

@@ -1,5 +1,5 @@
-"""A drive with a periodic error whose phase depends on the direction: by stiction, or by the other
-flank of a tooth."""
+"""A drive with a periodic error whose phase depends on the direction, because of stiction or
+because the other flank of a tooth is in contact."""
 
 from __future__ import annotations
 

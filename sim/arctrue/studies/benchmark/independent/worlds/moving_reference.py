@@ -1,5 +1,5 @@
-"""A reference run without stops, in both directions at two speeds: it shows latency, reversal, and
-lines in angle or time."""
+"""A reference run without stops, in both directions at two speeds: it can show latency, reversal,
+and lines in angle or time."""
 
 from __future__ import annotations
 

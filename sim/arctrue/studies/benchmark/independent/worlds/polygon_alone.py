@@ -1,5 +1,5 @@
-"""Only a reference, at 24 to 72 stations: reversal, creep, or a drive whose tooth count is
-known."""
+"""Only a reference at 24 to 72 stations; the cause is a reversal error, creep, or a drive whose
+tooth count is known."""
 
 from __future__ import annotations
 
