@@ -39,7 +39,8 @@ GROUP = 10
 
 
 def table() -> RotaryTable:
-    """Return a table with an eccentric disc only, whose error curve is known from geometry."""
+    """Return a table whose only error is an eccentric disc, so that the geometry gives its exact
+    error curve."""
     return RotaryTable(
         two_heads(),
         (DiscEccentricity(ECCENTRICITY_M, 1.0),),
@@ -123,7 +124,7 @@ def gateware_difference_arcsec() -> tuple[float, float, float]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows. Exit code 1 means that the gateware exceeds its bound."""
+    """Measure and print the rows of the bench. Exit code 1: the gateware exceeds its bound."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--draws", type=int, default=4 * GROUP, help=f"captures that are drawn ({4 * GROUP})"

@@ -148,7 +148,8 @@ def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows. Exit code 1: a row misses its goal even at one cycle per instruction."""
+    """Measure and print the rows of the bench. Exit code 1: a row misses its goal even at one cycle
+    per instruction."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_option(parser)
     given = parser.parse_args(arguments)

@@ -75,7 +75,7 @@ def compiled(lanes: int) -> tuple[float, ...]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure both simulators and print the rows."""
+    """Measure GHDL and the compiled netlist; print the rows of the bench."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_option(parser)
     given = parser.parse_args(arguments)

@@ -77,7 +77,7 @@ def add_option(parser: argparse.ArgumentParser) -> None:
 
 
 def give_out(rows: Sequence[Row], file: Path | None) -> int:
-    """Print the rows and write them to the file, if one is named. Return 1 if a row exceeds its
+    """Print the rows and, if a file is named, write the rows to it. Return 1 if a row exceeds its
     limit."""
     print("\n".join(table(rows)))
     if file is not None:

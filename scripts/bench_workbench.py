@@ -230,8 +230,8 @@ def _one(command: str, folder: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows. Exit code 1: a row exceeds its limit, or ``diagnose`` names a wrong
-    effect."""
+    """Measure and print the rows of the bench. Exit code 1: a row exceeds its limit, or
+    ``diagnose`` names a wrong effect."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--one", nargs=2, metavar=("COMMAND", "SET"), help=argparse.SUPPRESS)
     parser.add_argument(

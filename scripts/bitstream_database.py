@@ -191,8 +191,8 @@ class Chip:
 
     def alias(self, tile: str) -> tuple[TileType, dict[str, str], int] | None:
         """Return, for a tile at the chip's edge, the type whose bits it uses, the names of its
-        sites in that type, and the first word. Such a tile has only one of the two sites of the
-        type; Return None for other tiles."""
+        sites in that type, and the first word; return None for other tiles. Such a tile has only
+        one of the two sites of the type."""
         for block in self.tiles[tile]["bits"].values():
             if "alias" in block:
                 alias = block["alias"]

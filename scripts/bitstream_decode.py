@@ -111,7 +111,8 @@ class Decoder:
         return self._nets[key]
 
     def _is_idle(self, source: Source) -> bool:
-        """Tell whether a pin belongs to an unused DSP, whose output levels are unknown."""
+        """Tell whether a pin belongs to an unused DSP; the output levels of such a DSP are
+        unknown."""
         if source.level is not None or self._site(source.tile, source.site)[0] != "DSP48E1":
             return False
         half = self.chip.type_of(source.tile).sites[source.site]["name"][-1]

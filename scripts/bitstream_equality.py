@@ -68,9 +68,8 @@ class Port:
     """Whether the design reads the port: from a pad or from an output of the PS7."""
     is_processor: bool
     is_wire: bool = False
-    """Whether the port is one of the two ports that stand for a pad that both sides may pull low
-    and no side drives high. One of the two ports is the outside (0 pulls low), the other is the
-    level of the pad."""
+    """Whether the port stands for a wire: a pad that both sides may pull low and no side drives
+    high. Two ports stand for one such pad: the outside (0 pulls low), and the level of the pad."""
 
     def lines(self) -> list[str]:
         """Return the names of the port's bits; the PS7's pins have names of this form."""
@@ -109,7 +108,8 @@ def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
 
 
 def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
-    """Return the ports of both directions, each with the number of its first bit in its bus."""
+    """Return inputs and outputs, each with the number of its first bit in the bus of its
+    direction."""
     return [place for is_input in (True, False) for place in _placed(ports, is_input=is_input)]
 
 

@@ -69,7 +69,8 @@ class Features:
         self._drivers: dict[str, dict[str, str]] = {}
 
     def of(self, tile: str) -> frozenset[str]:
-        """Return the features of a tile whose bits are set, by their names in the tile's type."""
+        """Return the enabled features of a tile, as named in the tile's type; a feature is enabled
+        if its bits are set."""
         if tile not in self._found:
             self._found[tile] = self._read(tile)
         return self._found[tile]
@@ -172,7 +173,7 @@ class Features:
 
 
 def vector(features: frozenset[str], name: str) -> int:
-    """Return the number whose bits are the features ``name[0]``, ``name[1]`` and so on."""
+    """Return the number in which bit i is 1 if ``features`` contain ``name[i]``."""
     value = 0
     for feature in features:
         found = INDEXED.fullmatch(feature)

@@ -13,7 +13,7 @@ from arctrue.generated import number_formats
 from scripts.netlist import ROOT, ToolError
 
 CONSTRAINTS = ROOT / "constraints"
-OSCILLATOR_MHZ = 125  # oscillator of both boards, at their pin H16
+OSCILLATOR_MHZ = 125  # frequency of the oscillator at pin H16 of both boards
 
 
 class TimingError(Exception):

@@ -148,7 +148,8 @@ def check_primitives(netlist: Path, top: Top) -> None:
 
 
 def check_contents(netlist: Path, top: Top) -> None:
-    """Raise ToolError if a look-up table as RAM contains ones at power-up, which nextpnr loses.
+    """Raise ToolError if a look-up table as RAM contains ones at power-up, because nextpnr would
+    lose these contents.
 
     nextpnr reads the contents of a RAM32M or RAM64M from ``INITA``, but the cell has ``INIT_A``.
     """

@@ -113,7 +113,7 @@ class Stimulus:
         for place in range(rounds):
             made += self._settings()
             # Only every second round has large corrections, because the output can follow only
-            # small ones.
+            # small corrections.
             made += self._all_coefficients(number_formats.AMPLITUDE_WIDTH if place % 2 else 13)
             for _ in range(MIXED):
                 made += self._mixed()
@@ -326,8 +326,8 @@ def accesses_of(core: Core, clocks: int, seed: int) -> list[Access]:
 
 
 def shortfalls(core: Core, accesses: Sequence[Access], answers: Sequence[Answer]) -> list[str]:
-    """Return a sentence for everything that the accesses did not reach, or that contradicts the
-    map."""
+    """Return a sentence for each part of the core that the accesses did not reach, and for each
+    answer that contradicts the register map."""
     asked = {BASE + address: address for address in core.coefficients}
     held = dict.fromkeys(core.coefficients, 0)
     written: set[int] = set()

@@ -170,7 +170,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Verify the bitstream that the command line names; return the exit code."""
     chosen = _parser().parse_args(arguments)
     folder = (chosen.folder or ROOT / "build" / "bitstream" / chosen.board).resolve()
     bitstream = folder / "arctrue.bit"

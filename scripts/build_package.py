@@ -37,7 +37,7 @@ class BuildPackage(build_py):
         write_python(ROOT, Path(self.build_lib) / GENERATED)
 
     def get_outputs(self, include_bytecode: bool = True) -> list[str]:
-        """Return the files of the build, including the generated ones."""
+        """Return the files of the build, including the generated modules."""
         folder = Path(self.build_lib) / GENERATED
         generated = [str(path) for path in sorted(folder.glob("*.py"))]
         return [*super().get_outputs(include_bytecode), *generated]

@@ -266,7 +266,7 @@ def verilator_version() -> str:
 
 
 def _phases() -> Integers:
-    """Return the phases of the sweep, u0.24 turn: 2**20 values spread evenly over the turn, whose
+    """Return the phases of the sweep, u0.24 turn: 2**20 values spread evenly over the turn; their
     low bits take all values."""
     k = np.arange(1 << SWEEP_BITS, dtype=np.int64)
     shift = PHASE_FRACTION - SWEEP_BITS
@@ -348,7 +348,7 @@ def table_of(measured: dict[str, Measured]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Measure the lanes, print the table, and write it into the page; return the exit code."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

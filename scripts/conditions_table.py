@@ -35,7 +35,7 @@ ROWS: Final = {
     "warm_ovality": "2.5 K warmer, order 2",
     "all_at_once": "down, 2.5 K warmer, speed to a half and back, largest error",
 }
-"""Description of the judged turn, and of the judged figures, by the name of the case."""
+"""Texts of the table for each case: the judged turn, and the figures that are compared."""
 
 
 def small_settings() -> HiddenSettings:
@@ -46,7 +46,7 @@ def small_settings() -> HiddenSettings:
 
 
 def figures(result: HiddenResult) -> dict[str, Any]:
-    """Return the stored figures of one case."""
+    """Return the figures of one case that are stored."""
     return {
         "followed": result.export.followed,
         "left_arcsec": {name: round(value, 2) for name, value in result.judged_arcsec().items()},

@@ -144,7 +144,7 @@ def frames_of(fasm: Path, chip: Chip) -> Frames:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Convert the FASM file that the command line names; return the exit code."""
     parser = argparse.ArgumentParser(prog="fasm_frames", description=__doc__)
     parser.add_argument("--part", required=True, help="chip, package and speed grade")
     parser.add_argument("--db-root", type=Path, required=True, help="the family's folder")

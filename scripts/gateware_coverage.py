@@ -130,7 +130,8 @@ def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) 
 
 
 def table(found: dict[Path, FileLines], root: Path) -> str:
-    """Return Markdown with a row for each file: number of lines, executed ones, and missed ones."""
+    """Return Markdown with a row for each file: number of lines with statements, number of executed
+    lines, and the missed lines."""
     lines = [
         "| file | lines with statements | executed | share | not executed |",
         "|---|---:|---:|---:|---|",
@@ -166,7 +167,7 @@ def run_benches(tests: Sequence[str], folder: Path, workers: int) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Run the benches and write the coverage; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "tests",

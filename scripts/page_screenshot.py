@@ -20,7 +20,7 @@ from sim.tests.page.page_server import page_server
 
 IMAGE = Path(__file__).resolve().parents[1] / "docs" / "images" / "page.png"
 SEED = 12
-"""Seed of the tutorial's table, whose hub warms."""
+"""Seed of the tutorial's table, in which heat moves the disc on its hub."""
 PATIENCE_MS = 600_000
 WIDTH, HEIGHT = 1440, 1000
 

@@ -59,7 +59,7 @@ class Resources:
         )
 
     def __add__(self, other: Resources) -> Resources:
-        """Return the sum of both resources."""
+        """Return the sum of two resources, kind by kind."""
         return Resources(
             self.lut + other.lut,
             self.ff + other.ff,

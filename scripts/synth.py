@@ -225,7 +225,8 @@ def report_folds(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Synthesise the entity that the command line names and check the budgets; return the exit
+    code."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_entity_options(parser, TOP)
     parser.add_argument(

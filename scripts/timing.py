@@ -93,7 +93,8 @@ def report(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Write timing.md for the entity that the command line names and check the rule; return the
+    exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_entity_options(parser, TOP)
     parser.add_argument("--netlist", type=Path, help="a flat JSON netlist that is there already")

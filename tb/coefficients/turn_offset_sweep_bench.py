@@ -165,7 +165,8 @@ async def turns_one_after_the_other(dut: Any) -> None:
 
 @cocotb.test()
 async def banks_and_take_over(dut: Any) -> None:
-    """Writes change only the idle bank; `take_over` copies the steps; `swept` rises after both."""
+    """Writes change only the idle bank, `take_over` copies the steps to the other bank, and `swept`
+    rises after a write and after a copy."""
     memory = await start(dut)
     steps, offsets = random_words(6)
     await load(memory, steps, offsets)

@@ -161,7 +161,7 @@ async def held_modulators(dut: Any) -> None:
 
 @cocotb.test()
 async def the_read_back_is_nominal(dut: Any) -> None:
-    """Words that are read back equal the written ones, also those that a swap copies to the idle
+    """Words that are read back equal the written words, also words that a swap copies to the idle
     bank."""
     sweep = await begin(dut, 2)
     bank = bank_of(5)

@@ -305,7 +305,8 @@ async def a_scattered_index_changes_no_capture(dut):
 
 @cocotb.test()
 async def correction_waits_for_the_index(dut):
-    """With coefficients active and compensate set, nothing is corrected before the index."""
+    """Although coefficients are active and `compensate` is set, the position is not corrected
+    before the index."""
     machine = await prepared(dut)
     names = machine.registers
     coefficients = Coefficients.from_harmonics(

@@ -103,7 +103,7 @@ class Table:
         self.corrected: list[int] = []
         self.output: list[int] = []
         self.stands: set[int] = set()
-        """Heads whose pins hold their levels."""
+        """Heads that simulate a dead head: their pins hold their levels."""
         self.shown: list[int] = [0] * HEADS
         self.moves = True
         self.slips: list[int] = [0] * HEADS

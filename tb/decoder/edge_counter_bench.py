@@ -22,7 +22,7 @@ async def counts_levels_in_any_order(dut: Any) -> None:
     random = np.random.default_rng(11)
     speed = np.repeat(random.integers(-1, 2, CLOCKS // 40), 40)
     place = np.cumsum(np.where(random.random(CLOCKS) < 0.7, speed, 0))
-    # Now and then both pins change at once.
+    # At some random clocks both pins change at once.
     place += 2 * np.cumsum(random.random(CLOCKS) < 0.02)
     b = (place % 4 >= 2).astype(np.int64)
     a = b ^ (place % 2)

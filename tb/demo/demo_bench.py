@@ -37,8 +37,8 @@ RECORDED_TURNS = 1.01
 
 
 class Clocks:
-    """Counts clocks; clock 0 is the same as for the played edges: the clock in which the player
-    first sees ``run``."""
+    """Counts clocks; clock 0, as for the played edges, is the clock in which the player first sees
+    ``run``."""
 
     def __init__(self) -> None:
         self._start_ns: float | None = None

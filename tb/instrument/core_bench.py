@@ -51,7 +51,7 @@ COMMANDS = (
 )
 
 LATCHES = (*(f"head{head}.index" for head in range(1, HEADS + 1)), "snapshot.time", "probe.time")
-"""Registers whose low word latches the other words of their group."""
+"""Registers with a low word that latches the other words of the group when it is read."""
 
 Access = tuple[bool, int, int, int]
 """Write flag, address, word and strobe of an access."""

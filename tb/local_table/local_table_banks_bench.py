@@ -134,7 +134,8 @@ def shapes() -> Iterator[tuple[int, int]]:
 
 @cocotb.test()
 async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
-    """Three tables come one after the other; other swaps between them change nothing."""
+    """A table acts from its swap on, and later swaps without a new table keep it; three tables are
+    loaded one after the other."""
     unit = Unit(dut, 1)
     await unit.start()
     await unit.swap(takes=False)
@@ -166,7 +167,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_waits_for_a_swap(dut: Any) -> None:
-    """While `hold` is high nothing is written; a reset drops the request."""
+    """While `hold` is high, no word is written; a reset drops a write that waits."""
     unit = Unit(dut, 2)
     await unit.start()
     table = random_table(unit.random, 1, 2)

@@ -17,8 +17,8 @@ ANGLES = 4000
 
 
 def random_table(random: np.random.Generator, windows: int, width: int) -> LocalTable:
-    """Return windows without overlap, one of them over the zero, with points up to both ends of
-    s18."""
+    """Return a random table whose windows do not overlap; one window contains the zero, and points
+    reach both ends of s18."""
     spacing = COUNTS_PER_REV // windows
     first = COUNTS_PER_REV - 3 if width else int(random.integers(COUNTS_PER_REV))
     starts = tuple((first + number * spacing) % COUNTS_PER_REV for number in range(windows))

@@ -119,8 +119,8 @@ def set_places() -> list[int]:
 
 
 def random_address(generator: random.Random) -> int:
-    """Return an address of any kind: registers, holes between them, both windows and beyond their
-    ends."""
+    """Return an address of any kind: in registers, in gaps between registers, in both windows, or
+    beyond the windows' ends."""
     kind = generator.randrange(15)
     if kind < 5:
         return generator.choice(ADDRESSES)

@@ -86,7 +86,7 @@ WIDE = {
     0x0F0: "head2_index",
     0x140: "capture_header_start_time",
 }
-"""64-bit port by the address of the low word, whose read latches the high word."""
+"""Ports of 64 bits by the address of the low word; a read of the low word latches the high word."""
 
 SNAPSHOT = {
     0x100: (WORD, "snapshot_time", 0),

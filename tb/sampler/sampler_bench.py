@@ -83,7 +83,7 @@ class Processor:
     def releases(self, ready: bool) -> bool:
         if not ready:
             self.release_in = None
-            # A release without a bank must do nothing.
+            # A release while no bank is READY must have no effect.
             return self.random.random() < 0.02
         if self.release_in is None:
             self.release_in = self.random.randint(*self.hold)
@@ -118,8 +118,8 @@ def drive_further_heads(dut, columns: dict[str, list[int]], clock: int) -> None:
 
 
 def further_heads(columns: dict[str, list[int]], clock: int) -> tuple[int, int]:
-    """Return both positions as one word and the flags of heads 3 and 4, different in every
-    clock."""
+    """Return the positions of heads 3 and 4 as one word, and their flags; both are different in
+    every clock."""
     head3 = (5 * columns["turn_position1"][clock] + 11 * clock) % 2**32
     head4 = (columns["turn_position2"][clock] ^ 0x0F0F_3355) % 2**32
     return head3 | head4 << 32, columns["flags"][clock] ^ (1 << clock // 40 % 8)

@@ -159,7 +159,7 @@ def _version(backend: Backend) -> str:
 
 @functools.cache
 def _built(toplevel: str, backend: Backend) -> Ghdl:
-    """Return a runner for ``toplevel``, whose compiled units are in the work folder."""
+    """Compile ``toplevel`` into the work folder; return a runner for it."""
     runner = get_runner("ghdl")
     assert isinstance(runner, Ghdl)
     os.environ["GHDL_BACKEND"] = backend

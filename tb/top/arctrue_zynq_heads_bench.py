@@ -39,7 +39,8 @@ async def turn(dut: Any, clock: Any, angle: np.ndarray[Any, np.dtype[np.float64]
 
 @cocotb.test()
 async def each_head_has_its_pins(dut: Any) -> None:
-    """Rows of both captures, read in bursts over AXI3, are readings of all heads at one time."""
+    """Each row of both captures, read in bursts over AXI3, has the readings of all heads at one
+    time."""
     assert HEADS == 4
     ps7 = dut.device.device.processor.ps7_primitive
     clock, axi = ps7.fabric_clock, Axi3Master(ps7)

@@ -39,7 +39,8 @@ SUPPLY_VOLTS = {34: 3.3, 35: 3.3}
 """Supply voltage of each bank on both boards."""
 
 # Numbers of the pins at the connector: 5, 6, 11 and 12 are ground and supply. The connectors of
-# both boards are at the same pins of the package, but have other names.
+# both boards are at the same pins of the package, but these pins have other names on the
+# connectors.
 PLACES = (1, 2, 3, 4, 7, 8, 9, 10)
 FIRST_PMOD = dict(zip(PLACES, FIRST_PMOD_PINS, strict=True))
 SECOND_PMOD = dict(zip(PLACES, SECOND_PMOD_PINS, strict=True))

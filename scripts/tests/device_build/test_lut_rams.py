@@ -282,8 +282,8 @@ def test_the_pins_that_a_ram_depends_on_are_told() -> None:
 
 
 def slice_with_ram(folder: Path, undriven: str) -> Routes:
-    """Return the routes of a tile with one slice, whose table D is a RAM; all pins except
-    ``undriven`` are 1 by default."""
+    """Return the routes of a tile with one slice; table D of the slice is a RAM, and all pins
+    except ``undriven`` are 1 by default."""
     family = folder / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}

@@ -11,7 +11,8 @@ import socket
 import threading
 from dataclasses import dataclass, field
 
-# Next states of each state, for TMS = 0 and TMS = 1: IEEE 1149.1 figure 6-1.
+# Each state has its next state for TMS = 0 and its next state for TMS = 1 (IEEE 1149.1, figure
+# 6-1).
 NEXT = {
     "reset": ("idle", "reset"),
     "idle": ("idle", "select_dr"),

@@ -92,8 +92,8 @@ def silent(_done: int, _all: int) -> None:
 
 @pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
 def test_the_first_image_is_golden_too(kind: str) -> None:
-    """An empty flash gets both images and the bitstream, each with exactly the bytes that were
-    made."""
+    """An image written into an empty flash becomes the golden copy too; both images and the
+    bitstream in the flash have exactly the bytes that were made."""
     board = Board(Chip(kind))
     image = flash_image(OLD, 0, bytes(64) + SYNC + OLD, "made here")
     assert not write_image(board, image, silent).has_golden

@@ -1,4 +1,4 @@
-"""Tests that small entities pass through GHDL and Yosys, and that faulty ones are refused."""
+"""Tests that GHDL and Yosys accept small entities, and refuse faulty entities."""
 
 from __future__ import annotations
 

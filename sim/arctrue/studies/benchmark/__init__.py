@@ -1,4 +1,4 @@
-"""Measures how often the diagnosis is right, on sets whose causes are hidden from it; an ideal test
+"""Measures how often the diagnosis is right, on measurement sets with hidden causes; an ideal test
 (the oracle) gives the limit of what is detectable.
 
 ``make`` draws the seeds of the sets, ``run`` makes and diagnoses each set, ``score`` compares the

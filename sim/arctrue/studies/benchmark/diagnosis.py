@@ -22,7 +22,7 @@ from arctrue.workbench.observations.build import observations_of
 def diagnosed(
     measurement: MeasurementSet, matters_counts: float = MATTERS_COUNTS
 ) -> tuple[Observations, Diagnosis]:
-    """Return the rows of a set and the default model's diagnosis of them."""
+    """Return the rows of a set, and their diagnosis under the default model."""
     observations = observations_of(measurement)
     effects = catalogue([])
     terms = settle(default_model(), observations, effects)

@@ -57,6 +57,6 @@ def is_public(plan: TierPlan) -> bool:
 
 
 def differing(digests: Mapping[str, str]) -> list[str]:
-    """Return the names of the sets that differ from the frozen ones."""
+    """Return the names of the sets whose digests differ from those of the frozen sets."""
     frozen = frozen_digests()
     return sorted(name for name, found in digests.items() if frozen.get(name) != found)

@@ -42,7 +42,7 @@ class Tier:
     samples: int
     """Largest number of samples in a run."""
     seed: int | None
-    """Seed; if None, it is drawn when the plan is made, after everything else is fixed."""
+    """Seed; if None, it is drawn when the plan is made, after the code's digests are fixed."""
     frozen: bool = False
     """Whether digests identify the sets, so that a change of the generator's code is permitted."""
 

@@ -81,8 +81,8 @@ def _catalogue(item: Judged) -> bool:
 
 
 def _stranger(item: Judged) -> bool:
-    """Tell whether the oracle detects only causes outside the catalogue; sets whose answer is
-    another verdict that the design permits do not count."""
+    """Tell whether the oracle detects only causes outside the catalogue; return False if the design
+    permits the answer's verdict and the verdict is not ``unknown``."""
     alone = bool(item.seen("stranger")) and not item.seen("catalogue")
     return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 

@@ -1,4 +1,4 @@
-"""Makes one set of the benchmark from nothing but its world, content and seed."""
+"""Makes one set of the benchmark; world, content and seed determine the set."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ total 2,640 have one cause of the catalogue, 1,188 a cause that the catalogue do
 924 two or three causes."""
 
 EVERY_NULL = 3
-"""Interval, in cycles through the worlds of the second generator, at which a cycle has nothing
-hidden."""
+"""Interval, in cycles through the worlds of the second generator, at which all sets of a cycle have
+no hidden cause."""
 EVERY_INDEPENDENT = 5
 """Interval, in sets, at which the second generator makes a set, if both generators make sets."""
 INDEPENDENT_STREAM = 2

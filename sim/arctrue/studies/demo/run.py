@@ -42,7 +42,8 @@ _PROGRESS_EVERY_S = 5.0
 
 
 def run_demo(settings: DemoSettings, folder: Path, report_step: ReportStep) -> DemoResult:
-    """Run everything, with intermediate files in ``folder``; pass progress to ``report_step``.
+    """Simulate the table, run the gateware with the firmware, and score the output; write
+    intermediate files into ``folder``, and pass progress to ``report_step``.
 
     Raises DemoError if the demo cannot run, and RecordingError if the output of the gateware cannot
     be scored.

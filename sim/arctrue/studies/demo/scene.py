@@ -80,7 +80,8 @@ def demo_motion(settings: DemoSettings) -> Motion:
 
 
 def build_scene(settings: DemoSettings) -> Scene:
-    """Solve for every edge of both heads and assign the edges to clocks of the gateware."""
+    """Compute the time of every edge of both heads, and assign the edges to clocks of the
+    gateware."""
     table, motion = demo_table(settings), demo_motion(settings)
     random = np.random.default_rng(settings.seed)
     first = count_edges(table, 0, motion, random)

@@ -115,8 +115,8 @@ def error_budget(
 
 
 def expected_of_noise_arcsec() -> float:
-    """Return the RMS error over the turn that white noise of both heads causes through TF(n),
-    equation (6).
+    """Return the RMS error over the turn that white noise of both heads causes by the transfer
+    function TF(n), equation (6).
 
     Cosine and sine of each order of R₂ − R₁ have the variance 2 σ² · 2 / samples.
     """

@@ -1,4 +1,4 @@
-"""Returns the figures of ``arctrue alpha`` as plain values."""
+"""Computes the results of ``arctrue alpha`` as plain values."""
 
 from __future__ import annotations
 

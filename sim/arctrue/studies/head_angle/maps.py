@@ -130,7 +130,8 @@ def candidates_deg(most_order: int) -> Float:
 
 
 def best_choices(most_order: int, disc: Disc, least_deg: float = 20.0) -> list[AlphaChoice]:
-    """List the α whose largest gain is the least possible, smallest total error first.
+    """List the α whose largest gain is the least possible; the α with the smallest total error
+    comes first.
 
     ``least_deg``: least distance of two read heads of the paper's size; a smaller α is left out.
     """

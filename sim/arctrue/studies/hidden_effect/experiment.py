@@ -48,17 +48,17 @@ STOP_CLOCKS = 2000
 """Number of clocks for which the table stands at a station of the polygon: far more than the
 latency."""
 FURTHER_TURNS = 0.4
-"""Number of turns of a drive after the captured ones: time for the calibration, for the ramp, and
-to complete a turn."""
+"""Number of turns of a drive after the captured turns; in these the calibration, the ramp and the
+last turn are completed."""
 NOMINAL_SHARE = 1.1
 """Nominal speed of the modulators, divided by the speed of the drive. The margin is far larger than
 the ripple of the speed."""
 ADOPTED = "found_on_this_table"
 LINES_TURNS = 2
 """Number of turns over which lines of real orders are fitted: over two turns, half orders are
-orthogonal to whole ones."""
+orthogonal to integer orders."""
 WHOLE_ORDERS = 16
-"""Number of whole orders that are fitted together with the lines of real orders."""
+"""Number of integer orders that are fitted together with the lines of real orders."""
 TURNS_BACK = 2.6
 
 

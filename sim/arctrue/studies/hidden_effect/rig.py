@@ -75,7 +75,8 @@ class Rig:
         return self.drive
 
     def power_up(self, drive: Motion, *, frozen: bool, stage: str) -> None:
-        """Put the table at the start of ``drive``, reset, start firmware, and pass both indices.
+        """Put the table at the start of ``drive``, reset the instrument, start the firmware, and
+        run until the table has passed both indices.
 
         With ``frozen`` the firmware judges each turn but does not change the coefficients.
         """

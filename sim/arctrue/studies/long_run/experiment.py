@@ -71,7 +71,7 @@ def run_long(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> dict[str, Any]:
-    """Run the scenario once for each strategy; return plain values.
+    """Run the scenario once for each strategy of correction; return the results as plain values.
 
     ``single`` always runs: its turns are calibrated independently, as the Allan deviation and the
     model require. Raises InstrumentError if the instrument cannot run, and ValueError if the turns

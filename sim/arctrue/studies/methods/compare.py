@@ -107,7 +107,7 @@ def methods() -> tuple[Method, ...]:
 def compare_methods(
     settings: MethodsSettings, report_step: ReportStep | None = None
 ) -> dict[str, Any]:
-    """Run all methods with a moving and with a resting axis; return plain values.
+    """Run all methods with a moving and with a resting axis; return the results as plain values.
 
     The results of the moving axis are evaluated again after ball pass and heat have changed its
     motion. Raises ValueError for a time of measurement that is too short for a method.

@@ -33,5 +33,5 @@ class NormalEquations:
 
 LEAST_SINGULAR = 1e-9
 """Ratio to the largest eigenvalue of the scaled normal matrix, below which a direction counts as
-undetermined: the rows determine such a direction 30,000 times more weakly than the strongest one.
-"""
+undetermined: the rows determine such a direction 30,000 times more weakly than the best-determined
+direction."""

@@ -26,8 +26,8 @@ FACTOR_ALPHA = COVERAGE * math.sqrt(3.0)
 """Coverage factor of α, whose main uncertainty, the place of the index sensors, has a rectangular
 distribution."""
 FALSE_ALARM = 0.01
-"""Probability that, by chance alone, at least one figure of a case counts as too small or too
-large."""
+"""Probability that, by chance alone, at least one tested coverage of a case counts as too small or
+too large."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Covered:
     hits: int
     trials: int
     figures: int
-    """Number of figures of the case that are tested together."""
+    """Number of coverages of the case that are tested together."""
 
     @property
     def rate(self) -> float:
@@ -90,7 +90,7 @@ def _case(trials: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     square = _stacked(sound, "square")
     deviation, variance = _stacked(sound, "deviation_arcsec2"), _stacked(sound, "variance_arcsec2")
     u_turn = _stacked(sound, "u_turn_arcsec")
-    # The tested figures are those of all orders, of α, and of two curves over the turn.
+    # The tested coverages are those of all orders, of α, and of two curves over the turn.
     figures = ORDERS + 3
     return {
         "trials": len(trials),

@@ -80,7 +80,7 @@ class ExperimentResult:
         return residual_orders(self.after.mean_arcsec)
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything as plain values."""
+        """Return the whole result as plain values."""
 
         def stations(errors: StationErrors) -> dict[str, Any]:
             return {

@@ -64,8 +64,8 @@ LARGEST_RAMP_ARCSEC_S2 = 1e12
 
 @dataclass(frozen=True, slots=True)
 class RevolutionSettings:
-    """Settings of the revolution; the defaults are the paper's conditions, tests use smaller
-    ones."""
+    """Settings of the revolution; the defaults are the paper's conditions; tests use fewer
+    counts."""
 
     heads: int = 2
     """Number of heads, two or four; with four, the firmware calibrates the mean of their

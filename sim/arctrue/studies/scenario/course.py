@@ -53,7 +53,8 @@ class Course(Motion):
         ripple_rad: float = 0.0,
         ripple_order: int = 1,
     ) -> Course:
-        """Return a course from rest over both indices, then over the legs, each from rest to rest.
+        """Return a course that starts from rest, passes both indices, and then runs the legs, each
+        from rest to rest.
 
         Travel 0 is the angle after the indices. Raises ValueError if the first leg is a pause or
         too short for its ramps.

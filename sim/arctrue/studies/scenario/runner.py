@@ -120,8 +120,8 @@ class _Run:
         return round(celsius / THERMOMETER_STEP_K) * THERMOMETER_STEP_K
 
     def freeze_when_wanted(self) -> None:
-        """Freeze the coefficients as soon as the first ones are applied, if the scenario requires
-        it."""
+        """If the scenario requires it, freeze the coefficients as soon as the first coefficients
+        are applied."""
         applied = any(t["result"] == "applied" for t in self.instrument.firmware.telemetry)
         firmware = self.scenario.firmware
         if firmware.recalibrate == "first_turn" and applied and not self._firmware_held:

@@ -71,8 +71,8 @@ def _world(name: str) -> Callable[[Random, int], Scene]:
 
 
 def _geared(random: Random, rows: int) -> Scene:
-    """Draw a scene of 72 unevenly spaced stations, approached from both sides, and a drive whose
-    tooth count is stated."""
+    """Draw a scene with 72 unevenly spaced stations, which are approached from both sides, and with
+    a drive whose tooth count is stated."""
     places = np.arange(72) + random.uniform(-0.3, 0.3, 72)
     at = stations(places * (2 * np.pi / 72), 4, True, 6.0)
     sigma = float(random.uniform(0.05, 0.4))

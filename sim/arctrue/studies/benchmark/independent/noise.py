@@ -55,7 +55,8 @@ class Relaxation:
         return np.array([[self.sigma_arcsec**2]])
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Return the transition and the covariance of the added noise, both (1, 1)."""
+        """Return the state's transition matrix over ``seconds`` and the covariance of the added
+        noise, both (1, 1)."""
         decay = float(np.exp(-seconds / self.time_constant_s))
         return np.array([[decay]]), np.array([[self.sigma_arcsec**2 * (1.0 - decay**2)]])
 
@@ -71,7 +72,8 @@ class RandomWalk:
         return np.zeros((1, 1))
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Return the transition and the covariance of the added noise, both (1, 1)."""
+        """Return the state's transition matrix over ``seconds`` and the covariance of the added
+        noise, both (1, 1)."""
         return np.eye(1), np.array([[self.sigma_arcsec_per_root_s**2 * seconds]])
 
 
@@ -96,7 +98,8 @@ class DrivenOscillator:
         return self.hz / (2 * self.quality)
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Return the matrix exponential and the covariance of the added noise, both (2, 2)."""
+        """Return the state's transition matrix over ``seconds``, a matrix exponential, and the
+        covariance of the added noise, both (2, 2)."""
         natural = 2 * np.pi * self.hz
         damping = natural / (2 * self.quality)
         rate = float(np.sqrt(natural**2 - damping**2))
@@ -133,7 +136,7 @@ class StateNoise:
         return found
 
     def whiten(self, columns: Float, time_s: Float) -> Float:
-        """Return the innovations of a Kalman filter over the rows.
+        """Return the innovations of the columns in a Kalman filter that runs over the rows.
 
         The filter takes Student's t noise as normal noise with the same Fisher information about a
         shift: its variance is scale²·(ν + 3)/(ν + 1).

@@ -39,7 +39,8 @@ def gaussian_process(folder: Path) -> dict[str, Any]:
         _capture(fit.given, left[fit.part(0)]),
         _reference(fit.given, left[fit.part(1)]),
     )
-    # One channel whose residual is not noise is enough: an effect need not appear in both channels.
+    # The verdict is ``unknown`` if the residual of one channel is not noise; an effect need not
+    # appear in both.
     sees = any(_beats_noise(*channel) for channel in channels if channel[1].size > 4)
     verdict = "unknown" if sees else "adequate"
     return {"verdict": verdict, "named": None, "class": [], "further": []}

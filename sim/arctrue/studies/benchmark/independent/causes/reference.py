@@ -115,7 +115,7 @@ class Faces(Cause):
         return found
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return the constant error of the face that each row sees."""
+        """Return, for each row, the error of the polygon's face that the autocollimator reads."""
         found: Float = self.faces_rad[at.station]
         return found
 

@@ -14,7 +14,7 @@ from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """Draw a scene of this world: a log of one turn up and one turn down, both twice."""
+    """Draw a scene of this world: a log of two turns up and two turns down, in alternation."""
     speed = float(np.radians(1.0))
     passes = sweeps([speed, -speed, speed, -speed], rows, 1.0)
     order = int(random.integers(30, 140))
