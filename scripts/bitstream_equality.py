@@ -72,7 +72,8 @@ class Port:
     high. Two ports stand for one such pad: the outside (0 pulls low), and the level of the pad."""
 
     def lines(self) -> list[str]:
-        """Return the names of the port's bits; the PS7's pins have names of this form."""
+        """Return the names of the port's bits; the PS7's pins in the database have names of this
+        form."""
         is_bus = self.is_processor and self.bits > 1
         return [f"{self.name}{bit}" for bit in range(self.bits)] if is_bus else [self.name]
 
@@ -192,7 +193,8 @@ def without_repeats(netlist: str) -> str:
 
 
 def direct_tristates(netlist: str) -> str:
-    """Connect an inout directly to its driver or reader: GHDL puts two wires between them.
+    """Connect an inout directly to its driver or reader, because GHDL puts two wires between an
+    inout and its driver or reader.
 
     Verilator supports 1'bz only in an assignment to the port itself.
     """
@@ -271,7 +273,7 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
             f"constexpr MasterLines AXI = {{\n{chr(10).join(master)}\n}};",
             "struct Block { const char* name; int first; int bits; };",
             f"constexpr Line LINES[] = {{\n{chr(10).join(rows)}\n}};",
-            # Each array has one more entry, because C++ has no empty arrays.
+            # Each C++ array has one additional entry, because C++ has no empty arrays.
             f"constexpr int BLOCK_COUNT = {len(blocks)};",
             f"constexpr int ENCODERS = {max(1, len(heads))};",
             f"constexpr int PULSES = {pulses};",
@@ -302,7 +304,7 @@ class Compared:
 
     @property
     def is_equal(self) -> bool:
-        """Tell whether no output ever differed."""
+        """Tell whether all outputs were equal in all clocks."""
         return self.figures["different"] == 0
 
 

@@ -2,9 +2,9 @@
 
 A pin has a route from another pin, a constant by a route or a tie-off, or a default that the
 database documents (a wire of the interconnect without a driver is 1). This module lists the pins
-that may stay open nevertheless, each with its reason. It refuses a tie-off if the pin's inverter is
-on, as Vivado does. It also refuses a signal at INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP: the
-database has no such feature.
+that may stay open nevertheless, each with its reason. The module refuses a tie-off if the pin's
+inverter is on, as Vivado does. It also refuses a signal at INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of
+a DSP, because the database has no feature for such a connection.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Counts the lines and steps that the forward search falsely finds in logs of noise alone.
 
 ``python -m scripts.calibrate_line_search`` makes N logs (--logs) of each kind of noise in
-sim/tests/workbench/noisy_logs.py, whose noise processes differ from the kernels of the search. It
-prints in how many logs the search finds a line, a step, or residuals that are not white. With
---short it searches steps at few stations and in short logs, with 20 orders in the model. With
+sim/tests/workbench/noisy_logs.py, whose noise processes differ from the kernels of the search. The
+script prints in how many logs the search finds a line, a step, or residuals that are not white.
+With --short it searches steps at few stations and in short logs, with 20 orders in the model. With
 --orders it searches lines in logs with up to 20 orders in the model. With --oscillator it lists the
 lines that pass all other tests, in noise and in logs with one true line, and prints the gain of
 each line over an oscillator at the line's frequency; the threshold OSCILLATOR_GAIN of

@@ -1,9 +1,9 @@
 """Copies look-up tables for nextpnr, so that each place of a carry chain has its own look-up table.
 
 nextpnr 0.11.1 puts a look-up table into the slice of the carry chain only if no other cell reads
-the table. Otherwise nextpnr adds a second table in the slice, with a long wire between the two.
-Yosys shares such look-up tables between the chain and other cells; this script makes one for the
-chain and one for the others.
+the table. Otherwise nextpnr adds a second table in the slice, with a long wire between the two
+tables. Yosys shares such look-up tables between the chain and other cells; this script makes one
+for the chain and one for the others.
 """
 
 from __future__ import annotations

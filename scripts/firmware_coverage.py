@@ -2,8 +2,8 @@
 
 ``python -m scripts.firmware_coverage`` (``make coverage-firmware``) makes the host build of
 sim/tests/firmware with gcc's ``--coverage``, runs the tests of the firmware and of the boot images
-once, and reads gcov's counts. Code that needs the processor (firmware/board) is not included. It
-prints a line for each file and writes every line that was not run to
+once, and reads gcov's counts. Code that needs the processor (firmware/board) is not included. The
+script prints a line for each file and writes every line that was not run to
 build/firmware/coverage/lines.txt.
 """
 

@@ -9,7 +9,7 @@ file declares ``modulators`` is exported for a gateware with MODULATORS. In each
 direction and speed are constant, and the model of ``amplitude_sweep`` multiplies the amplitudes by
 them. The line of periodic_error is exported for a gateware with REAL_ORDERS.
 
-Run ``python -m scripts.measure_taken_away``, which takes some minutes. It writes
+Run ``python -m scripts.measure_taken_away``, which takes some minutes. The script writes
 docs/data/taken_away.json, from which ``python -m scripts.make_effects_page`` makes docs/effects.md.
 """
 

@@ -26,9 +26,9 @@ __all__ = [
     "write_netlist",
 ]
 
-# Entities that Yosys maps separately before it flattens the design. Its look-up table mapper (abc)
-# saves area on each path that is shorter than the deepest path of the whole input. If the input is
-# the whole core, abc makes every path as deep as the deepest one.
+# Entities that Yosys maps separately before it flattens the design. Yosys' look-up table mapper
+# (abc) saves area on each path that is shorter than the deepest path of the whole input. If the
+# input is the whole core, abc makes every path as deep as the deepest one.
 MAPPED_ALONE = (
     "cordic_rotation",
     "table_rotation",

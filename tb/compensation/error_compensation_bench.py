@@ -75,7 +75,8 @@ async def compare(
     counts_per_rev: int,
     ramp_rate: int,
 ) -> Any:
-    """Run VHDL and model over the same clocks; return the model's outputs."""
+    """Run VHDL and model over the same clocks and compare their outputs; return the model's
+    outputs."""
     await start(dut, counts_per_rev, ramp_rate)
     seen = []
     clocks = angle.size
@@ -112,8 +113,8 @@ async def compare(
 @cocotb.test()
 @cocotb.parametrize(counts_per_rev=[4, 5, 1000, 65536, 12_345_678, 2**24])
 async def random_input(dut: Any, counts_per_rev: int) -> None:
-    """Pair sums reach up to twice the counts of a turn, so that some corrections are clipped and
-    others are not."""
+    """Outputs equal the model's for random pair sums up to twice the counts of a turn, so that some
+    corrections are clipped."""
     rng = np.random.default_rng(counts_per_rev)
     largest = min(PAIR_MAX, (2 * counts_per_rev << PAIR_FRACTION) // max(1, PAIRS // 2))
     offset_max = min(OFFSET_MAX, counts_per_rev << 9)
@@ -250,8 +251,8 @@ async def folded_sums(dut: Any, fold: int) -> None:
 
 @cocotb.test(skip=not MEAN)
 async def mean_joins_before_the_rounding(dut: Any) -> None:
-    """Every term of the mean is random or at an end of its format; carriers change with swaps while
-    the ramp acts.
+    """The mean's term joins the correction before the rounding, as in the model; every term is
+    random or at an end of its format, and carriers change with swaps while the ramp acts.
 
     The jump of the reading at a change of the carrier never shows in the corrected position.
     """

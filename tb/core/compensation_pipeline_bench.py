@@ -307,7 +307,8 @@ def banks_of_angles(
 
 @cocotb.test()
 async def swap_and_bypass_under_load(dut: Any) -> None:
-    """The angle moves in every clock; writes, swaps and `apply` come at random instants."""
+    """Each angle meets one bank, and the correction makes no step, while the angle moves in every
+    clock and writes, swaps and `apply` come at random instants."""
     rng = np.random.default_rng(7)
     choose = random.Random(7)
     largest = min(COUNTS_PER_REV / 8, 2000.0)
@@ -421,7 +422,7 @@ def check_continuity(
     moved[after_hold] += moved[after_hold - 1]
     allowed = moved[1:] + rate + 2 * bounds[1:] + 1 / UNIT
     assert np.all(np.abs(change) <= allowed), f"step in clock {np.argmax(np.abs(change) - allowed)}"
-    # The check requires a correction that changes.
+    # Check that the correction changes at all, so that the test above is meaningful.
     assert np.abs(change).max() > rate
 
 

@@ -26,7 +26,7 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, p
 
 COUNTS = table.COUNTS_PER_REV
 HEIGHT = 9.0
-"""Largest height in counts of the scratches; each window has one."""
+"""Largest height, in counts, of the error of a scratch; each window has one scratch."""
 SIGNED = ("healed", "correction", "corrected_position")
 NAMES = ("angle_in", *SIGNED)
 LATENCY = PIPELINE_LATENCY + FOLD - 1
@@ -106,7 +106,7 @@ async def scratches_are_taken_away(dut: Any) -> None:
         await names.command("swap")
         await settled(machine)
         await turn_and_compare(machine, dut, loaded)
-        # Only the lanes are swapped: the table stays.
+        # Only the lanes are swapped; the table stays active.
         await names.write_coefficients(coefficients())
         await names.command("swap")
         await settled(machine)
@@ -120,8 +120,8 @@ async def scratches_are_taken_away(dut: Any) -> None:
 
 @cocotb.test()
 async def words_of_the_table(dut: Any) -> None:
-    """Every word reads back; writes of parts of a word and accesses beyond the table are
-    refused."""
+    """Every word of the table can be read back; the core refuses writes of parts of a word, and
+    accesses beyond the table."""
     machine = await prepared(dut)
     bus = machine.bus
     first, place = registers.LOCAL_POINTS_ADDRESS, registers.LOCAL_PLACE_CHOICE_ADDRESS

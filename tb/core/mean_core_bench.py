@@ -2,7 +2,8 @@
 position of the mean.
 
 The table has heads at known places, a disc with an error, and an axis that moves. Each head reads
-the motion in its own direction, so that no head is right, but their mean is right.
+the motion in its own direction, so that the reading of no head is right, but the mean of all
+readings is right.
 """
 
 from __future__ import annotations

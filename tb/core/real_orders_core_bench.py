@@ -50,7 +50,7 @@ def bank(orders: tuple[float, ...] = ORDERS) -> Coefficients:
 
 
 async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Play a motion; return the signals of every clock, (clocks, names)."""
+    """Play a motion; return the values of the signals NAMES in every clock, (clocks, names)."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(angle))
     while not turning.done():
@@ -144,7 +144,8 @@ async def rearm_keeps_the_turn(dut: Any) -> None:
 
 @cocotb.test()
 async def words_of_turn_steps(dut: Any) -> None:
-    """Words read back; other lanes, partial writes and writes of the turn number are refused."""
+    """Words of turn steps can be read back; the core refuses other lanes, partial writes, and
+    writes of the turn number."""
     machine = await prepared(dut)
     bus = machine.bus
     first = registers.TURN_STEPS_ADDRESS

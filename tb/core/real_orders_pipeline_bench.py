@@ -276,8 +276,8 @@ async def swaps_at_any_moment(dut: Any) -> None:
 
 @cocotb.test()
 async def read_back_and_fill(dut: Any) -> None:
-    """Words read back; after a swap the other bank gives the same correction, in the next turns
-    too."""
+    """All words can be read back; after a swap the other bank gives the same correction, in the
+    next turns too."""
     await begin(dut)
     bank = bank_of(7)
     await load(dut, bank)

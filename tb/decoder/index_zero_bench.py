@@ -19,7 +19,7 @@ from tb.decoder.drive import edge_ports, follows
 
 SETTINGS = ("counts_per_rev", "index_tolerance", "rearm", "zero_again", "heal", "other_head_agrees")
 NAMES = [*SCATTERED, *FAULTY, *RANDOM_SEEDS]
-# This scenario is long only to test the spacing of edges, which index_zero ignores.
+# The left-out scenario is long only to test the spacing of edges, which index_zero ignores.
 NAMES.remove("edges_65535_clocks_apart")
 
 

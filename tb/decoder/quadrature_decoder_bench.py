@@ -23,7 +23,8 @@ RESET_POSITION = int(os.environ["RESET_POSITION"])
 DEFAULT_GENERICS = (STAGES, RESET_POSITION) == (2, 0)
 
 OUTPUTS = [field.name for field in fields(DecoderTrace)]
-# This is longer than any pipeline or filter: after so many constant clocks no output changes.
+# IDLE_CLOCKS is longer than any pipeline or filter: after so many clocks with constant inputs no
+# output changes.
 IDLE_CLOCKS = 400
 
 

@@ -16,11 +16,13 @@ from tb.instrument.replay import Replay, compiled
 from tb.instrument.stimuli import CASES, Case
 from tb.support.simulation import simulate
 
-# The pipeline and the answers of the bus are known from the reset on.
+# CORE_SETTLED: clock from which the pipeline and the answers of the bus have no unknown bits after
+# the first reset.
 CORE_SETTLED = 80
-# The bench's second reset ends at clock 3,080; the output is switched on again some 300 clocks
-# later, and new coefficients are swapped in 100 clocks after that. Until then, outputs may depend
-# on older values, because the coefficients and the levels of A and B survive a reset on purpose.
+# CORE_FORGOTTEN: clock from which older values have no effect. The bench's second reset ends at
+# clock 3,080; the output is switched on again some 300 clocks later, and new coefficients are
+# swapped in 100 clocks after that. Until then, outputs may depend on older values, because the
+# coefficients and the levels of A and B survive a reset on purpose.
 CORE_FORGOTTEN = 3500
 POWER_UPS = range(1, 9)
 """Seeds of the random values that the registers have before the first reset."""
@@ -114,7 +116,7 @@ def does_the_same_from_random_registers(
         for name in usual:
             # Payloads of the bus are undefined until their handshakes are high. With more than two
             # heads the words of the mean, which survive a reset, decide when a capture is ready,
-            # and therefore how fast it is read.
+            # and therefore how fast the master reads the capture.
             is_handshake = name.startswith("s_axil") and name.endswith(("ready", "valid"))
             is_known = is_handshake and generics.get("HEADS", 2) == 2
             begin = CORE_SETTLED if is_known else CORE_FORGOTTEN

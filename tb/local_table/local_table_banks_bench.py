@@ -117,7 +117,7 @@ class Unit:
         return points, place
 
     def judge(self) -> None:
-        """Check that every value is the model's, LATENCY clocks after its angle."""
+        """Check that every output value equals the model's value LATENCY clocks after its angle."""
         expected = np.zeros(len(self.angles), dtype=np.int64)
         angles = np.array(self.angles)
         for table in {id(one): one for one in self.tables if one is not None}.values():

@@ -55,7 +55,7 @@ class Banks:
         self.used, self.idle = ALL, ALL
         self.carrier_used = True
         self.loading = 0
-        """Clocks until a prepared set is written; then the set is swapped or given up."""
+        """Clocks until a prepared set is written; then the set is swapped or refused."""
         self.waits = False
         """Whether a swap was allowed and has not come yet."""
         self.of_set = False
@@ -115,7 +115,7 @@ async def decisions_equal_the_model(dut: Any) -> None:
     happened: Counter[str] = Counter()
     for return_after in (0, RETURN_AFTER):
         await start(dut, return_after)
-        # Entity and model have passed four clocks of reset and one of the register.
+        # Entity and model have now run four clocks of reset and one clock of the register.
         model = HeadFailover(HEADS, return_after, INTERVAL_BITS)
         await RisingEdge(dut.clock)
         model.number = dut.number.value.to_unsigned()

@@ -58,8 +58,8 @@ def outputs(dut: Any) -> Seen:
 
 
 def motion(rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return positions (clocks, heads) in counts: to and fro over several turns, at most a count a
-    clock.
+    """Return positions (clocks, heads) in counts: the heads move to and fro over several turns, at
+    most one count per clock.
 
     The positions of the heads differ by up to some hundred counts; the difference changes with the
     angle, and each head counts from its own zero.

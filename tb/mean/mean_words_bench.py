@@ -18,7 +18,7 @@ HEAD1_ALONE = {**dict.fromkeys(range(CHOICE), 0), CHOICE: 1 << 4}
 
 
 def stored(address: int, data: int) -> int:
-    """Return the read-back of a written word, as 32 bits."""
+    """Return the 32 bits that a read returns for a written word."""
     if address < CHOICE:
         if address % HEADS_MAX >= HEADS:
             return 0

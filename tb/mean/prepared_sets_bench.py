@@ -155,7 +155,8 @@ async def every_set_is_loaded_whole(dut: Any) -> None:
 
 @cocotb.test()
 async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) -> None:
-    """Writes, swaps and loads are random: each acknowledged write arrives, each set is whole.
+    """Each acknowledged write of the processor is stored, and each swapped set is whole, while
+    writes, swaps and loads are random.
 
     The entity does not swap words while `may_activate` is low; `refused` reports this.
     """

@@ -23,8 +23,8 @@ async def follows_the_model(dut, name: str) -> None:
         getattr(dut, key).value = column[0] % 2**32
     dut.reset.value = 1
     dut.clear.value = 0
-    # This is longer than the pipeline of the entity, so that no edge of an earlier scenario remains
-    # in it.
+    # The reset is longer than the pipeline of the entity, so that no edge of an earlier scenario
+    # remains in the pipeline.
     for _ in range(8):
         await FallingEdge(dut.clock)
 

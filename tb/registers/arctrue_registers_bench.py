@@ -184,8 +184,8 @@ async def random_accesses_as_the_model(dut):
 
 @cocotb.test()
 async def every_word_of_the_map(dut):
-    """Each of the 1,024 register words, each coefficient word and the ends of both windows
-    answer."""
+    """The core answers accesses to each of the 1,024 register words, to each coefficient word, and
+    at the ends of both windows as the model does."""
     generator = random.Random(11)
     bus, model = await prepared(dut, generator)
     change_inputs(dut, generator, model)
@@ -246,8 +246,8 @@ async def commands_act_for_one_clock(dut):
 
 @cocotb.test()
 async def snapshot_is_one_clock(dut):
-    """Inputs change in every clock and reads stall, but all values of a snapshot come from one
-    clock."""
+    """All values of a snapshot come from one clock, although inputs change in every clock and reads
+    stall."""
     generator = random.Random(14)
     bus, _ = await prepared(dut, generator, stall=0.4)
     parts = {port: (width, generator.getrandbits(24)) for port, width in driven_ports().items()}
@@ -285,7 +285,8 @@ async def snapshot_is_one_clock(dut):
 
 @cocotb.test()
 async def bursts_keep_their_order(dut):
-    """Capture reads come back-to-back and stalled, with writes of coefficients between them."""
+    """Reads of the capture and writes of coefficients keep their order, back to back and with
+    stalls."""
     generator = random.Random(15)
     bus, _ = await prepared(dut, generator, stall=0.4)
     dut.status.value = model_map.CAPTURE_READY
@@ -430,7 +431,7 @@ async def reset_restores_every_register(dut):
 
 @cocotb.test()
 async def named_access(dut):
-    """The Python class RegisterMap reads and writes the registers over the bus."""
+    """The Python class RegisterMap reads and writes registers by name over the bus."""
     bus, _ = await prepared(dut, random.Random(19))
     registers = bus.registers()
     dut.core_configuration.value = 4 | 18 << 8 | 100 << 16

@@ -129,7 +129,7 @@ CONDITIONS = 0x02100
 FURTHER_HEAD_READ = {*range(9), 10, 11}
 """Words of a further head that may be read; only the first may be written."""
 DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
-"""Words of the window of the heads."""
+"""Numbers of words in the window of the heads."""
 FAILOVER = {35, 36, *range(40, 47)}
 PARITY_VALUE = 44
 """Further words of the window that only a core with failover has; PARITY_VALUE is the word of the
@@ -145,7 +145,7 @@ SET_BYTES = 0x1000
 CAPTURE_WORDS = 32_768
 
 CAPTURE_READY = 1 << 2
-"""Bit in ``status``."""
+"""Bit of the register ``status`` that shows a captured bank."""
 
 
 def driven_ports() -> dict[str, int]:
@@ -159,7 +159,8 @@ def driven_ports() -> dict[str, int]:
 
 @dataclass
 class RegisterModel:
-    """Answers reads and writes by the description; an answer is a pair (accepted, word)."""
+    """Answers reads and writes as the description of the map states; an answer is a pair (accepted,
+    word)."""
 
     lanes: int
     capture_depth: int

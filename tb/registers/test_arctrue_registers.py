@@ -86,8 +86,8 @@ def test_field_refuses_what_does_not_fit(value: int) -> None:
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler")
 def test_c_header_compiles_and_places_the_registers() -> None:
-    """The C header compiles as the firmware includes it: C11, no warning, addresses of the
-    model."""
+    """The C header compiles as the firmware includes it (C11, without a warning), and its addresses
+    equal the model's."""
     program = """
     #include <stddef.h>
     #include "arctrue_registers.h"
@@ -108,7 +108,7 @@ def test_c_header_compiles_and_places_the_registers() -> None:
 
 
 def check_windows(generics: dict[str, int | str], environment: dict[str, str]) -> None:
-    """Check every address of a core that is built with these generics."""
+    """Compare the answers of a core with these generics with the model's at every address."""
     simulate(
         "arctrue_registers_harness",
         "tb.registers.arctrue_registers_bench",

@@ -143,8 +143,8 @@ async def catches_up_after_a_jump(dut, sense: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(at_once=[False, True])
 async def disarmed_it_is_silent(dut, at_once: bool) -> None:
-    """Disarming works while the entity tracks, and in the clock of an arming; the next arming
-    starts again."""
+    """After a disarming, no strobe comes, also if it comes in the clock of an arming; the next
+    arming starts the comparison again."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0

@@ -34,9 +34,10 @@ CLOCK_NS = 10
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
-PIPELINE_CLOCKS = 100  # more than the latency from pins to edges: 5 + 29 + 6
+PIPELINE_CLOCKS = 100  # clocks; more than the latency from pins to edges: 5 + 29 + 6
 RESET_CLOCKS = 64  # minimum duration of the core's reset
-RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4  # after the processor's release: synchroniser, hold
+# clocks after the processor's release of the reset: synchroniser and hold
+RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4
 
 DNA = 0x1_23456789_ABCDEF  # identifier in the model dna_port.vhd
 DNA_CLOCKS = 118 * 8  # latency in the header of chip_dna
@@ -86,7 +87,7 @@ class Device:
             self.drive(name, levels >> place & 1)
 
     async def turn(self, angle: NDArray[np.float64]) -> None:
-        """Play a motion, one angle in counts a clock."""
+        """Play a motion: each clock has its angle in counts."""
         before = None
         for pair in table.readings(angle).tolist():
             if pair != before:
@@ -217,7 +218,8 @@ async def interrupt_and_capture(dut: Any) -> None:
     capture = await names.read_capture()
     travelled = capture.samples[:, 0] - capture.samples[0, 0]
     assert travelled[-1] >= table.COUNTS_PER_REV > travelled[-2]
-    # Both readings of a sample come from one clock, so each pair is one that the table has shown.
+    # Both readings of a sample come from one clock, so the table must have shown each pair of
+    # readings.
     shown = set(map(tuple, table.readings(motion).tolist()))
     assert set(map(tuple, capture.samples.tolist())) <= shown
     await names.command("capture_release")
@@ -332,7 +334,7 @@ async def leds_show_the_state(dut: Any) -> None:
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
     """In a reset while the table turns, A and B keep their levels, Z is low, LEDs are off and
-    registers are reset; after it the core works again."""
+    registers are reset; after the reset the core works again."""
     device = await started(dut)
     names = device.registers
     for wait_ns in (1, 4, 6, 9):  # before and after both edges of the clock

@@ -57,8 +57,9 @@ def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path
     """List the files of these modules and of all modules that they import directly or indirectly.
 
     Only files of the package count. The search reads all import statements of a file; if a file
-    reads the ``__path__`` of a package, every module of that package counts. It does not find
-    modules imported by a string. Raises ModuleNotFoundError for a module that does not exist.
+    reads the ``__path__`` of a package, every module of that package counts. The search does not
+    find modules that are imported by a string. Raises ModuleNotFoundError for a module that does
+    not exist.
     """
     waiting, found = list(modules), set[Path]()
     for name in waiting:

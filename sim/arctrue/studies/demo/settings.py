@@ -23,8 +23,8 @@ class DemoSettings:
     capture_depth: int = 3072
     clock_hz: float = 100e6
     clocks_per_count: float = 1.3
-    """Mean clocks per edge of a head; not a whole number, so that the phase of the edges in a clock
-    varies."""
+    """Mean clocks per edge of a head; it is no integer, so that the edges come at varying instants
+    within a clock."""
     sample_period_clocks: int = 40
     disc_scale: float = 8.0
     """Ratio of the disc's errors to the errors of the paper's disc."""
@@ -32,7 +32,8 @@ class DemoSettings:
     ripple_rad: float = 0.002
     ripple_order: int = 7
     turns: float = 3.2
-    """Length of the stimulus; the simulation ends as soon as the judged turn is complete."""
+    """Length of the simulated motion in turns; the simulation ends as soon as the judged turn is
+    complete."""
     ramp_rate: int = 64 << 24
     """Rate of the swap's ramp, u8.24 in 2⁻¹¹ count per clock."""
     output_spacing_clocks: int = 1
@@ -56,7 +57,7 @@ class DemoSettings:
         """Return the commands to type on the firmware's console before the table turns.
 
         The default alarm limits are for full scale, where a count is far smaller than the limits.
-        Here the limits are one count for the noise and two counts for the error.
+        The demo sets one count for the noise and two counts for the error.
         """
         values = {
             "counts_per_rev": f"{self.counts_per_rev}",

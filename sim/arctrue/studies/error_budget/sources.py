@@ -40,7 +40,8 @@ LATENCY_SIZE = f"{LATENCY_S * 1e9:.0f} ns from pin to pin, 30°/s"
 
 @dataclass(frozen=True)
 class SourceText:
-    """Description of a source; ``random`` tells whether its draws differ."""
+    """Description of a source; ``random`` tells whether the source is random, so that its draws
+    differ."""
 
     source: Source
     title: str
@@ -154,7 +155,7 @@ def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
     bins = SCORED_ANGLES // SHOWN_ANGLES
     square = np.zeros(SHOWN_ANGLES)
     for run in runs:
-        # The bins lie around the angles; the first one begins below 0.
+        # The bins lie around the angles; the first bin begins below 0.
         turned_error = np.roll(run.error_arcsec, bins // 2)
         square += np.mean(turned_error.reshape(SHOWN_ANGLES, bins) ** 2, axis=1)
     return {

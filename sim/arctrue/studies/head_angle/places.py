@@ -3,9 +3,9 @@ usable if any one head is missing.
 
 Three heads determine the disc's error if the axis does not move; four heads determine the disc's
 error by a parity relation even if the axis moves at every order. The search minimises the largest
-gain of orders 1 to N. It permits only places at which the mean has less noise than one head; with
-four heads this must also hold if any one head is missing. The mean does not contain order 1 of the
-disc, so that with four heads only orders 2 to N count.
+gain of orders 1 to N. The search permits only places at which the mean has less noise than one
+head; with four heads this must also hold if any one head is missing. The mean does not contain
+order 1 of the disc, so that with four heads only orders 2 to N count.
 """
 
 from __future__ import annotations

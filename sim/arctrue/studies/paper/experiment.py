@@ -174,8 +174,8 @@ def _stations(track: EdgeTrack, faces: int) -> tuple[NDArray[np.intp], Float]:
     """Return the numbers of the faces in the order of the turn, and the table's overshoot at each.
 
     The autocollimator reads a face when the signal reaches the face's angle; the true angle then
-    differs by the overshoot. Both have the shape ``(faces,)``. The zero of the overshoot is the
-    arbitrary zero of the track.
+    differs by the overshoot. Both arrays have the shape ``(faces,)``. The zero of the overshoot is
+    the arbitrary zero of the track.
     """
     counts_per_face = track.counts_per_rev / faces
     first = int(np.ceil(track.true_angle_rad[0] * faces / TURN_RAD))

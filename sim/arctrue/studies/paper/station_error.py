@@ -45,7 +45,8 @@ class StationErrors:
         Returns
         -------
         UncertaintyBudget
-            The budget. Its repeatability is the mean of the standard deviations of the faces.
+            The budget. The budget's repeatability is the mean of the standard deviations of the
+            faces.
         """
         return UncertaintyBudget(
             published.budget.polygon_arcsec,

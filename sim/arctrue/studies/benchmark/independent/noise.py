@@ -116,7 +116,8 @@ State = Relaxation | RandomWalk | DrivenOscillator
 
 @dataclass(frozen=True)
 class StateNoise:
-    """White noise, with a normal or a Student's t distribution, plus any states."""
+    """White noise with a normal or a Student's t distribution, plus any number of noise states
+    (such as Relaxation)."""
 
     white_arcsec: float
     states: tuple[State, ...] = ()
@@ -207,8 +208,8 @@ class FlickerNoise:
     innovation_arcsec: float
     exponent: float
     white_arcsec: float = 0.0
-    """Standard deviation of rounding noise. Its variance is added to the variance of the
-    innovations; this makes the oracle's sensitivity a little too low."""
+    """Standard deviation of rounding noise. The variance of this noise is added to the variance of
+    the innovations, which makes the oracle's sensitivity a little too low."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
         """Filter white noise with (1 − z⁻¹)^(−a/2), (n,)."""
@@ -221,7 +222,7 @@ class FlickerNoise:
         return _filtered(columns, -self.exponent / 2) / sigma
 
     def scaled(self, factor: float) -> FlickerNoise:
-        """Return the process with its innovations multiplied by ``factor``."""
+        """Return the process with innovations and rounding noise multiplied by ``factor``."""
         return replace(
             self,
             innovation_arcsec=self.innovation_arcsec * factor,
