@@ -38,8 +38,8 @@ def cosine_rms(width: int, iterations: int, phases: int = 1 << 14) -> float:
 
 
 def residual_of_bits(disc: Disc, width: int, iterations: int) -> float:
-    """Return the RMS error of the output that the cosine causes if every order has a lane,
-    arcsec."""
+    """Return the RMS error, in arcseconds, that the rounded cosine causes at the output if every
+    order has a lane."""
     return cosine_rms(width, iterations) * float(np.linalg.norm(disc.amplitude_arcsec))
 
 
@@ -49,7 +49,8 @@ def rounding_arcsec() -> float:
 
 
 def residual_map(disc: Disc) -> Float:
-    """Return the RMS error that the cosine causes, ``(widths, iterations)``, arcseconds."""
+    """Return the RMS error in arcseconds that the rounded cosine causes, ``(widths,
+    iterations)``."""
     return np.array(
         [[residual_of_bits(disc, width, count) for count in ITERATIONS] for width in WIDTHS]
     )

@@ -190,7 +190,7 @@ def _noise_of_three(places_rad: Float) -> Float:
 def _moved(
     sets_deg: Float, step_deg: float, most_order: int, noise_limit: float, least_deg: float
 ) -> Float:
-    """Move heads of each set by a step as long as this lowers the largest gain."""
+    """Move heads of each set by steps as long as a step lowers the set's largest gain."""
     heads = sets_deg.shape[1]
     moves = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * (heads - 1))).reshape(heads - 1, -1).T
     moves = np.column_stack((np.zeros(len(moves)), moves)) * step_deg

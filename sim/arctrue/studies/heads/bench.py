@@ -56,7 +56,7 @@ class Bench:
     samples_a_turn: int = 12_000
     seed: int = 1
     axis: tuple[Cause, ...] = ()
-    """Motion of the axis while the table is calibrated."""
+    """Causes that move the axis while the table is calibrated."""
     moved_arcsec: tuple[float, ...] = field(default=())
     """Shift of each head along the scale since the head was mounted."""
 
@@ -130,8 +130,8 @@ class Bench:
         )
 
     def mean(self, motion: MotionOrders = "every") -> Coefficients:
-        """Return the gateware's words for the mean of all heads, and one set of words per missing
-        head."""
+        """Return the gateware's words for the mean of all heads, and a set of words for each head
+        that may be missing."""
         coefficients, refused = mean_banks(self.estimate(motion).on_disc(), COUNTS_PER_REV)
         if refused:
             raise refused[0]
@@ -145,8 +145,8 @@ def mean_left_arcsec(coefficients: Coefficients, counts: Integer, angle_rad: Flo
 
 
 def two_heads_left_arcsec(bench: Bench, counts: Integer, angle_rad: Float) -> Float:
-    """Return the error of head 1 that remains after the correction by the two heads of ``bench``,
-    (n,)."""
+    """Return the error of head 1 that remains after a correction calibrated with the two heads of
+    ``bench``, (n,)."""
     estimate, _ = least_squares(
         [bench.captured()],
         COUNTS_PER_REV,

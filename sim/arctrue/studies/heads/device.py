@@ -118,8 +118,8 @@ class HeadsDevice:
             self.firmware.set(name, value)
 
     def calibrate_alone(self, *, on: bool = True) -> None:
-        """Set the places of heads 3 and 4 in the firmware, so that it can calibrate the mean by
-        itself."""
+        """Set the places of heads 3 and 4 in the firmware, so that the firmware can calibrate the
+        mean by itself."""
         for name, place in zip(("head3_deg", "head4_deg"), PLACES_DEG[2:], strict=True):
             self.firmware.set(name, place if on else 0.0)
 
@@ -195,7 +195,8 @@ class HeadsDevice:
         return heads[0].measurement(rows, "the instrument")
 
     def load(self, coefficients: Coefficients) -> str:
-        """Send every frame, wait for the turn that tests the coefficients, and return the state.
+        """Send the coefficients to the console frame by frame, wait for the turn that tests them,
+        and return the state of the load.
 
         Raises InstrumentError for a frame that the console refuses.
         """
@@ -224,7 +225,7 @@ class HeadsResult:
     case: HeadsCase
     counts_per_rev: int
     head1_arcsec: float
-    """Amplitude in head 1, which a correction from two heads would not remove."""
+    """Amplitude in head 1; a correction from two heads would not remove it."""
     mean_arcsec: float
     """Amplitude in the mean of four heads."""
     clocks: int

@@ -314,7 +314,8 @@ def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) ->
 
 
 def _budget(bench: Bench) -> list[dict[str, Any]]:
-    """Return the mean's standard uncertainty from each cause alone; the axis moves by 2 µm."""
+    """Return the standard uncertainty of the mean that each cause alone gives; the axis moves by 2
+    µm."""
     coefficients = bench.mean(())
     assert coefficients.extension is not None
     assert coefficients.extension.mean is not None

@@ -67,7 +67,8 @@ class Case:
     """Title for the page and the terminal."""
     build: Build
     further: tuple[RunPlan, ...] = ()
-    """Runs after the first run. The first run is the same in all cases: two turns up, cold."""
+    """Runs after the first run. The first run is the same in all cases: two turns upwards at the
+    usual temperature."""
     polygon: bool = False
     """Whether the reference is a polygon, read at stations, up and down; if False, it is read while
     the table moves past marks."""
@@ -104,15 +105,15 @@ class Case:
 
     @property
     def slowest(self) -> float:
-        """Return the smallest speed in units of the usual one, at which a turn must still fit into
-        a bank."""
+        """Return the smallest speed, in units of the usual speed; at this speed a turn must still
+        fit into a bank."""
         plans = (*self.further, self.fresh)
         return min(1.0, *(plan.second_speed or plan.speed for plan in plans))
 
 
 def _subdivision(settings: HiddenSettings) -> list[Cause]:
-    # A difference of a share p in the amplitude causes an error of p radians of the signal period:
-    # 0.63″ at 16,384 lines.
+    # A relative difference p between the amplitudes of the two signals causes an error of p radians
+    # of the signal period: 0.63″ at 16,384 lines.
     lines = settings.revolution.lines
     return [
         SignalDistortion(0, lines, 0.036, 0.035, 0.016, 0.012),
@@ -155,9 +156,9 @@ def _loose_centre(settings: HiddenSettings) -> list[Cause]:
 
 
 def _scratch(settings: HiddenSettings) -> list[Cause]:
-    # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts
-    # height and width grow with the square root of the count: the slope stays the same, and no head
-    # moves by two counts in a clock.
+    # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts,
+    # height and width grow with the square root of the count's size, so that the slope stays the
+    # same, and no head moves by two counts in a clock.
     larger = math.sqrt(_coarser(settings))
     width_rad = math.radians(0.2) * larger / SIGMAS_OF_HALF
     return [GraduationBump(20.0 * RAD_PER_ARCSEC * larger, math.radians(84.0), width_rad)]
@@ -190,8 +191,8 @@ def _eccentric_gear(settings: HiddenSettings) -> list[Cause]:
 
 
 def _belt(settings: HiddenSettings) -> list[Cause]:
-    # The belt is twice as long as the circumference of the pulley: it twists the shaft once in two
-    # turns.
+    # The belt is twice as long as the circumference of the pulley: therefore it twists the shaft
+    # once in two turns.
     return [GearMesh(BELT_ORDER, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (-1.1,))]
 
 
@@ -245,7 +246,8 @@ _ALL = (
         "centrifugal_lobes",
         "a disc that the centrifugal force stretches three times a turn",
         _centrifugal,
-        # The speeds do not rise or fall steadily in time, so that speed and time can be separated.
+        # The speeds of the runs do not rise or fall steadily in time, so that effects of speed and
+        # of time can be separated.
         (
             RunPlan(start_s=900.0, speed=SLOW, reference=True),
             RunPlan(start_s=1800.0, speed=0.85, reference=True),

@@ -26,8 +26,8 @@ def turning(
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C),
     start_s: float = 0.0,
 ) -> Motion:
-    """Return a motion from rest over the index of both heads, then some turns at one signed
-    speed."""
+    """Return a motion that starts from rest, passes the index of both heads, and makes some turns
+    at one signed speed."""
     ahead = HEAD_SEPARATION_RAD + 2 * RUN_UP_RAD
     start_rad = -ahead if speed_rad_s > 0 else 2 * RUN_UP_RAD
     pace = abs(speed_rad_s)
@@ -131,7 +131,7 @@ def over_stations(
 
     The table stops at each face. A cycle goes one face beyond the last face and returns, then one
     face below the first and returns, so that every station is always reached from the same side in
-    each direction. Before the cycles the table goes one face up and back; during this time the
+    each direction. Before the cycles the table moves up by one face and back; during this time the
     caller can load a correction.
     """
     step_rad = TURN_RAD / faces

@@ -246,7 +246,8 @@ class _Run:
         )
         self.causes = case.build(settings)
         scale = settings.revolution
-        # At the slowest speed a turn has the number of samples that the settings state.
+        # The sample period is chosen so that a turn at the slowest speed has the stated number of
+        # samples.
         samples = round(scale.samples * case.slowest)
         sampled = dataclasses.replace(
             settings, revolution=dataclasses.replace(scale, samples=samples)
@@ -448,7 +449,8 @@ class _Run:
             stage="over both indices",
         )
         if several:
-            # The reference reads head 1 before the first calibration.
+            # Read the reference before the first calibration, while the output equals the reading
+            # of head 1.
             rig.record(self.case.reference_turns)
             for _ in range(self.case.reference_turns):
                 rig.captured_turn("turns of the reference")

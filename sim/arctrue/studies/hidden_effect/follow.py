@@ -49,7 +49,8 @@ def follow_warming(
     told_lag_s: float | None = None,
     report_run: ReportRun | None = None,
 ) -> dict[str, list[FollowedTurn]]:
-    """Measure the table of ``result`` while it warms over ``turns`` turns, once for each way.
+    """Measure the table of ``result`` while it warms over ``turns`` turns, once for each way of
+    correction.
 
     The thermometer lags by ``sensor_lag_s``; the coefficient file states ``told_lag_s``, by default
     the same value. Raises InstrumentError if the firmware does not reach a swap.
@@ -131,7 +132,8 @@ def _thermometer(rig: Rig, drive: Motion, lag_s: float) -> Callable[[], float]:
 
 
 def _middle_c(rig: Rig, drive: Motion) -> float:
-    """Return the temperature half a turn later, for a sensor on the table and steady warming."""
+    """Return the temperature in half a turn from now, for a sensor on the table that warms at a
+    constant rate."""
     scale = rig.settings.revolution
     now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))
     half_s = np.pi / scale.speed_rad_s

@@ -143,8 +143,8 @@ class Rig:
     def load(self, coefficients: Coefficients, stage: str) -> None:
         """Write a whole bank with all its lanes and make it active.
 
-        The caller must have set ``freeze``: the firmware itself would write a bank with orders of
-        the turn only.
+        The caller must have set ``freeze``: otherwise the firmware would write its own bank, which
+        contains only orders of the turn.
         """
         instrument = self.instrument
         swaps = instrument.read("swap_count")
@@ -180,7 +180,8 @@ class Rig:
         self.instrument.disturb(*(PinFault(clock, PULSE_CLOCKS, high=PROBE_IN) for clock in later))
 
     def load_with_index_of_drive(self, coefficients: Coefficients, stage: str) -> None:
-        """Load over the console, and run turns until the firmware knows the phase of each lane.
+        """Load the coefficients over the console, and run turns until the firmware knows the phase
+        of each lane.
 
         Raises InstrumentError if this takes more than TURNS_FOR_THE_PHASE turns.
         """

@@ -43,7 +43,8 @@ class DiagnosedModel:
 
     @property
     def ladder(self) -> list[HistoryStep]:
-        """Return the history of the model: how the error on this set fell step by step."""
+        """Return the history of the model, which shows how the error on this set fell step by
+        step."""
         return list(self.model.history)
 
     def export(
@@ -71,11 +72,11 @@ class DiagnosedModel:
         )
 
     def data(self) -> dict[str, Any]:
-        """Return the JSON of ``arctrue diagnose --json``."""
+        """Return the data of the diagnosis, as ``arctrue diagnose --json`` prints them."""
         return diagnosis_data(self.diagnosis, self.before.names())
 
     def words(self) -> list[str]:
-        """Return the verdict in sentences."""
+        """Return the verdict of the diagnosis in sentences."""
         return sentences(self.diagnosis)
 
 
@@ -90,8 +91,8 @@ def diagnose_and_add(
     """Run ``arctrue diagnose`` and ``arctrue add``, with ``--adopt`` if the diagnosis cannot name
     the effect.
 
-    Both run once for each effect to add; the result contains the last diagnosis. ``added``: name
-    and settings of an effect that is added in place of the diagnosed one.
+    Both commands run once for each effect to add; the result contains the last diagnosis.
+    ``added``: name and settings of an effect that is added in place of the diagnosed one.
     """
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)

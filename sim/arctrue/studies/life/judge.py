@@ -26,8 +26,8 @@ class Judged:
     alarm_days: tuple[float, ...]
     """First day of every period in which the alarm is on, before the limit."""
     watched_days: float
-    """Number of days in which an alarm is false: those before the damage begins, or all days of a
-    life without a limit."""
+    """Number of days on which an alarm is false: the days before the damage begins, or all days of
+    a life that never reaches the limit."""
     onset_day: float
     limit_day: float
     covered: bool | None

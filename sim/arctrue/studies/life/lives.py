@@ -62,7 +62,8 @@ def loosening_bracket(days: Float, begin: float, random: Random) -> Course:
 
 
 def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Simulate creep of a bolted joint, which grows with the logarithm of time beyond the limit."""
+    """Simulate creep of a bolted joint, which grows with the logarithm of time until it exceeds the
+    limit."""
     constant = random.uniform(30.0, 120.0)
     whole = random.uniform(200.0, 400.0)
     elapsed = np.maximum(days - begin, 0.0)
@@ -70,7 +71,7 @@ def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
 
 
 def settled_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Simulate creep that ends at 0.2 to 0.5 of the limit: every alarm is false."""
+    """Simulate creep that ends at 0.2 to 0.5 of the limit, so that every alarm is false."""
     end, constant = random.uniform(0.2, 0.5), random.uniform(20.0, 80.0)
     return np.asarray(end * -np.expm1(-np.maximum(days - begin, 0.0) / constant))
 

@@ -13,9 +13,9 @@ from arctrue.table import HEAD_SEPARATION_RAD, Motion
 
 TURN_RAD = 2 * np.pi
 RUN_UP_RAD = float(np.deg2rad(1.0))
-"""Travel in which the table accelerates from rest to its speed."""
+"""Travel, in radians, in which the table accelerates from rest to its speed."""
 APPROACH_RAD = HEAD_SEPARATION_RAD + 3 * RUN_UP_RAD
-"""Travel before the first turn, over the index of both heads."""
+"""Travel, in radians, before the first turn; in it the table passes the index of both heads."""
 _LAST_STAND_S = 0.1
 _SAME_TRAVEL_RAD = 1e-9
 
@@ -31,7 +31,8 @@ class Leg:
     speed_rad_s: float = 0.0
     """Speed without its sign."""
     pause_s: float = 0.0
-    """Duration of the pause for the temperature of the table and its surroundings."""
+    """Duration of the pause in the time of the surroundings, in which table and surroundings change
+    temperature."""
     run_s: float = 0.0
     """Part of the pause that is simulated clock by clock; the simulation skips the remainder."""
 

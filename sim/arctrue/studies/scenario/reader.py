@@ -152,7 +152,8 @@ class _Pins(_Fault, tag="pins", kw_only=True):
 
 
 class _Parameters(Struct):
-    """Parameters of the firmware that a scenario may set; its scale determines the others."""
+    """Parameters of the firmware that a scenario may set; the scenario's scale determines the other
+    parameters."""
 
     keep: Number | None = None
     method: Number | None = None

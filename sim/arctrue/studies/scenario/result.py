@@ -63,9 +63,9 @@ class ScenarioResult:
     """Result of a run: all turns, and the limits that the run exceeded."""
 
     scenario: Scenario
-    """The scenario that was run."""
+    """Scenario that was run."""
     turns: tuple[ScenarioTurn, ...]
-    """The turns in their order."""
+    """Turns in their order."""
     illegal: int
     """Number of clocks in which both A and B of the output changed."""
     clocks: int

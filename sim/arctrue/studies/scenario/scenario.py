@@ -160,8 +160,8 @@ class FirmwareSettings:
     """Settings of the firmware."""
 
     recalibrate: str = "every_turn"
-    """Turns that the firmware calibrates: ``every_turn``, ``first_turn`` (then it is frozen) or
-    ``never``."""
+    """Turns that the firmware calibrates: ``every_turn``, ``first_turn`` (then the coefficients are
+    frozen) or ``never``."""
     orders: int = 32
     calculation_s: float = 0.25
     """Duration of a calibration, in the time of the table."""
@@ -202,7 +202,7 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
             )
 
     def without_arcsec(self) -> Limits:
-        """Return the limits without those that depend on the size of a count."""
+        """Return the limits, but without the limits that depend on the size of a count."""
         return structs.replace(
             self, corrected_rms_arcsec=None, corrected_reach_arcsec=None, worse_by_arcsec=None
         )
@@ -255,8 +255,8 @@ class Scenario:
 
     @property
     def sample_period_clocks(self) -> int:
-        """Return the clocks between two samples: at the slowest speed a turn has ``scale.samples``
-        samples."""
+        """Return the number of clocks between two samples: at the slowest speed a turn has
+        ``scale.samples`` samples."""
         turn_s = 2 * np.pi / min(self.speeds_rad_s)
         return round(turn_s * self.clock_hz / self.scale.samples)
 

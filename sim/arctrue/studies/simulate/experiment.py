@@ -63,8 +63,8 @@ class ReferencePlan:
     station_s: float = 4.0
     moving: MovingReference | None = None
     turned_faces: tuple[float, ...] = (0.0,)
-    """Numbers of faces by which the polygon is turned on the table; each entry means one pass of
-    all cycles."""
+    """Numbers of faces by which the polygon is turned on the table; for each entry, all cycles are
+    measured once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +168,7 @@ def short() -> Experiment:
 FURTHER_PAUSE_S = 600.0
 FURTHER_TURNS = 30
 FURTHER_SAMPLES = 5
-"""Factor by which the run ``samples`` has more samples per turn."""
+"""Factor by which the further run ``samples`` has more samples per turn than the other runs."""
 FURTHER_WARMER_C = 4.0
 FURTHER_TURNED_FACES = 1.0 / 3.0
 FURTHER_REINDEXED_FACES = 6.0
@@ -177,7 +177,7 @@ FURTHER_REINDEXED_FACES = 6.0
 def with_further(experiment: Experiment, kind: str) -> Experiment:
     """Return the experiment with one more measurement, of a kind that a diagnosis may request.
 
-    Raises ValueError for another kind, or for one that does not fit this experiment.
+    Raises ValueError for an unknown kind, or for a kind that does not fit this experiment.
     """
     if kind not in FURTHER:
         raise ValueError(f"no further measurement {kind!r}; there are: {', '.join(FURTHER)}")

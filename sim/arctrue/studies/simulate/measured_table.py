@@ -295,7 +295,7 @@ class MeasuredTable:
 
 
 def _joined(parts: Sequence[Conditions]) -> Conditions:
-    """Join the rows of several runs in sequence."""
+    """Join the rows of several runs, in the order of the runs."""
     names = [field.name for field in fields(Conditions)]
     return Conditions(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 

@@ -31,8 +31,8 @@ NOISE_ARCSEC = 0.1
 REFERENCE_NOISE_ARCSEC = 0.15
 INDEX_SCATTER_COUNTS = 1
 LARGEST_SIZE = 1000.0
-"""Largest permitted ratio of a size to the largest size that is drawn; the numbers of turns and
-counts have no room for a larger size."""
+"""Largest permitted size of a cause, divided by the largest size that is drawn; with a larger size,
+turn numbers and counts would overflow."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class SimulatedSet:
     measurement: MeasurementSet
     truth: dict[str, Any]
     exact_arcsec: dict[str, NDArray[np.float64]]
-    """Signal of each channel without noise and rounding; it belongs to the truth."""
+    """Signal of each channel without noise and rounding; these signals belong to the truth."""
     noise: dict[str, TrueNoise]
     index_variance_arcsec2: float
     table: RotaryTable
