@@ -61,7 +61,8 @@ def bound_arcsec() -> float:
 
 
 def plain_fft(turn: WholeTurns) -> Float:
-    """Compute equations (4) to (7) directly; return the cosines, then the sines, in arcseconds."""
+    """Compute the error by equations (4) to (7) without further processing; return the cosines,
+    then the sines, in arcseconds."""
     difference = (turn.head2_counts - turn.head1_counts) * arcsec_per_count(COUNTS_PER_REV)
     lines = np.fft.rfft(difference)[ORDERS] * (2.0 / SAMPLES)
     found = lines * transfer_function(ORDERS, HEAD_SEPARATION_RAD)
@@ -106,8 +107,8 @@ def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
 
 
 def gateware_difference_arcsec() -> tuple[float, float, float]:
-    """Return the largest and RMS difference of the bit-true correction from equation (8) in
-    float64, and its bound."""
+    """Return the largest and the RMS difference between the bit-true correction and equation (8) in
+    float64, and the bound of the difference."""
     amplitude, phase = np.array([1864.0, 77.7, 15.5]), np.array([1.0, 2.0, 3.0])
     coefficients = Coefficients.from_harmonics(
         np.array([1, 2, 3]), amplitude, phase, COUNTS_PER_REV

@@ -40,7 +40,7 @@ WORKS = {
 
 
 def timed(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Do the work of a task; return the CPU time that it took."""
+    """Do the work of a task of this bench; return the CPU time that the work took."""
     begin = time.process_time()
     if task["work"]:
         find_work(task["work"])(task["task"])
@@ -73,7 +73,7 @@ def cpu_s() -> float:
 
 
 def measure(name: str, tasks: Sequence[Task], workers: int, batch: int) -> Measured:
-    """Run a campaign in a temporary folder and return its times."""
+    """Run a campaign in a temporary folder; return the measured times."""
     work = "scripts.bench_campaign:timed"
     timed_tasks = [{"work": WORKS[name], "task": dict(task)} for task in tasks]
     with tempfile.TemporaryDirectory() as place:
@@ -152,7 +152,7 @@ def row(runs: Sequence[Measured]) -> Row:
 
 
 def median_run(runs: Sequence[Measured]) -> Measured:
-    """Return the run with the median CPU time."""
+    """Return the run whose CPU time is the median of all runs."""
     return sorted(runs, key=lambda item: item.whole_cpu_s)[len(runs) // 2]
 
 

@@ -42,15 +42,16 @@ the worst case each operation on doubles waits for the previous one; the FPU of 
 a multiplication every second clock and an addition every clock."""
 GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
-"""Number of loaded orders that the calibration does not fit, the same as in firmware/bench."""
+"""Number of loaded orders in the measured test, as in firmware/bench; the calibration does not fit
+these orders."""
 JUDGE_SHARE = 0.7
 """Largest permitted time to test loaded coefficients, as a share of the time of a calibration with
 the same samples, 40 orders and least squares."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6
-"""Tolerance of a result, as a share of the largest harmonic. The firmware's iteration stops at
-10⁻⁴″ of about 150″."""
+"""Tolerance for the difference of two results, as a share of the largest harmonic. The firmware's
+iteration stops at 10⁻⁴″ of about 150″."""
 NUMPY_RUNS = 7
 EMULATION_S = 400.0
 
@@ -75,7 +76,7 @@ def instructions(samples: int, orders: int) -> dict[str, float]:
     counted = {}
     for line in lines:
         part, ticks, off = line.split()
-        # The last number that a method prints is the reason of its refusal, or 0.
+        # The last number that a method prints is the reason for a refusal, or 0.
         assert float(off) * 1e-9 <= SAME_RESULT, f"{part}: {line}"
         counted[part] = float(ticks) * NS_A_TICK
     return counted

@@ -28,8 +28,8 @@ class Row:
     what: str
     unit: str
     values: tuple[float, ...]
-    """The results of all runs; a single result if it is a count or a sum that is the same in every
-    run."""
+    """Results of all runs; only one result if the quantity is a count or a sum that is equal in
+    every run."""
     beside: str
     """Text with the value of the peer, or with the limit."""
     kept: bool = True

@@ -49,10 +49,10 @@ class Access:
     burst: Burst = Burst.INCREASING
     strobe: int = 0xF
     last: int | None = None
-    """Beat at which WLAST is high, if this is not the last one."""
+    """Beat at which WLAST is high; None: the last beat."""
     together: bool = False
-    """Whether the access may start while one of the other kind (read or write) is not yet
-    finished."""
+    """Whether the access may start while an access in the other direction (read or write) is not
+    yet finished."""
 
     def line(self) -> str:
         """Return the access as a line in the form that the bench reads."""
@@ -69,8 +69,8 @@ class Access:
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer to the access at ``place`` of the list. A write has one answer, a read has one per
-    beat."""
+    """Answer to the access at ``place`` of the list. A write has one answer; a read has one answer
+    for each beat."""
 
     place: int
     response: Response

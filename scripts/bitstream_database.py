@@ -67,8 +67,8 @@ class TileType:
                     yield entry.partition(".")[2], rest
 
     def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
-        """Return the kind of frames and the bits of a feature; no bits for a feature that sets
-        none. Return None if the database does not have the feature."""
+        """Return the kind of frames and the bits of a feature; the list of bits is empty if the
+        feature sets no bits. Return None if the database does not have the feature."""
         if feature in self.without_bits:
             return "", []
         if not index and feature in self.features:
@@ -81,7 +81,8 @@ class TileType:
 
     @cached_property
     def by_bit(self) -> dict[tuple[str, int, int], list[str]]:
-        """Return the features by the kind, frame and bit of the first bit that each sets."""
+        """Return the features by the first bit that each feature sets; the key is the kind of
+        frame, the frame and the bit."""
         found: dict[tuple[str, int, int], list[str]] = defaultdict(list)
         for name, (kind, bits) in self.features.items():
             first = next((bit for bit in bits if bit[2]), None)
@@ -125,7 +126,7 @@ class TileType:
 
     @cached_property
     def permanent(self) -> dict[str, str]:
-        """Return the permanent driver of each wire that has one."""
+        """Return the permanent driver of each wire that has a permanent driver."""
         return dict(
             entry.split(".", 1) for entry, kind in self.without_bits.items() if kind == ALWAYS
         )
@@ -180,13 +181,13 @@ class Chip:
         self._types: dict[str, TileType] = {}
 
     def type(self, name: str) -> TileType:
-        """Return a type of tile by its name."""
+        """Return the type of tile with this name."""
         if name not in self._types:
             self._types[name] = TileType(self.family, name)
         return self._types[name]
 
     def type_of(self, tile: str) -> TileType:
-        """Return the type of the tile with this name."""
+        """Return the type of the tile with the name ``tile``."""
         return self.type(self.tiles[tile]["type"])
 
     def alias(self, tile: str) -> tuple[TileType, dict[str, str], int] | None:

@@ -13,7 +13,7 @@ SYNC_WORD = bytes.fromhex("AA995566")
 IDCODE_WRITE = bytes.fromhex("30018001")
 FRAMES_WRITE = bytes.fromhex(
     "30004000"
-)  # packet to register FDRI; a packet of type 2 states the number of words
+)  # header of a packet to the register FDRI; a packet of type 2 states the number of words
 PACKET_TYPE_2 = 0b010
 TYPE_2_WORDS = 0x07FF_FFFF
 REVISION = 0xF000_0000  # the top four bits of an identification code are the silicon's revision
@@ -62,7 +62,8 @@ def check_bitstream(path: Path, part: str) -> str:
 
 
 def _frame_words(data: bytes, start: int) -> tuple[int, int]:
-    """Return the number of frame words that the file states, and the number that it contains."""
+    """Return the number of frame words that the file states, and the number of frame words that the
+    file contains."""
     place = data.find(FRAMES_WRITE, start, start + LONGEST_HEAD)
     if place < 0:
         return 0, 0

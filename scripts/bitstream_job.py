@@ -27,8 +27,8 @@ class Top:
 
     ``primitives``: number of each kind of cell that connects the top level to the chip. ``vivado``
     and ``scoped`` are files in constraints/vivado that only Vivado reads: ``vivado`` is for the
-    top's pins, ``scoped`` for the entities inside, in this order; each is read for every instance
-    of its entity. ``has_core``: whether the top has the generics of the core.
+    top's pins, ``scoped`` for the entities inside, in this order; Vivado reads a scoped file for
+    every instance of its entity. ``has_core``: whether the top has the generics of the core.
     """
 
     name: str
@@ -124,7 +124,8 @@ class Tool:
         return next((command for command in found if command), None)
 
     def missing(self) -> str:
-        """Return one line that states which command was searched, where, and what to do."""
+        """Return one line that states which commands were searched, in which places, and what the
+        user can do."""
         chosen = os.environ.get(self.variable)
         if chosen:
             looked = f"{self.variable}={chosen} is not a program that can be started"
@@ -150,8 +151,8 @@ def all_found(tools: Sequence[Tool], others: Sequence[str] = ()) -> list[str]:
 def in_order_of_use(files: Sequence[Path]) -> list[Path]:
     """Return VHDL files in an order in which each file comes after the files whose units it uses.
 
-    A unit is used as ``work.<name>``, and a file is named like its unit. Raises ToolError if files
-    use each other in a circle.
+    A unit is used as ``work.<name>``, and a file has the name of its unit. Raises ToolError if
+    files use each other in a circle.
     """
     by_name = {path.stem: path for path in files}
     names = {}

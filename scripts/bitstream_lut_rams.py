@@ -6,8 +6,8 @@ Project X-Ray's page on the configuration of distributed RAM.
 The inputs of table D are the write address of all tables. A table is one RAM of 64 words, which is
 written from data input 1, or two RAMs of 32 words (``SMALL``). With two RAMs, O5 reads the words
 written from data input 1, and O6 reads the words written from data input 2; input 6 of the table
-and of table D must be 1. ``WA7USED`` and ``WA8USED`` join several tables to a deeper RAM. A table
-is then written at those addresses at which the wide multiplexers select it.
+and of table D must be 1. ``WA7USED`` and ``WA8USED`` join several tables to a deeper RAM. A write
+then goes to the table that the wide multiplexers select at this address.
 """
 
 from __future__ import annotations

@@ -86,8 +86,8 @@ def database_of(part: str) -> tuple[Path | None, str]:
 
 
 def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
-    """Return nextpnr's own database if the user names it, and advice if it is required and
-    missing."""
+    """Return the path of nextpnr's own database if the user names it, and advice if the database is
+    required and missing."""
     named = os.environ.get(CHIPDB)
     if named and not Path(named).exists():
         return None, f"{CHIPDB}={named}: there is no such file"
@@ -259,7 +259,7 @@ class OpenTools:
 def find_open_tools(part: str) -> OpenTools:
     """Find all programs of the open flow; return those that run after Yosys.
 
-    Raises ToolError, which names everything that is missing, GHDL and Yosys included.
+    Raises ToolError, which names all missing programs at once, also GHDL and Yosys.
     """
     missing = []
     for find in (find_ghdl, find_yosys):
@@ -320,8 +320,8 @@ def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
 def run_open(job: Job) -> str:
     """Make the bitstream of a job with the open tools; return a sentence about the timing.
 
-    Raises ToolError if a step fails, or for everything that is missing at once; TimingError if the
-    timing is not met.
+    Raises ToolError if a step fails or if programs are missing (the message names all), TimingError
+    if the timing is not met.
     """
     tools = find_open_tools(job.part)
     job.reports.mkdir(parents=True)

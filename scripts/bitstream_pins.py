@@ -134,7 +134,7 @@ class Driven:
     """Number of slices with look-up tables as RAM."""
 
     def __str__(self) -> str:
-        """Return the numbers as a part of a sentence."""
+        """Return both numbers in words, as a part of a sentence."""
         return (
             f"{self.blocks} DSPs and halves of block RAMs and {self.slices} slices with look-up "
             "tables as RAM, every pin driven"

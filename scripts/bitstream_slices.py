@@ -1,8 +1,8 @@
 """Writes a configured slice as Verilog: look-up tables, carry chain, wide multiplexers, registers.
 
 The 7 Series Configurable Logic Block User Guide defines the features of a slice (UG474, figures 2-3
-to 2-5, and "Shift Registers"). scripts/bitstream_lut_rams.py writes look-up tables as RAM. Latches
-and asynchronous resets are refused, because the gateware has none.
+to 2-5, and "Shift Registers"). scripts/bitstream_lut_rams.py writes look-up tables as RAM. The
+program refuses latches and asynchronous resets, because the gateware has none.
 """
 
 from __future__ import annotations
@@ -260,7 +260,7 @@ class Slice:
         def make() -> str:
             initial = int(f"{register}.ZINI" not in self.features)
             full = self._text.register(f"{self.name}_{register}", 1, initial)
-            # The name is stored before the data are read, because the data may depend on it.
+            # Store the name before the data are read, because the data may depend on this memory.
             self._made[register] = full
             self._text.at(self._edge(), self._update(register, letter, full))
             return full

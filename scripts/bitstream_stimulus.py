@@ -1,7 +1,7 @@
 """Lists bus accesses for the comparison of a bitstream with its VHDL; checks their coverage.
 
-Random levels at the bus rarely make an access. This module's list contains legal accesses and a few
-illegal ones. First, the accesses fill and read banks of the capture. Then each round writes new
+Random levels at the bus rarely make an access. This module's list contains many legal and a few
+illegal accesses. First, the accesses fill and read banks of the capture. Then each round writes new
 settings; writes, reads and swaps every word of coefficients; and reads snapshots and captured
 samples and gives commands in random order. Each round has another number of counts a turn, so that
 the angles after a backward pass of the zero have other upper bits. From the answers, ``shortfalls``

@@ -1,10 +1,11 @@
 """Checks that a bitstream computes the same outputs as its VHDL: ``make verify-bitstream``.
 
 The program decodes the finished bitstream back into a netlist, except the PS7, and runs this
-netlist in parallel with GHDL's netlist of the VHDL. Both get the same random levels and, if there
-is a core, the same accesses (docs/device.md). The program reads the folder that ``make bitstream
-FLOW=open`` made. Exit code 1: an output differs, or the test did not reach a DSP, a RAM or a word
-of coefficients. 2: something is missing, is not driven or is not decoded.
+netlist in parallel with GHDL's netlist of the VHDL. Both netlists get the same random levels and,
+if there is a core, the same accesses (docs/device.md). The program reads the folder that ``make
+bitstream FLOW=open`` made. Exit code 1: an output differs, or the test did not reach a DSP, a RAM
+or a word of coefficients. 2: a file or tool is missing, a pin is not driven, or a bit or cell
+cannot be decoded.
 """
 
 from __future__ import annotations
@@ -199,7 +200,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (ToolError, ConstraintError) as error:
         print(f"verify-bitstream: {error}", file=sys.stderr)
         return 2
-    # The encoder source writes its coefficients only once, and they are constants.
+    # The encoder source writes its coefficients only once, and the coefficients are constants.
     faults = [*faults_of(compared, are_rams_written=TOPS[chosen.top].has_core), *lacking]
     for fault in faults:
         print(f"verify-bitstream: {fault}", file=sys.stderr)

@@ -1,7 +1,7 @@
 """Generates the Python modules of registers and number formats while setuptools builds the package.
 
 pyproject.toml and setup.py name this step. Therefore ``pip install .`` from a fresh clone, ``pip
-wheel``, an install from a git address and one from the source distribution all contain the
+wheel``, an install from a git address, and an install from the source distribution all contain the
 generated modules.
 """
 

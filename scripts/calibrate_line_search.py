@@ -59,8 +59,8 @@ stations of one cycle cover 17°."""
 
 
 def short_of(kind: str, design: str, number: int) -> Record:
-    """Return noise at few stations, 10 s each, or in a short log; orders 1 to 20 are in the
-    model."""
+    """Return a record of noise alone, at few stations (10 s each) or in a short log; the model
+    contains orders 1 to 20."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number, *design.encode()))
     stations, cycles, back = SHORT[design]
     row = np.arange(stations * cycles)
@@ -88,7 +88,7 @@ ORDER_ROWS, ORDERS = (150, 300, 600), (0, 6, 20)
 
 
 def log_with_orders(kind: str, rows: int, orders: int, number: int) -> Record:
-    """Return a log of noise over an hour, with ``orders`` orders in the model."""
+    """Return a log of noise over an hour, whose model contains ``orders`` orders."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number, rows))
     time_s = clock(random, rows, 3600.0 / rows, CLOCKS[number % len(CLOCKS)])
     waves = np.outer(np.arange(rows) * (0.95 * 2.0 * np.pi / rows), np.arange(1, orders + 1))

@@ -6,7 +6,8 @@ on answers that were not used for the fit.
 generator, of a left-out world, and of a left-out fifth of each generator. ``--write`` writes the
 coefficients fitted to all answers into ``workbench/diagnose/calibrated.json``. ``--collect FOLDER``
 (may be repeated) uses the answers of a benchmark run in place of the answers in ``stated.csv``.
-Answers ``bad_data`` do not count: their probabilities were stated without these coefficients.
+Answers with the verdict ``bad_data`` do not count, because their probabilities do not depend on
+these coefficients.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ DIGITS = 5
 
 
 def within(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer; the coefficients for each fifth are fitted to the
-    other four."""
+    """Return the probability of every answer; the coefficients for each fifth of the answers are
+    fitted to the other four fifths."""
     found = np.empty(len(rows))
     for fold in range(FOLDS):
         learned = fitted([row for place, row in enumerate(rows) if place % FOLDS != fold])
@@ -51,8 +52,8 @@ def within(rows: Sequence[Stated]) -> list[float]:
 
 
 def without_their_world(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer; the coefficients are fitted to all other worlds of
-    both generators."""
+    """Return the probability of every answer; the coefficients for each world are fitted to all
+    other worlds of both generators."""
     found = np.empty(len(rows))
     for world in {row.world for row in rows}:
         own = [place for place, row in enumerate(rows) if row.world == world]
@@ -62,8 +63,8 @@ def without_their_world(rows: Sequence[Stated]) -> list[float]:
 
 
 def across(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer; the coefficients are fitted to the other
-    generator."""
+    """Return the probability of every answer; the coefficients for each generator are fitted to the
+    answers of the other generator."""
     found = np.empty(len(rows))
     for generator in GENERATORS:
         own = [place for place, row in enumerate(rows) if row.generator == generator]

@@ -3,7 +3,7 @@
 nextpnr 0.11.1 puts a look-up table into the slice of the carry chain only if no other cell reads
 the table. Otherwise nextpnr adds a second table in the slice, with a long wire between the two
 tables. Yosys shares such look-up tables between the chain and other cells; this script makes one
-for the chain and one for the others.
+look-up table for the chain and one for the other cells.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Defines the delays of the cells of the 7 series, and the pins at which a path begins and ends.
 
 The delays are the ones that Yosys states for its cells (``share/yosys/xilinx/cells_sim.v``), which
-come from the Artix-7 data of Project X-Ray; if they differ from pin to pin, a mean or the largest
-one is used. Wire delays are guesses, because nothing is placed: 0.4 ns, plus 0.1 ns for each
-doubling of the fan-out. The results are estimates that can rank paths, but cannot prove that the
-timing is met.
+come from the Artix-7 data of Project X-Ray; if they differ from pin to pin, their mean or the
+largest of them is used. Wire delays are guesses, because nothing is placed: 0.4 ns, plus 0.1 ns for
+each doubling of the fan-out. The results are estimates that can rank paths, but cannot prove that
+the timing is met.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def _through(cell: dict[str, Any], delay_ns: float, levels: int) -> CellTiming:
 def _wide_multiplexer(cell: dict[str, Any]) -> CellTiming:
     """Return the timing of a multiplexer of two LUTs of the slice, or of two multiplexers.
 
-    The wire to its select input adds a delay.
+    The wire to the multiplexer's select input adds a delay.
     """
     arcs = [
         Arc(start, end, MULTIPLEXER_NS, is_direct=port != "S")
@@ -175,8 +175,8 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
 def _multiplier(cell: dict[str, Any]) -> CellTiming:
     """Return the timing of a DSP.
 
-    Its registers determine where paths begin and end; a multiplication and an addition each add a
-    delay.
+    The DSP's registers determine where paths begin and end; a multiplication and an addition each
+    add a delay.
     """
     timing = CellTiming()
     is_added = bool(_parameter(cell, "PREG"))
@@ -215,7 +215,7 @@ def _multiplier(cell: dict[str, Any]) -> CellTiming:
 
 
 def _lut_ram(cell: dict[str, Any]) -> CellTiming:
-    """Return the timing of a LUT as RAM, : writes are clocked, reads are not."""
+    """Return the timing of a LUT as RAM, in which writes are clocked and reads are not."""
     written = [port for port in _ports(cell, "input") if re.match(r"DI|D$|WE|ADDRD$", port)]
     timing = _clocked(cell, LUT_RAM_OUT_NS, MEMORY_SETUP_NS)
     addresses = [

@@ -1,10 +1,10 @@
 """Measures the core's lanes and a lane with a DSP with the same tools: ``make compare-lanes``.
 
-Yosys maps the Verilog of a lane, scripts/timing_paths.py estimates its longest path, and Verilator
-runs it over a sweep of the turn. The script prints the table of results and writes it between the
-marks in docs/cordic-comparison.md; the page also lists published operators, which were measured
-once. The script needs Verilator, Yosys and GHDL 5 or newer, and takes a few minutes. Exit code 2: a
-tool is missing or fails.
+Yosys maps the Verilog of a lane, scripts/timing_paths.py estimates the lane's longest path, and
+Verilator simulates the lane over a sweep of the turn. The script prints the table of results and
+writes it between the marks in docs/cordic-comparison.md; the page also lists published operators,
+which were measured once. The script needs Verilator, Yosys and GHDL 5 or newer, and takes a few
+minutes. Exit code 2: a tool is missing or fails.
 
 The lanes of the core are quadrant_fold with cordic_rotation and quadrant_fold with table_rotation.
 The third lane is not part of the core: it has the table of table_rotation, but a DSP computes its
@@ -158,7 +158,7 @@ def verilog_table(
 
 
 def table_middles() -> NDArray[np.float64]:
-    """Return the angle in the middle of each interval of the table, rad; the table covers a
+    """Return the angle in the middle of each interval of the table, in radians; the table covers a
     quadrant."""
     index = np.arange(1 << ADDRESS_BITS)
     middles: NDArray[np.float64] = (index + 0.5) * (math.pi / 2) / (1 << ADDRESS_BITS)
@@ -174,7 +174,7 @@ def table_slopes() -> Integers:
 
 
 def table_values() -> Integers:
-    """Return the values of the tangents to the cosine at the starts of their intervals, s1.20.
+    """Return, in s1.20, the value that the tangent to the cosine has at the start of each interval.
 
     Half of the largest z**2/2 is subtracted, which balances the errors; half of the last bit of the
     result is added, which rounds the product.
@@ -261,7 +261,7 @@ def _run_tool(command: Sequence[str | Path], folder: Path) -> bytes:
 
 
 def verilator_version() -> str:
-    """Return the version of Verilator. Raises ToolError if it is missing."""
+    """Return the version of Verilator. Raises ToolError if Verilator is missing."""
     return _run_tool(["verilator", "--version"], ROOT).decode().split()[1]
 
 

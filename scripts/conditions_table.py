@@ -3,7 +3,7 @@ docs/hidden-effect.md.
 
 ``python -m scripts.conditions_table measure`` runs the effects on the virtual instrument (2¹⁸
 counts, some minutes) and writes docs/data/conditions.json and the page; ``page`` writes the page
-from the stored figures, and ``check`` compares the page with them.
+from the stored figures, and ``check`` compares the page with the stored figures.
 """
 
 from __future__ import annotations

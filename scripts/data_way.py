@@ -17,8 +17,8 @@ EDGE = {"outside": "#9aa5b1", "gateware": "#1f6f9f", "software": "#b86e14"}
 
 @dataclass(frozen=True)
 class Box:
-    """Box of the picture for one part of the path: position and size in pixels, name, folder, and
-    one line of text."""
+    """Box that stands for one unit of the path: position and size in pixels, name, folder, and one
+    line of text."""
 
     x: int
     y: int

@@ -48,7 +48,7 @@ class Frames:
     def enable(self, tile_name: str, feature: str, index: int | None, line: str) -> bool:
         """Set the bits of a feature; return False if the database does not have the feature.
 
-        Raises ToolError if two features disagree about a bit.
+        Raises ToolError if one feature sets a bit that another feature clears.
         """
         tile = self.chip.tiles.get(tile_name)
         if tile is None:

@@ -30,7 +30,7 @@ OTHER_BUILDS: Final = (
     "test_sanitizers.py",
     "test_fuzz_corpus.py",
 )
-"""Tests that are left out: they need the image, or builds of their own."""
+"""Tests that are left out, because they need the image or other builds of the firmware."""
 LEAST: Final = 0.9
 TESTS_TIMEOUT_S: Final = 1800
 GCOV_TIMEOUT_S: Final = 120

@@ -63,7 +63,7 @@ def run(command: list[str], seconds: float) -> str:
     """Run the command; return its whole output.
 
     Raises:
-        FlashError: it fails, or takes more than ``seconds``.
+        FlashError: the command fails, or takes more than ``seconds``.
     """
     try:
         done = subprocess.run(

@@ -65,7 +65,7 @@ def translate_yosys(command: str) -> None:
     """Start Yosys once, because its first start on a machine translates WebAssembly.
 
     The translation into the user's cache takes minutes on a busy machine and 220 MB. A second Yosys
-    that starts at the same time would overwrite the file that the first one already executes.
+    that starts at the same time would overwrite the file that the first Yosys already executes.
     """
     WORK.mkdir(parents=True, exist_ok=True)
     with (WORK / ".lock").open("w") as lock:
@@ -158,7 +158,7 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
                 f"{proof.name}: no verdict in {TIMEOUT_S} s, see {folder}/{mode}"
             ) from None
         finally:
-            # Kill SymbiYosys with the solvers that it started.
+            # Kill SymbiYosys and the solvers that it has started.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
     found = VERDICT.search(output)
@@ -252,7 +252,7 @@ def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
 
 
 def check(proof: Proof, work: Path = WORK) -> tuple[list[str], float]:
-    """Prove the entity, then insert each fault, after which the proof must fail.
+    """Prove the entity; then insert each fault into the VHDL and check that the proof fails.
 
     Returns one sentence for each failure, and the CPU seconds of the proof itself.
     """

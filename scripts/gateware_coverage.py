@@ -50,7 +50,7 @@ RUN_LIMIT_S: Final = 4 * 3600
 
 @dataclass
 class FileLines:
-    """Lines of one file that have statements, and those that were executed."""
+    """Lines of one file that have statements, and the executed lines among them."""
 
     lines: set[int] = field(default_factory=set)
     executed: set[int] = field(default_factory=set)

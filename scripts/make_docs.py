@@ -1,8 +1,8 @@
 """Writes the documents made from the sources: entities, registers, commands, API, a picture.
 
-Run ``python -m scripts.make_docs``. With ``--check`` it writes nothing and names the documents that
-differ from their sources (exit code 1). The pages are committed, so that people can read them
-together with the code.
+Run ``python -m scripts.make_docs``. With ``--check`` the script writes nothing and names the
+documents that differ from their sources (exit code 1). The pages are committed, so that people can
+read them together with the code.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ WORKBENCH = Path("docs/workbench.md")
 RULES, END_OF_RULES = "<!-- The rules: made by scripts/make_docs.py -->\n", "<!-- End -->\n"
 NUMBER_FORMATS = Path("rtl/formats/number_formats_pkg.vhd")
 
-# The folders of rtl/ in the order in which data pass through them.
+# Folders of rtl/, in the order in which data pass through them.
 WAY = (
     "decoder",
     "sampler",

@@ -1,8 +1,8 @@
 """Writes docs/effects.md, the catalogue of physical effects, from the declarations of the effects.
 
 docs/data/taken_away.json contains the error that remains after the lanes
-(scripts/measure_taken_away.py). Run ``python -m scripts.make_effects_page``. With ``--check`` it
-writes nothing and names a page that differs from the declarations (exit code 1).
+(scripts/measure_taken_away.py). Run ``python -m scripts.make_effects_page``. With ``--check`` the
+script writes nothing and names a page that differs from the declarations (exit code 1).
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ def effects_page() -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the page, or compare it; return the exit code."""
+    """Write docs/effects.md, or compare it with the declarations; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; compare the page")
     given = parser.parse_args(arguments)

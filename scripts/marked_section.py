@@ -21,7 +21,7 @@ class MarkedSection:
     def inserted(self, lines: str) -> str:
         """Return the text of the page with ``lines`` as its section.
 
-        Raises ValueError if one of the two marks is missing.
+        Raises ValueError if the mark at the beginning or at the end is missing.
         """
         before, begin, following = self.page.read_text(encoding="utf-8").partition(self.begin)
         _, end, after = following.partition(END)

@@ -62,8 +62,8 @@ another order."""
 DENSE_STATIONS = 4096
 """Number of stations per turn of a reference that is read while the table moves."""
 SIMULATED_BY = {"graduation_harmonics": None, "periodic_error": "drive_gear_error"}
-"""Recipe that simulates an effect, if its name differs from the effect's; None: every table has the
-effect."""
+"""Name of the recipe that simulates an effect, if it differs from the effect's name; None: every
+table has the effect."""
 
 
 def measured_effects() -> list[str]:
@@ -91,7 +91,7 @@ class Measured:
     """Part of the system that corrects the effect, as the export states."""
 
     def data(self) -> dict[str, Any]:
-        """Return the figures for JSON, rounded to a thousandth of an arcsecond."""
+        """Return the result as values for JSON, rounded to a thousandth of an arcsecond."""
         return {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
@@ -193,7 +193,8 @@ def _left(
 
 
 def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -> Float:
-    """Return the correction at each judged row; the amplitudes are those for the row's motion."""
+    """Return the correction at each judged row; the amplitudes of each row apply to the motion in
+    this row."""
     warm = export.at(FRESH_C)
     if export.extension is None or export.extension.conditions is None:
         return warm.error_counts(counts)
@@ -217,7 +218,7 @@ def stored() -> dict[str, Any]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the named effects, or all; return the exit code."""
+    """Measure the effects that the command line names, or all effects; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("effects", nargs="*", help="measure these alone", metavar="EFFECT")
     chosen = parser.parse_args(arguments).effects

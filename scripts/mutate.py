@@ -113,7 +113,7 @@ def say(words: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the named mutations, or all; return the exit code."""
+    """Run the mutations that the command line names, or all mutations; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="run these mutations alone", metavar="NAME")
     parser.add_argument(

@@ -1,6 +1,6 @@
 """Runs the long checks of one commit and writes docs/nightly.md: ``python -m scripts.nightly``.
 
-``make nightly`` runs all checks one after the other; ``--only NAME`` runs some of them. A check
+``make nightly`` runs all checks one after the other; ``--only NAME`` runs the named checks. A check
 that has already ended for this commit is not repeated, so that a second run continues an
 interrupted one (``--again`` repeats such checks). ``--sample`` runs only the stated part of a check
 that has one; each row of the page states which part ran, on which commit, and how it ended.

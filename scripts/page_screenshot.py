@@ -32,7 +32,7 @@ def all_drawn(page: Page) -> None:
 
 
 def take(page: Page, address: str) -> None:
-    """Open the page, go through its steps and save the picture."""
+    """Open the page, generate the table, wait for the diagnosis, and save the picture."""
     page.goto(address)
     page.get_by_label("Measured").select_option("short")
     page.get_by_label("Seed", exact=True).fill(str(SEED))
@@ -44,7 +44,7 @@ def take(page: Page, address: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Write the picture; without a browser the existing picture stays."""
+    """Write the picture; if there is no browser, keep the existing picture."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     program = chromium()
     if program is None:

@@ -28,7 +28,7 @@ COMPARISON = re.compile(r"\(cpuif_addr = ([^()]+)\)")
 
 class _Words(ReadbackMuxGenerator):  # type: ignore[misc]
     """Generates VHDL that assigns each readable word to an element of an array, without a
-    selection."""
+    comparison of the address."""
 
     def get_addr_compare_conditional(self, addr: str) -> str:
         """Return "true" in place of the generator's address comparison: every word is assigned."""
@@ -84,7 +84,7 @@ def write_register_block(block: AddrmapNode, folder: Path) -> None:
     exporter.export(
         block,
         str(folder),
-        cpuif_cls=_DecodedPort,  # register_access contains the bus
+        cpuif_cls=_DecodedPort,  # register_access contains the bus protocol
         reuse_hwif_typedefs=False,  # names of types contain their place, not a hash
         copy_utils_pkg=True,  # access_guard refuses accesses, not this block
     )

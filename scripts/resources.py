@@ -99,7 +99,7 @@ class Design:
         return design
 
     def total(self, module: str) -> Resources:
-        """Return the resources of a module, including those of all modules below it."""
+        """Return the resources of a module together with all modules below it."""
 
         @cache
         def below(name: str) -> Resources:

@@ -3,8 +3,8 @@
 GHDL makes a netlist. Yosys maps it twice: flattened, for the sum that the budget limits, and unit
 by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md. With
 ``--folds 2 4 8`` the core is also mapped with each of these folds, flattened; one table compares
-them with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded. 2: a
-tool is missing or fails.
+these folds with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded.
+2: a tool is missing or fails.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Finds the longest paths between registers of a flat netlist, and the adders on each.
 
-For every bit that enters a register it determines the longest path to this bit, and the largest
-number of wide adders and DSPs on any path to it.
+For every bit that enters a register, the program determines the longest path to this bit, and the
+largest number of wide adders and DSPs on any path to it.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@ docs/hidden-effect.md.
 
 ``python -m scripts.warming full`` measures at the paper's scale (2²⁴ counts, 32 lanes; half an hour
 of one processor core), ``python -m scripts.warming small`` at 2¹⁸ counts; ``page`` writes the
-stored figures into the page, and ``check`` compares the page with them. Figures:
+stored figures into the page, and ``check`` compares the page with the stored figures. Figures:
 docs/data/warming.json.
 """
 
@@ -33,7 +33,7 @@ SCALES: Final = {
     "small": (1024, 256, 4, 1200),
     "full": (16384, 1024, 32, 12000),
 }
-"""Number of lines, counts a line, lanes, and samples a turn, by scale."""
+"""Numbers of lines, counts per line, lanes, and samples per turn, by the name of the scale."""
 TURNS: Final = 3
 LAG_S: Final = 60.0
 RUNS: Final = {
