@@ -26,7 +26,7 @@ from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"]
-"""All verdicts that an answer may have; ``error`` if there is no answer."""
+"""Verdicts that an answer may have; ``error`` means that the subject gave no answer."""
 
 
 class _Answer(Struct, rename={"effects": "class"}):
@@ -41,7 +41,8 @@ class _Answer(Struct, rename={"effects": "class"}):
     parameters: dict[str, float] | None = None
     """Parameters of the named effect; for a line its ``order`` (per turn) or ``frequency`` (Hz)."""
     oscillation_hz: float | None = None
-    """Frequency of a damped oscillation that noise drives, if the answer states one."""
+    """Frequency, in Hz, of a damped oscillation that noise drives; None if the answer states no
+    oscillation."""
     held_out_arcsec: dict[str, NotNegative] | None = None
 
 
@@ -52,7 +53,7 @@ class AnswersError(ValueError):
 def write_sets(
     plan: TierPlan, out: Path, first: int | None, report_step: ReportStep
 ) -> dict[str, str]:
-    """Write each set of a plan into a folder with its name; return the digests by the sets' names.
+    """Write each set of a plan into a folder with the set's name; return the sets' digests by name.
 
     Two machines compute equal digests if their sines and cosines agree to the last bit. A
     difference of one count in one row changes a digest; do not compare the answers of two machines
@@ -102,7 +103,7 @@ def score_of_peers(folder: Path) -> dict[str, dict[str, Any]]:
     Each score contains the ``header`` of the campaign that made its answers. All answers of one
     subject come from one state of the code (see sources_of); two subjects may come from different
     states. Raises PlanError if there is no plan, and AnswersError if there are no results, if two
-    subjects have different sets or libraries, or if a set differs from the frozen one.
+    subjects have different sets or libraries, or if a set differs from the frozen set of its name.
     """
     plan = read_plan(folder)
     results = {
@@ -145,7 +146,7 @@ def score_of_peers(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
-    """Raise AnswersError if a set differs from the frozen one."""
+    """Raise AnswersError if a set differs from the frozen set of its name."""
     other = differing({key: item.result.get("set", "") for key, item in results.items()})
     if other:
         raise AnswersError(
@@ -155,7 +156,7 @@ def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
 
 
 def _check_plan(folder: Path, plan: TierPlan, subject: str) -> dict[str, Any]:
-    """Return the header of a subject's results.
+    """Check that a subject's results belong to the plan; return their header.
 
     Raises AnswersError if the results belong to another plan.
     """
@@ -182,7 +183,7 @@ def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
         raise AnswersError(f"{path}: {len(missing)} sets have no answer, the first is {missing[0]}")
     for name, answer in given.items():
         if "beside" in answer:
-            # "rests_on" is the former name of this key; it is kept for one release.
+            # "beside" is the former name of the key "further"; it is still read for one release.
             answer.setdefault("further", answer.pop("beside"))
         try:
             typed(answer, _Answer, name)

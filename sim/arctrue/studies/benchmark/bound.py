@@ -27,7 +27,7 @@ from arctrue.workbench.model.model import default_model
 
 WORK = "arctrue.studies.benchmark.bound:run_bound"
 PROMISED = 0.95
-"""Share of such sets in which the diagnosis promises to find an effect of the stated size."""
+"""Share of sets in which the diagnosis promises to find an effect of the stated size."""
 QUIET = ("adequate", "cannot_tell")
 
 
@@ -53,7 +53,7 @@ def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
     """Inject the task's ``effect`` once; return the stated bound, the injected size and the answer.
 
     ``bound_rms_arcsec`` is None if the diagnosis of the set without any effect states no bound of
-    the effect, because it cannot test the effect or reports that an effect is present.
+    the effect, because the diagnosis cannot test the effect or reports that an effect is present.
     """
     effect = str(task["effect"])
     injection = INJECTIONS[effect]

@@ -20,10 +20,11 @@ OF_A_SET = ("world", "content", "seed", "samples")
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Reason of a failure; a person has found it and written it into the file of cases."""
+    """Reason of a failure; a person has found the reason and written it into the file of cases."""
 
     said: str
-    """The answer that the reason explains; another answer may have another reason."""
+    """Answer that the reason explains; a different answer to the same set may have another
+    reason."""
     why: str
 
 

@@ -54,7 +54,7 @@ class Rate:
 
 
 def rate(outcomes: Sequence[bool]) -> Rate:
-    """Return the rate at which the elements are true."""
+    """Return the rate of true elements in ``outcomes``."""
     return Rate(sum(bool(item) for item in outcomes), len(outcomes))
 
 
@@ -82,8 +82,8 @@ def reliability(probability: Sequence[float] | Float, right: Sequence[bool] | Fl
 
 
 def expected_calibration_error(bins: Sequence[Bin]) -> float:
-    """Compute the mean distance between stated probability and rate, weighted by the sets in each
-    bin."""
+    """Compute the mean distance between stated probability and rate, weighted by the number of
+    answers in each bin."""
     whole = sum(item.right.of for item in bins)
     gaps = [
         item.right.of * abs(item.mean_probability - item.right.hits / item.right.of)

@@ -36,14 +36,14 @@ class Sight:
     """Result of the ideal test for one cause in one set."""
 
     noncentrality: float
-    """Noncentrality of the test's χ²: square, in units of the noise, of the part that the base
-    model cannot absorb."""
+    """Noncentrality of the test's χ²: the sum of squares, in units of the noise, of the part that
+    the base model cannot absorb."""
     needed: float
-    """Noncentrality at which the test finds the cause in 95 % of such sets at a false alarm of 1
-    %."""
+    """Noncentrality at which the test, with a false-alarm probability of 1 %, finds the cause in 95
+    % of such sets."""
     rms_arcsec: float
-    """Largest RMS over the channels of the part that the base model cannot absorb; offsets of runs
-    count."""
+    """RMS of the part that the base model cannot absorb, in the channel where it is largest; the
+    offsets of runs count too."""
 
     @property
     def sees(self) -> bool:
@@ -52,7 +52,8 @@ class Sight:
 
     @property
     def size_in_limits(self) -> float:
-        """Return the ratio of the cause's size to the smallest size that ``sees`` accepts."""
+        """Return the cause's size divided by the smallest size that the ideal test finds in 95 % of
+        such sets."""
         return float(np.sqrt(self.noncentrality / self.needed))
 
 
@@ -68,8 +69,8 @@ def needed_noncentrality(effect: str) -> float:
 def inverse_times(noise: Noise, columns: Float) -> Float:
     """Return C⁻¹ × ``columns`` ``(n, c)`` for C = W + Σ_j sigma_j²·K_j, W = diag(white²) > 0.
 
-    Uses the matrix inversion lemma over the k Gauss–Markov processes. Their joint precision matrix
-    is banded if their states are interleaved row by row: O(n·k²·(k + c)).
+    The function uses the matrix inversion lemma over the k Gauss–Markov processes. Their joint
+    precision matrix is banded if their states are interleaved row by row: O(n·k²·(k + c)).
     """
     weight = 1.0 / noise.white_rad**2
     weighted = weight[:, None] * columns

@@ -67,7 +67,7 @@ class Judged:
 
     @property
     def world(self) -> str:
-        """Return the world that made the set."""
+        """Return the name of the world from which the set was drawn."""
         return str(self.task["world"])
 
     @property
@@ -238,8 +238,8 @@ class Judged:
         return min(1.0, sum(float(stated.get(name, 0.0)) for name in truth or {"none"}))
 
     def _also(self) -> set[str]:
-        """Return the keys of stated probabilities that are right in addition to the hidden
-        causes."""
+        """Return the keys of the stated probabilities that count as right, in addition to the
+        hidden causes."""
         known = "unknown" in self.accepted.get("verdicts", ())
         return {*self.accepted.get("names", ()), *(["unknown"] if known else [])}
 
@@ -256,8 +256,8 @@ class Judged:
         return float(stated[name]), right
 
     def first_kind(self) -> str | None:
-        """Return the kind of key that has the largest probability: ``name``, ``unknown`` or
-        ``none``."""
+        """Return the kind of answer that has the largest stated probability: ``name``, ``unknown``
+        or ``none``."""
         stated = self.answer.get("probability")
         if not stated:
             return None
@@ -265,8 +265,8 @@ class Judged:
         return name if name in ("unknown", "none") else "name"
 
     def held_out_over_floor(self) -> float | None:
-        """Return the largest ratio, over the channels, of held-out error to RMS of the simulated
-        noise."""
+        """Return the held-out error divided by the RMS of the simulated noise, in the channel where
+        this ratio is largest."""
         floor, found = self.truth["floor_arcsec"], self.answer.get("held_out_arcsec") or {}
         ratios = [float(found[name]) / float(floor[name]) for name in found if floor.get(name)]
         return max(ratios) if ratios else None

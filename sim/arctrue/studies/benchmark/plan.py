@@ -65,8 +65,8 @@ generator, or both."""
 
 
 class PlanError(ValueError):
-    """There is no plan, or the code of the generator or of the scoring has changed since the plan
-    was made."""
+    """Raised if there is no plan, or if the code of the generator or of the scoring has changed
+    since the plan was made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +102,7 @@ class TierPlan:
         return Campaign(WORK, self.tasks(subject), folder / subject, facts, sources=sources)
 
     def check(self) -> None:
-        """Raise PlanError if the code differs from that with which the plan was made.
+        """Raise PlanError if the code has changed since the plan was made.
 
         The method compares the code of the generator and, if the seed was drawn, also the code of
         the scoring; a tier with a public seed may be scored again with new code. Frozen sets are

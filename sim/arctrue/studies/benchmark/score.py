@@ -51,7 +51,8 @@ SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Definition of a rate: which sets count, which of these are hits, and the goal."""
+    """Definition of a rate: it tells which sets count, which of these are hits, and which goal
+    applies."""
 
     name: str
     counts: Callable[[Judged], bool]
@@ -59,9 +60,10 @@ class Score:
     at_most: float | None = None
     at_least: float | None = None
     world_at_most: float | None = None
-    """A looser limit than ``at_most``, for a single world; None: the same limit."""
+    """Limit for a single world, which is looser than ``at_most``; None: ``at_most`` applies."""
     white_at_least: float | None = None
-    """A stricter limit than ``at_least``, for the world of white noise; None: the same limit."""
+    """Limit for the world of white noise, which is stricter than ``at_least``; None: ``at_least``
+    applies."""
 
     def of(self, sets: Iterable[Judged]) -> Rate:
         """Compute the rate over the sets that count."""
@@ -236,7 +238,7 @@ def _fails(world: str, sets: Sequence[Judged]) -> bool:
 
 
 def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:
-    """Group the sets by generator, the first generator first."""
+    """Group the sets by generator; the first generator comes first."""
     found: dict[str, list[Judged]] = {}
     for name, second in ((SIMULATED, False), (INDEPENDENT, True)):
         made = [item for item in sets if (item.world in independent_worlds()) == second]
@@ -279,13 +281,14 @@ def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
 
 
 def _right_of(sets: Sequence[Judged], kind: str) -> Rate:
-    """Return the rate of right answers among those that give a ``kind`` the largest probability."""
+    """Return the rate of right answers among the answers that give ``kind`` the largest
+    probability."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([pair[1] for pair in stated if pair is not None])
 
 
 def _wrong_where_sure(sets: Sequence[Judged], kind: str) -> Rate:
-    """Return the rate of wrong answers among those that give a ``kind`` a probability above
+    """Return the rate of wrong answers among the answers that give ``kind`` a probability above
     SURE."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([not pair[1] for pair in stated if pair is not None and pair[0] > SURE])
@@ -297,8 +300,8 @@ def _mean_of_truth(sets: Iterable[Judged]) -> float | None:
 
 
 def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
-    """Return quantiles of held-out error over noise floor, for good answers in sets with at most
-    one cause."""
+    """Return quantiles of the held-out error divided by the noise floor, over the good answers in
+    sets with at most one cause."""
     ratios = [
         ratio
         for item in sets
@@ -314,7 +317,8 @@ def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
 
 
 def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
-    """Return how many single causes of the catalogue are named first, by size in oracle limits."""
+    """Return how many causes of the catalogue are named first in sets with one cause, by size in
+    units of the oracle's detection limit."""
     found = []
     single = [
         (sight(item.truth["effects"][0]).size_in_limits, item.outcome in (RIGHT, FIRST))
@@ -328,7 +332,8 @@ def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
 
 
 def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
-    """Return, for each name, the smallest cause that was found and the largest that was missed.
+    """Return, for each name, the size of the smallest cause that was found and of the largest cause
+    that was missed.
 
     Only sets with a single cause of the catalogue count. Sizes are in units of the oracle's
     detection limit; None if there is no such cause.

@@ -60,7 +60,7 @@ class Stated:
     right: bool
     """Whether the answer gave the truth the largest stated probability."""
     probability: float
-    """The largest probability that the answer stated when it was made."""
+    """Largest probability that the answer stated when it was made."""
     evidence: float
     untested: float
     runs: int
@@ -106,7 +106,7 @@ def stated(sets: Iterable[Judged]) -> list[Stated]:
 
 
 def _right(item: Judged, first: bool) -> bool:
-    """Tell whether the answer's verdict is right; its probabilities do not matter.
+    """Tell whether the answer's verdict is right; the stated probabilities do not matter.
 
     ``first``: whether the answer's largest stated probability was right; this is the result for an
     answer that names nothing.
@@ -183,5 +183,5 @@ def fitted(rows: Sequence[Stated]) -> Calibration:
 
 
 def confidences(rows: Sequence[Stated], learned: Calibration) -> list[float]:
-    """Return the probability that each answer would state with this calibration."""
+    """Return the probability that each answer would state with the calibration ``learned``."""
     return [learned.confidence(row.verdict, features(row.verdict, row.grounds)) for row in rows]

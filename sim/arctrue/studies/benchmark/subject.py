@@ -24,7 +24,8 @@ class Subject:
     """Whether the answers depend on modules of the package that import statements do not show; then
     all modules count."""
     libraries: tuple[str, ...] = ()
-    """Numerical libraries that the subject uses, in addition to those that every result records."""
+    """Numerical libraries that the subject uses, in addition to the libraries that every result
+    records."""
 
 
 SUBJECTS = {

@@ -50,7 +50,7 @@ def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
 def independent_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
     """Return sets of the second generator as tasks.
 
-    The worlds alternate; in every third cycle through the worlds nothing is hidden.
+    The worlds alternate; in every third cycle through the worlds, no set has a hidden cause.
     """
     worlds = list(independent_worlds().values())
     found: list[Task] = []

@@ -1,4 +1,4 @@
-"""Runs a campaign: distributes its tasks, and handles dead workers and interrupts."""
+"""Runs a campaign: distributes its tasks, and continues after dead workers and interrupts."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
     """Raised when the user stops the campaign; finished results are on the disk."""
 
     def __init__(self, done: int, total: int) -> None:
-        """Store the number of finished tasks and of all tasks in the message."""
+        """Make a message with the number of finished tasks and the number of all tasks."""
         super().__init__(f"{done} of {total} are done; the same command continues from there")
 
 
@@ -211,7 +211,7 @@ def pool(
     A killed worker breaks the pool: a new pool repeats all unfinished batches. Once ``stopping()``
     is true, no new batch starts; batches that already run are still finished and yielded.
     """
-    # numpy in the workers reads this variable. With one thread, sums do not depend on the number of
+    # numpy in the workers reads this variable; with one thread, sums do not depend on the number of
     # cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left = dict(enumerate(batches))
@@ -276,7 +276,7 @@ def _interrupts() -> Iterator[Callable[[], bool]]:
 
 
 def _serve_the_parent(parent: int) -> None:
-    """Ignore interrupts, which the parent handles, and end when the parent is gone."""
+    """Ignore interrupts, which the parent handles, and end the worker when the parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:

@@ -1,4 +1,4 @@
-"""Runs a campaign on a Dask cluster; requires the optional extra ``cluster``."""
+"""Runs a campaign on a Dask cluster; the module requires the optional extra ``cluster``."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ class Store:
     def __init__(self, folder: Path, header: Mapping[str, Any], shard: str = "") -> None:
         """Open or create the folder.
 
-        Raises StoreError if it belongs to another campaign or another state of the code.
+        Raises StoreError if the folder belongs to another campaign or another state of the code.
         """
         folder.mkdir(parents=True, exist_ok=True)
         _check_header(folder, header)
@@ -202,7 +202,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
         text = path.read_text(encoding="utf-8")
         for number, line in enumerate(text.splitlines(keepends=True), start=1):
             if not line.endswith("\n"):
-                # A crash cut this line off, so that its task is done again.
+                # A crash cut this line off; it is ignored, so its task is done again.
                 continue
             try:
                 yield path, number, typed_json(line, Result, f"{path}, line {number}")

@@ -48,7 +48,8 @@ def decode_recording(output: PinEvents) -> OutputRecording:
 
 
 def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: OutputRecording) -> int:
-    """Measure the clocks from an edge at the pins of head 1 to the same edge at the output.
+    """Measure the number of clocks from an edge at the pins of head 1 to the same edge at the
+    output.
 
     The function measures the run-up before the first index, in which the output is uncorrected, so
     that every input edge causes one output edge. Raises RecordingError if the delay varies.
@@ -76,7 +77,7 @@ def output_score(
     first_clock: int,
     latency_clocks: int,
 ) -> TurnScore:
-    """Score the output over one turn of true angle from ``first_clock`` on.
+    """Compute the error of the output over one turn of the true angle, from ``first_clock`` on.
 
     The table caused the output edge of clock d between d − latency − 1 and d − latency; the edge is
     compared with the true angle in the middle of this interval. Raises RecordingError if the

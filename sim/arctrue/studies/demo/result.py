@@ -12,7 +12,8 @@ from arctrue.studies.demo.telemetry import ToldTurn
 
 @dataclass(frozen=True, slots=True)
 class UnitLatency:
-    """Latency of one unit: measured in the VHDL, and according to Table 1 of the paper."""
+    """Latency of one unit of the gateware: the measured latency of the VHDL, and the latency in
+    Table 1 of the paper."""
 
     unit: str
     measured_clocks: int
@@ -44,13 +45,13 @@ class DemoResult:
     latencies: tuple[UnitLatency, ...]
     pin_to_pin_clocks: int
     index_offset_counts: float
-    """Distance of the output's Z from the zero of the corrected angle."""
+    """Distance, in counts, of the output's Z from the zero of the corrected angle."""
     harmonics: tuple[LoadedHarmonic, ...]
     turns: tuple[ToldTurn, ...]
     """Telemetry of the firmware for each turn; the loaded coefficients come from the first turn."""
     console: tuple[ConsoleLine, ...]
     words_moved: int
-    """Words that the firmware read and wrote over AXI4-Lite."""
+    """Number of words that the firmware read and wrote over AXI4-Lite."""
     edges_played: int
     clocks_simulated: int
     simulation_s: float

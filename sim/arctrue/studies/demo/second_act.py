@@ -17,8 +17,8 @@ from arctrue.studies.hidden_effect.settings import HiddenSettings
 
 HIDDEN = "subdivision_error"
 LEFT_SHARE = 0.1
-"""Permitted share of the error at the signal period: a tenth of the error under the paper's model,
-and at least half a count."""
+"""Permitted share of the error at the signal period, relative to the error with the paper's model;
+at least half a count is permitted."""
 
 
 @dataclass(frozen=True)

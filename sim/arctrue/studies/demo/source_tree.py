@@ -1,4 +1,5 @@
-"""Checks the source tree for the demo, and locates it for the child processes."""
+"""Checks the source tree for the demo, and makes the environment in which child processes find the
+tree."""
 
 from __future__ import annotations
 

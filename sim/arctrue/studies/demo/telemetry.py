@@ -18,7 +18,7 @@ _COUNTERS = (
 
 
 class ToldHarmonic(Struct, frozen=True, array_like=True):
-    """Order in the firmware's result: its coefficients and their uncertainty."""
+    """Order in the result that the firmware reports: its coefficients and their uncertainty."""
 
     order: int
     amplitude_arcsec: float
@@ -45,7 +45,7 @@ class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
 
 
 def telemetry_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
-    """Return the turns that the firmware calibrated, without refused turns and alarms."""
+    """Return the turns that the firmware calibrated, leave out refused turns and alarms."""
     sent = [
         {**json.loads(line.text), "clock": line.clock}
         for line in console

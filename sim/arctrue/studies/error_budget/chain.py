@@ -1,8 +1,9 @@
 """Simulates one captured turn, its calibration and its correction, with selected sources of error.
 
-If no source is selected, the chain is exact: readings of 2⁴⁰ counts, no noise, an even speed, the
-known α, a correction in double precision. A source adds its error at its own place in the chain. If
-only one source is selected, this source alone causes the remaining error of head 1.
+If no source is selected, the chain is exact: readings with 2⁴⁰ counts per turn, no noise, a
+constant speed, the known α, and a correction in double precision. A source adds its error at its
+own place in the chain. If only one source is selected, this source alone causes the remaining error
+of head 1.
 """
 
 from __future__ import annotations
@@ -96,13 +97,13 @@ class Left:
     angle_rad: Float
     error_arcsec: Float
     offset_arcsec: float
-    """Angle that the table travels during the latency: a constant, which setting the table's zero
-    at rest does not remove."""
+    """Angle that the table travels during the latency: a constant; setting the table's zero at rest
+    does not remove it."""
     estimate: Estimate
 
     @property
     def rms_arcsec(self) -> float:
-        """Return the RMS over the turn, offset included."""
+        """Return the RMS over the turn of the remaining error, including its offset."""
         return float(np.sqrt(np.mean(self.error_arcsec**2) + self.offset_arcsec**2))
 
 
@@ -223,7 +224,7 @@ def _correction(sources: Collection[Source], estimate: Estimate, reading: Float)
     """Return the estimated ε(R) in arcseconds, computed in the number formats that ``sources``
     select.
 
-    In the paper's method ε is a function of the true angle. Equation (8) evaluates it at the
+    In the paper's method ε is a function of the true angle. Equation (8) evaluates ε at the
     reading, which is an approximation; if this source of error is not selected, the function first
     computes the true angle from the reading.
     """

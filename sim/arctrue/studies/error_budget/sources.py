@@ -40,8 +40,8 @@ LATENCY_SIZE = f"{LATENCY_S * 1e9:.0f} ns from pin to pin, 30°/s"
 
 @dataclass(frozen=True)
 class SourceText:
-    """Description of a source; ``random`` tells whether the source is random, so that its draws
-    differ."""
+    """Description of a source of error; ``random`` tells whether the source is random, so that its
+    draws differ."""
 
     source: Source
     title: str
@@ -126,7 +126,8 @@ def expected_of_noise_arcsec() -> float:
 
 
 def _rms(runs: list[Left]) -> dict[str, float]:
-    """Return the root mean square over draws and angles, and its standard error."""
+    """Return the RMS of the remaining error over draws and angles, and the standard error of this
+    RMS."""
     squares = np.array([run.rms_arcsec**2 for run in runs])
     rms = float(np.sqrt(squares.mean()))
     spread = float(squares.std(ddof=1) / np.sqrt(squares.size)) if squares.size > 1 else 0.0
@@ -144,8 +145,8 @@ def _of_order(runs: list[Left], exact: Left, order: int) -> float:
 def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
     """Return U (k = 2) at every angle, from the covariance of one calibration and from the draws.
 
-    The covariance contains noise and α. The draws contain all sources: their U is twice the root
-    mean square error in bins around the angle.
+    The covariance contains noise and α. The draws contain all sources; the U from the draws is
+    twice the root mean square error in bins around the angle.
     """
     estimate = runs[0].estimate
     total = estimate.u_error_arcsec(angle)

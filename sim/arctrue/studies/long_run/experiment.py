@@ -154,8 +154,8 @@ def _by_strategy(scenario: Scenario, name: str) -> Scenario:
 def _learned(
     result: ScenarioResult, telemetry: Sequence[dict[str, Any]]
 ) -> tuple[list[LearnedOrder], float]:
-    """Fit the temperature model; return it, and the reference temperature at which its constant
-    part applies."""
+    """Fit the temperature model; return the model, and the reference temperature at which its
+    constant part applies."""
     turns, values = telemetry_orders(telemetry)
     first = turns <= round(LEARNED_PART * len(result.turns))
     celsius = np.array([turn.temperature_c for turn in result.turns])[turns - 1]
@@ -164,8 +164,8 @@ def _learned(
 
 
 def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[str, Any]:
-    """Return the error that the coefficients leave in each turn, and the error of the core's
-    output."""
+    """Return, for each turn, the error that remains after a correction by the coefficients, and the
+    error of the core's output."""
     telemetry = [one for turn in result.turns for one in turn.telemetry]
     left = np.array([truth.left_arcsec(turn) for turn in result.turns])
     worst = SETTLED_TURNS + int(np.argmax(left[SETTLED_TURNS:]))

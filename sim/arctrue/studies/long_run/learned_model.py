@@ -68,7 +68,7 @@ def learn(
     per_sigma = float(np.sqrt(np.linalg.inv(columns.T @ columns)[1, 1]))
     ratio = np.abs(solution[1]) ** 2 / (2.0 * (per_sigma * sigma) ** 2)
     chance = stats.f.sf(ratio, 2, 2 * freedom)
-    # The third column is 0 in the middle of the turns, to which c₀ applies.
+    # The third column is 0 in the middle of the turns, so that c₀ applies to the middle.
     return [
         LearnedOrder(place + 1, solution[0, place], solution[1, place], per_sigma * sigma[place])
         for place in range(values.shape[1])

@@ -24,7 +24,7 @@ class Truth:
     """Computes the error from the table's geometry, without noise and quantisation."""
 
     def __init__(self, scenario: Scenario) -> None:
-        """Build the scenario's table without noise. Only head 1 is evaluated."""
+        """Build the scenario's table without noise. The class evaluates only head 1."""
         quiet = structs.replace(scenario.errors, noise_arcsec=0.0)
         self._table = dataclasses.replace(scenario, errors=quiet).table()
         self._course = scenario.course()
@@ -34,7 +34,7 @@ class Truth:
         """Return readings in radians and errors in arcseconds, (PLACES,), at evenly spaced instants
         of a turn.
 
-        The mean is removed from the errors, because two heads cannot measure it.
+        The mean is removed from the errors, because two heads cannot measure the mean.
         """
         begin, end = (self._course.time_at_turn(float(turn)) for turn in (number - 1, number))
         places: Float = (np.arange(PLACES) + 0.5) / PLACES

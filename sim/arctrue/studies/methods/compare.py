@@ -59,7 +59,7 @@ class Places:
 
 
 def places() -> tuple[Places, ...]:
-    """Return sets of two to four heads, each with the orders of the axis' motion that are
+    """Return sets of two to four heads; each set states at which orders the motion of the axis is
     unknown."""
     sets: tuple[tuple[str, tuple[float, ...], MotionOrders], ...] = (
         ("2 heads, axis at rest", TWO_DEG, ()),
@@ -83,7 +83,7 @@ def _noise(places_deg: tuple[float, ...]) -> float:
 
 
 def methods() -> tuple[Method, ...]:
-    """Return all methods; those that compute the angle from one head come first."""
+    """Return all methods; the methods that compute the angle from one head come first."""
     return (
         LOOK_UP_TABLE,
         REFERENCE_HARMONICS,
@@ -109,8 +109,8 @@ def compare_methods(
 ) -> dict[str, Any]:
     """Run all methods with a moving and with a resting axis; return the results as plain values.
 
-    The results of the moving axis are evaluated again after ball pass and heat have changed its
-    motion. Raises ValueError for a time of measurement that is too short for a method.
+    The results of the moving axis are evaluated again after ball pass and heat have changed the
+    motion of the axis. Raises ValueError for a time of measurement that is too short for a method.
     """
     sets = places()
     found: dict[str, Any] = {

@@ -31,7 +31,7 @@ def _run(world: World, heads: int) -> Output:
 
 
 def equal_division(heads: int) -> Method:
-    """Return the method with this number of heads."""
+    """Return the method of equal division with ``heads`` heads."""
     return Method(
         f"equal_division_{heads}",
         f"Equal division, {heads} heads (EDA)",

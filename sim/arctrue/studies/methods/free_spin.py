@@ -5,7 +5,7 @@ The true angle follows the free response of the axis: with Coulomb and viscous f
 sum of a constant, a straight line and e^{−vt}. Each line passes again after exactly one turn
 (closure); this separates the lines' errors from the deceleration. A torque that repeats with the
 angle moves the table by an angle proportional to 1/speed²; this dependence on speed (dynamic
-reversal) separates the torque from the lines' errors. The friction is that of ``arctrue
+reversal) separates the torque from the lines' errors. The friction is the same as in ``arctrue
 stop-and-go``: a spin lasts three turns, and the table is spun up repeatedly during the measuring
 time.
 """
@@ -27,7 +27,7 @@ from arctrue.table import TableState
 Float = NDArray[np.float64]
 
 AXIS = Axis()
-"""The mechanics of ``arctrue stop-and-go``."""
+"""Mechanics of the axis, the same as in ``arctrue stop-and-go``."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
     random = np.random.default_rng([world.settings.seed, 7])
     line = np.arange(spin.turns_a_spin * spin.lines + 1)
     nominal: Float = line * np.float64(TURN_RAD / spin.lines)
-    # True angle at which each line of one turn passes the head.
+    # Compute the true angle at which each line of one turn passes the head.
     one_turn = nominal[: spin.lines]
     passes = one_turn.copy()
     table = world.table()
@@ -126,7 +126,8 @@ def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
 
 
 def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], Float]:
-    """Return the orders, and the coefficients of head 1's error as a function of its reading."""
+    """Fit the times of all spins; return the orders, and the coefficients of head 1's error as a
+    function of its reading."""
     orders = world.settings.orders
     torque = np.asarray(spin.fitted_torque_orders, dtype=np.float64)
     sums = NormalEquations(2 * orders.size + 2 * torque.size)
@@ -152,8 +153,8 @@ def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], 
             [np.cos(phase), np.sin(phase), weaker * np.cos(swing), weaker * np.sin(swing)]
         )
         basis, _ = np.linalg.qr(response / np.linalg.norm(response, axis=0))
-        # The fitted response is subtracted first, because the rounding error of 10⁶″ would be too
-        # large.
+        # Subtract the fitted response first; otherwise the rounding error of angles of 10⁶″ would
+        # be too large.
         observed = (reading - response @ fitted) * ARCSEC_PER_RAD
         sums.add(design - basis @ (basis.T @ design), observed - basis @ (basis.T @ observed))
     return orders, sums.solved()[: 2 * orders.size]

@@ -94,9 +94,9 @@ class MethodsSettings:
     noise_arcsec: float = 0.1
     """Standard deviation of a head's reading."""
     scatter_arcsec: float = 0.08
-    """Standard deviation of a reading of the autocollimator, equal to that in ``arctrue paper``."""
+    """Standard deviation of a reading of the autocollimator, the same as in ``arctrue paper``."""
     radial_motion_m: float = 0.1e-6
-    """Amplitude of the axis' motion at order 2; at order 3 it is half of this."""
+    """Amplitude of the axis' motion at order 2; at order 3 the amplitude is half as large."""
     ripple_rad: float = 0.002
     ripple_order: int = 7
     most_order: int = 40
@@ -144,8 +144,8 @@ class MethodsSettings:
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """Return the orders that every method fits as far as it can: 1 to ``most_order``, and
-        BLIND_ORDER."""
+        """Return the orders that every method fits if the method can determine them: 1 to
+        ``most_order``, and BLIND_ORDER."""
         return np.append(np.arange(1, self.most_order + 1), BLIND_ORDER)
 
 
@@ -188,7 +188,8 @@ class World:
 
     @cached_property
     def later(self) -> tuple[Cause, ...]:
-        """Return the causes that are added after the calibration."""
+        """Return the causes that are added to the table after the calibration: ball pass and a
+        shift of the hub."""
         return (BallPass(BALLS_ORDER, BALLS_M), DiscEccentricity(HUB_SHIFT_M, 0.8))
 
     def table(
@@ -244,7 +245,8 @@ class World:
             yield np.stack([table.counts(head, state, random) for head in range(len(places_rad))])
 
     def reading_at_rest_rad(self, angle_rad: Float) -> Float:
-        """Return the reading of head 1 at rest at each angle: a mean without noise and rounding."""
+        """Return the reading of head 1 at rest at each angle, as a mean without noise and
+        rounding."""
         return self.table().reading_rad(0, TableState.at_rest(angle_rad))
 
     def instruments(self) -> tuple[Polygon, Autocollimator]:
@@ -275,7 +277,7 @@ class World:
         for shift in shifts:
             face = (place - shift) % faces
             direction = polygon.direction_rad(face, stands - target)
-            # The autocollimator's error depends on the position in its field, and so on the
+            # The autocollimator's error depends on the position in its field, and therefore on the
             # station.
             reading = autocollimator.reading_rad(place, direction, random)
             errors.append(-reading * ARCSEC_PER_RAD)
@@ -286,8 +288,8 @@ class World:
         """Compare ``output`` (None: head 1 without correction) with the true angle, mean removed.
 
         The heads are at rest at each angle, and their readings are averaged until noise and
-        rounding vanish. ``later``: some turns later, with the causes that are added after the
-        calibration.
+        rounding vanish. With ``later``, the comparison takes place some turns later, with the
+        causes that are added after the calibration.
         """
         if output is None:
             output = Output.of_head1(np.zeros_like)

@@ -166,7 +166,8 @@ case ``quantisation`` no other input is active."""
 
 
 def drawn(seed: int, case: str) -> dict[str, float]:
-    """Draw the quantities of a trial: the inputs of the case at random, the others without effect.
+    """Draw the quantities of a trial: the inputs of the case at random, the other quantities have
+    no effect.
 
     Each input has its own stream of random numbers, so that its values in a trial are the same in
     every case. Raises KeyError for an unknown case.
@@ -179,7 +180,8 @@ def drawn(seed: int, case: str) -> dict[str, float]:
 
 
 def ellipse_m(values: Values) -> tuple[complex, complex]:
-    """Return the forward and the backward circle of the radial motion, metres."""
+    """Return the radii, as complex numbers in metres, of the forward and the backward circle of the
+    radial motion."""
     return (
         cmath.rect(values["forward_um"] * 1e-6, values["forward_rad"]),
         cmath.rect(values["backward_um"] * 1e-6, values["backward_rad"]),

@@ -19,8 +19,8 @@ Float = NDArray[np.float64]
 
 COVERAGE = 0.95
 SQUARE_LIMIT = float(chi2.ppf(COVERAGE, 2))
-"""Limit that the squared deviation of two components, in units of their covariance, keeps with the
-probability COVERAGE."""
+"""Limit that the squared deviation of two components, in units of their covariance, stays below
+with the probability COVERAGE."""
 FACTOR = float(norm.ppf(0.5 + COVERAGE / 2))
 FACTOR_ALPHA = COVERAGE * math.sqrt(3.0)
 """Coverage factor of α, whose main uncertainty, the place of the index sensors, has a rectangular
@@ -48,7 +48,7 @@ class Covered:
     @property
     def verdict(self) -> str:
         """Return ``too small`` or ``too large`` if the coverage shows that the stated uncertainty
-        is so, else an empty text."""
+        is too small or too large; otherwise return an empty text."""
         if not self.trials:
             return ""
         found = binomtest(self.hits, self.trials).proportion_ci(
@@ -69,8 +69,8 @@ class Covered:
 
 
 def scored(results: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> dict[str, Any]:
-    """Return each case's coverage of every order, of α and over the turn, with RMS deviation and
-    u."""
+    """Return, for each case, the coverage of every order, of α and over the turn, with the RMS
+    deviation and the stated u."""
     found = {}
     for case in CASES:
         trials = [result for task, result in results if task["case"] == case]
@@ -132,8 +132,8 @@ def _turn(off: Float, u: Float, figures: int) -> dict[str, Any]:
     covered = np.abs(off) <= FACTOR * u
     by_place, by_trial = covered.mean(axis=0), covered.mean(axis=1)
     rate = float(by_trial.mean())
-    # The rate is a mean over trials; assume a standard deviation of a trial's share of at least
-    # half an angle.
+    # The rate is a mean over trials; its uncertainty assumes that the share of a trial varies by at
+    # least half an angle (standard deviation).
     error = max(float(by_trial.std(ddof=1)) if off.shape[0] > 1 else 1.0, 0.5 / off.shape[1])
     error /= float(np.sqrt(off.shape[0]))
     off_by = (rate - COVERAGE) / error

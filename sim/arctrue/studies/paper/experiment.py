@@ -171,7 +171,8 @@ def run_experiment(
 
 
 def _stations(track: EdgeTrack, faces: int) -> tuple[NDArray[np.intp], Float]:
-    """Return the numbers of the faces in the order of the turn, and the table's overshoot at each.
+    """Return the numbers of the faces in the order of the turn, and the table's overshoot at each
+    face.
 
     The autocollimator reads a face when the signal reaches the face's angle; the true angle then
     differs by the overshoot. Both arrays have the shape ``(faces,)``. The zero of the overshoot is

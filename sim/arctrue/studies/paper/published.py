@@ -53,8 +53,8 @@ class Published:
         Returns
         -------
         Polygon
-            The polygon. The errors of its normals have a normal distribution with the
-            certificate's u, its tilts an even distribution.
+            The polygon. The errors of its normals have a normal distribution with the certificate's
+            u; its tilts have a rectangular distribution.
         """
         certificate_rad = self.budget.polygon_arcsec / ARCSEC_PER_RAD
         tilt_rad = self.tilt_arcsec / ARCSEC_PER_RAD

@@ -27,7 +27,7 @@ class StationErrors:
     mean_arcsec: Float
     """Mean error over the cycles."""
     deviation_arcsec: Float
-    """Standard deviation of the error in a single cycle."""
+    """Standard deviation of the error between the cycles, for a single cycle."""
 
     @property
     def span_arcsec(self) -> tuple[float, float]:

@@ -55,7 +55,8 @@ FOUR_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
 """Places of four heads relative to head 1, at which any one head may fail; found by ``arctrue alpha
 --heads 4``."""
 FURTHER_OFF_ARCSEC = (-30.0, 40.0)
-"""Differences of the places of heads 3 and 4 from those that the firmware assumes, within ± 50″."""
+"""Differences of the true places of heads 3 and 4 from the places that the firmware assumes; they
+are within ± 50″."""
 
 LARGEST_RAMP_ARCSEC_S = 1e9
 LARGEST_RAMP_ARCSEC_S2 = 1e12
@@ -139,8 +140,8 @@ class RevolutionSettings:
 
     @property
     def poll_clocks(self) -> int:
-        """Return the number of clocks between two rounds of the firmware's main loop: a tenth of a
-        degree."""
+        """Return the number of clocks between two rounds of the firmware's main loop: the table
+        turns by a tenth of a degree in this time."""
         return max(100, round(self.counts_per_rev * self.clocks_per_count / 3600))
 
     @property
@@ -155,8 +156,8 @@ class RevolutionSettings:
     def ramp_acceleration(self) -> int:
         """Return the word for the ramp's acceleration: the reset value in the time of the table.
 
-        Returns 0 (no limit) if the register cannot hold the value, because a smaller one would slow
-        the ramp.
+        Returns 0 (no limit) if the register cannot hold the value, because a smaller value would
+        slow the ramp.
         """
         (register,) = [r for r in REGISTERS if r.path == "ramp_acceleration"]
         preset = register.fields[0].reset or 0
@@ -165,8 +166,8 @@ class RevolutionSettings:
 
     @property
     def ramp_parameters(self) -> dict[str, float]:
-        """Return rate and acceleration in the firmware's units, limited to the ranges that it
-        accepts."""
+        """Return rate and acceleration in the firmware's units, limited to the ranges that the
+        firmware accepts."""
         velocity = ramp_arcsec_s(self.ramp_rate, self.counts_per_rev)
         acceleration = ramp_arcsec_s2(self.ramp_acceleration, self.counts_per_rev)
         return {

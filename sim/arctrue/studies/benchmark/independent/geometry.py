@@ -58,7 +58,7 @@ class Disc:
 
 def any_disc(random: Random, counts_per_rev: int = 1 << 24) -> Disc:
     """Draw an eccentricity of 5 to 40 µm, and graduation orders 2 to 12 whose amplitudes fall as
-    1/n² from a drawn 3 to 20″."""
+    1/n² from a random value between 3 and 20″."""
     off = np.exp(random.uniform(np.log(5e-6), np.log(40e-6)))
     number = np.arange(1, 13)
     sizes = np.radians(random.uniform(3, 20) / 3600) / number**2 * random.rayleigh(1.0, 12)
@@ -106,7 +106,7 @@ def swept_reading_rad(disc: Disc, sweep: Sweep, head: int, causes: Sequence[Caus
 
 
 def servo_error_rad(disc: Disc, at: Conditions, causes: Sequence[Cause]) -> Float:
-    """Return head 1's reading minus the true angle while a servo holds the reading at
+    """Return head 1's reading minus the true angle while a servo holds head 1's reading at
     ``turned_rad``."""
     error = np.zeros(at.rows)
     for _ in range(SERVO_STEPS):

@@ -55,7 +55,7 @@ class Injection:
 
 
 def rms_arcsec(scene: Scene, cause: Cause) -> dict[str, float]:
-    """Return the RMS of the cause by channel; the mean over the reference is removed first."""
+    """Return the RMS of the cause by channel; in the reference, the mean is removed first."""
     shown, without = scene.channels([cause]), scene.channels([])
     found = {}
     for channel, values in shown.items():
@@ -99,7 +99,8 @@ def _creep(random: Random, scene: Scene) -> Cause:
 
 
 def _defect(random: Random, scene: Scene) -> Cause:
-    """Draw a narrow defect: the first 20 orders absorb about a seventh of the RMS of a 2° bump."""
+    """Draw a defect with a half width of 2°; the first 20 orders absorb about a seventh of its
+    RMS."""
     return Defect(1.0, _phase(random), float(np.radians(2.0)))
 
 

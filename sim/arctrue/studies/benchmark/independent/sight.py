@@ -64,14 +64,14 @@ class Sight:
     """Result of the oracle for one cause."""
 
     noncentrality: float
-    """Square, in units of the noise, of the signal's part that no base column and no other cause
-    absorbs."""
+    """Sum of squares, in units of the noise, of the part of the signal that neither the base
+    columns nor the other causes absorb."""
     needed: float
-    """Noncentrality at which the test finds the cause in 95 % of such sets at a false alarm of 1
-    %."""
+    """Noncentrality at which the test, with a false-alarm probability of 1 %, finds the cause in 95
+    % of such sets."""
     rms_arcsec: float
-    """Largest RMS over the channels of the part that the base does not absorb; offsets of runs
-    count."""
+    """RMS of the part that the base does not absorb, in the channel where it is largest; the
+    offsets of runs count too."""
 
 
 @cache
@@ -146,8 +146,8 @@ def look_at_oscillators(channel: Channel) -> Sight | None:
     for run in np.unique(runs):
         time_s = channel.time_s[runs == run]
         power = noise.mean_periodogram(time_s.size, float(np.median(np.diff(time_s))))
-        # The never rising spectrum of greatest likelihood is the isotonic regression (Barlow and
-        # Brunk).
+        # Among the spectra that never rise, the spectrum of greatest likelihood is the isotonic
+        # regression (Barlow and Brunk).
         falling = isotonic_regression(power, increasing=False).x
         noncentrality += 2.0 * float(np.sum(np.log(falling / power)))
         places = max(places, power.size)

@@ -26,8 +26,8 @@ class World:
     """Description of the measurement and of what may be hidden: the first paragraph of the world's
     file."""
     draw: Draw
-    """Function that draws a scene. Its arguments are a random generator, whether anything is
-    hidden, and the largest number of rows in a run or a log."""
+    """Function that draws a scene. Its arguments are a random generator, whether a cause is hidden,
+    and the largest number of rows in a run or a log."""
     contents: tuple[str, ...]
     """Contents that sets of the world may have: ``nothing`` (no cause), ``hidden`` (at least one
     cause)."""

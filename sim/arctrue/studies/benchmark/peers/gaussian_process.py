@@ -63,7 +63,7 @@ def _capture(given: Problem, left: Float) -> tuple[Float, Float]:
 
 
 def _reference(given: Problem, left: Float) -> tuple[Float, Float]:
-    """Average the rows of a station that were approached from one side over neighbouring cycles."""
+    """Average the readings of each station and direction of approach over neighbouring cycles."""
     if not left.size:
         return np.zeros((0, 4)), left
     station = np.unique(np.round(np.degrees(given.target), 6), return_inverse=True)[1]

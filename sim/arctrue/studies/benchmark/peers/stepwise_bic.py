@@ -87,7 +87,8 @@ def _chunks(fit: Fit, effect: TextbookEffect) -> Iterator[tuple[int, Float]]:
 
 
 def _gains(fit: Fit, columns: Float, left: Float) -> tuple[Float, Float]:
-    """Return by how much each place lowers the sum of squares, and its number of coefficients."""
+    """Return, for each place, by how much it lowers the sum of squares, and its number of
+    coefficients."""
     rows, places, width = columns.shape
     flat = columns.reshape(rows, places * width)
     # The residual is already orthogonal to the model, so only the columns are projected.

@@ -98,7 +98,7 @@ def waves(angle: Float, orders: Float | Whole) -> Float:
 
 
 def problem(folder: Path) -> Problem:
-    """Read the set of a folder."""
+    """Read the set in ``folder`` and return its least-squares problem."""
     measured = read_measurement_set(folder)
     facts = measured.table
     counts = float(facts.counts_per_rev or 1)
@@ -223,7 +223,8 @@ class Fit:
         self._take(base / self.scale[:, None])
 
     def part(self, number: int) -> slice:
-        """Return the rows of the capture (0), of the reference (1), or of the index (2)."""
+        """Return the slice of the rows that belong to the capture (``number`` 0), the reference
+        (1), or the index (2)."""
         begin = sum(self.rows[:number])
         return slice(begin, begin + self.rows[number])
 
@@ -370,7 +371,8 @@ def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
 
 
 def _steps(given: Problem, instants: Places) -> Float:
-    """Return 0 before each instant and 1 from it to the end of its run, ``(n, instants, 1)``."""
+    """Return the columns of steps: 0 before each instant and 1 from the instant to the end of its
+    run, ``(n, instants, 1)``."""
     number = np.searchsorted(given.time_s, instants).clip(0, given.time_s.size - 1)
     same_run = given.run[:, None] == given.run[number]
     after = given.time_s[:, None] >= instants

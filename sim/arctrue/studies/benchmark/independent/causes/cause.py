@@ -28,7 +28,8 @@ class Cause:
     disturbs."""
 
     name = ""
-    """Name of the cause in the catalogue if ``known``, otherwise a name of this generator's own."""
+    """Name of the cause in the catalogue if ``known``, otherwise a name that only this generator
+    uses."""
     known = True
     """Whether the workbench's catalogue of effects contains the cause."""
     columns = 1
@@ -71,7 +72,7 @@ class Cause:
         return sine, cosine
 
     def delay_s(self, head: int) -> float:
-        """Return how long before the row the head's reading is taken."""
+        """Return the time, in seconds, by which the head's reading is older than its row."""
         return 0.0
 
     def slipped_counts(self, at: Conditions, head: int) -> Float | float:
@@ -79,8 +80,8 @@ class Cause:
         return 0.0
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float | float:
-        """Return the error that the reference adds to ``error_rad``, the quantity that it
-        measures."""
+        """Return the error that the reference adds to ``error_rad``, the quantity that the
+        reference measures."""
         return 0.0
 
     def values(self) -> dict[str, tuple[float, ...]]:

@@ -122,7 +122,7 @@ class BallPass(Cause):
     @classmethod
     def drawn(cls, random: Random) -> BallPass:
         """Draw the number of balls n and d/D·cos (d: ball, D: pitch diameter, cosine of the contact
-        angle); the order is n/2·(1 − d/D·cos) of the outer race, or that of the cage."""
+        angle); the order is n/2·(1 − d/D·cos) of the outer race, or the order of the cage."""
         share = random.uniform(0.06, 0.25)
         cage = 0.5 * (1 - share)
         order = cage * int(random.integers(8, 22)) if random.random() < 0.6 else cage
@@ -156,7 +156,7 @@ class WarmCentre(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> WarmCentre:
-        """Draw 0.1 to 1 µm/K."""
+        """Draw a motion of 0.1 to 1 µm/K."""
         return cls(log_uniform(random, 0.1, 1.0), random.uniform(0, 2 * np.pi))
 
     def centre_m(self, at: Conditions) -> Complex:
@@ -180,7 +180,7 @@ class Backlash(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> Backlash:
-        """Draw 0.2 to 5″."""
+        """Draw a play of 0.2 to 5″."""
         return cls(log_uniform(random, 0.2, 5.0))
 
     def wound_rad(self, at: Conditions) -> Float:

@@ -23,7 +23,7 @@ class HeadStandsOff(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> HeadStandsOff:
-        """Draw 1 to 40″ with either sign."""
+        """Draw a displacement of 1 to 40″ with either sign."""
         return cls(log_uniform(random, 1.0, 40.0) * float(random.choice([-1, 1])))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -58,8 +58,8 @@ class SubdivisionError(Cause):
 
     @classmethod
     def drawn(cls, random: Random, uneven: float = 0.0) -> SubdivisionError:
-        """Draw an offset that causes 0.06 to 2.4″; gain and phase errors have about the same
-        effect."""
+        """Draw an offset that causes 0.06 to 2.4″; gain and phase errors are drawn so that each has
+        about the same effect."""
         size = log_uniform(random, 0.06, 2.4)
         share = size * ARCSEC * 16_384
         return cls(
@@ -136,7 +136,7 @@ class LateHead(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> LateHead:
-        """Draw 1 to 60 µs with either sign."""
+        """Draw a delay of 1 to 60 µs with either sign."""
         return cls(log_uniform(random, 1.0, 60.0) * float(random.choice([-1, 1])))
 
     def delay_s(self, head: int) -> float:
@@ -152,7 +152,7 @@ class OldReading(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> OldReading:
-        """Draw 5 to 300 µs."""
+        """Draw a delay of 5 to 300 µs."""
         return cls(log_uniform(random, 5.0, 300.0))
 
     def delay_s(self, head: int) -> float:
@@ -168,7 +168,7 @@ class WarmBracket(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> WarmBracket:
-        """Draw 0.1 to 3″/K with either sign."""
+        """Draw a displacement of 0.1 to 3″/K with either sign."""
         return cls(log_uniform(random, 0.1, 3.0) * float(random.choice([-1, 1])))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:

@@ -121,8 +121,8 @@ class Faces(Cause):
 
 
 class FirstOrderOfReference(Cause):
-    """The reference alone has an error of order 1: tilt and pyramidal error of the polygon together
-    cause it."""
+    """Tilt and pyramidal error of the polygon together cause an error of order 1 in the reference
+    alone."""
 
     name = "polygon_eccentricity"
     columns = 2
@@ -134,7 +134,7 @@ class FirstOrderOfReference(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> FirstOrderOfReference:
-        """Draw 0.1 to 2″."""
+        """Draw an amplitude of 0.1 to 2″."""
         return cls(log_uniform(random, 0.1, 2.0), random.uniform(0, 2 * np.pi))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
@@ -151,7 +151,7 @@ class GainOfReference(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> GainOfReference:
-        """Draw 0.2 to 2 % with either sign."""
+        """Draw a gain error of 0.2 to 2 % with either sign."""
         return cls(log_uniform(random, 2e-3, 2e-2) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
@@ -168,7 +168,7 @@ class Creep(Cause):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> Creep:
-        """Draw 0.3 to 3″ over the session, with either sign."""
+        """Draw a creep of 0.3 to 3″ over the session, with either sign."""
         over = log_uniform(random, 0.3, 3.0) * float(random.choice([-1, 1]))
         return cls(over * 3600 / length_s)
 

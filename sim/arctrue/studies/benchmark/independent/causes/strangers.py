@@ -31,7 +31,7 @@ class WarmOval(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> WarmOval:
-        """Draw 0.1 to 1″/K."""
+        """Draw an amplitude of 0.1 to 1″/K."""
         return cls(log_uniform(random, 0.1, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
@@ -48,7 +48,7 @@ class FastLobes(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> FastLobes:
-        """Draw 0.05 to 1″ at 30°/s."""
+        """Draw an amplitude of 0.05 to 1″ at 30°/s."""
         return cls(log_uniform(random, 0.05, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
@@ -71,7 +71,7 @@ class SettlingBracket(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, run_s: float) -> SettlingBracket:
-        """Draw 0.5 to 5″; the time constant is a fraction of the first run."""
+        """Draw an angle of 0.5 to 5″, and a time constant that is a fraction of the first run."""
         return cls(log_uniform(random, 0.5, 5.0), run_s * random.uniform(0.1, 0.4))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -89,7 +89,7 @@ class AirDrag(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> AirDrag:
-        """Draw 0.5 to 5″ at 30°/s."""
+        """Draw an angle of 0.5 to 5″ at 30°/s."""
         return cls(log_uniform(random, 0.5, 5.0))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -140,7 +140,7 @@ class LooseBracket(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> LooseBracket:
-        """Draw 0.3 to 3″ and 9 to 16 jumps."""
+        """Draw a distance of 0.3 to 3″ and 9 to 16 jumps."""
         instants = random.uniform(0, length_s, int(random.integers(9, 17)))
         return cls(log_uniform(random, 0.3, 3.0), instants)
 
@@ -168,8 +168,8 @@ class WobblingRoller(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> WobblingRoller:
-        """Draw 0.1 to 1 µm, an order of 2.3 to 8.7, and 1.3 to 2.7 periods ``swell_s`` per
-        session."""
+        """Draw an amplitude of 0.1 to 1 µm, an order of 2.3 to 8.7, and 1.3 to 2.7 periods
+        ``swell_s`` per session."""
         order = float(random.integers(2, 9)) + random.uniform(0.3, 0.45)
         return cls(log_uniform(random, 0.1, 1.0), order, length_s / random.uniform(1.3, 2.7))
 
@@ -190,7 +190,7 @@ class BentScale(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> BentScale:
-        """Draw a size of 0.5 to 3″, which applies at the largest error."""
+        """Draw a size of 0.5 to 3″, which is the cubic part at the largest error."""
         return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:

@@ -1,7 +1,7 @@
 """An hour's log of a driven axis at 1 to 100 Hz: one to five lines, slow noise of any kind.
 
 The axis turns evenly; the log states its distance from the target. The slowest line is the worm,
-whose teeth the description may state; the others are faster, at any ratio.
+whose number of teeth the description may state; the other lines are faster, at any ratio.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ FEWEST_PERIODS = 5.0
 
 
 def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
-    """Return the times of a log: an hour at one of the rates, shorter if that gives too many rows.
+    """Return the times of a log: one hour at one of the rates, or less if an hour would give too
+    many rows.
 
     A log may have four times ``rows`` rows, as many as four runs.
     """
