@@ -1,1 +1,1 @@
-"""Commands of the Makefile."""
+"""Contains the programs that the Makefile's targets run."""

@@ -1,4 +1,5 @@
-"""Compares the calibration with the Cramér–Rao bound and a plain FFT, the gateware with float64.
+"""Compares the calibration with the Cramér–Rao bound and a plain FFT, and the gateware's correction
+with float64.
 
 ``python -m scripts.bench_calibration [--draws N]`` prints the errors over drawn turns, in groups of
 ten, and the processor time of single calibrations on this machine.
@@ -34,11 +35,12 @@ ECCENTRICITY_M = 37.7e-6
 EVALUATED = 1 << 18
 METHODS = {"least_squares": least_squares, "fourier": fourier}
 GROUP = 10
-"""Number of draws from which one figure of the error is computed."""
+"""Number of draws from which one value of the RMS error is computed."""
 
 
 def table() -> RotaryTable:
-    """Return a table with an eccentric disc only, whose error curve is known from geometry."""
+    """Return a table whose only error is an eccentric disc, so that the geometry gives its exact
+    error curve."""
     return RotaryTable(
         two_heads(),
         (DiscEccentricity(ECCENTRICITY_M, 1.0),),
@@ -47,7 +49,8 @@ def table() -> RotaryTable:
 
 
 def bound_arcsec() -> float:
-    """Return the Cramér–Rao bound of the RMS over the turn for unbiased estimates of these orders.
+    """Return the Cramér–Rao bound for the RMS error over the turn of unbiased estimates of these
+    orders.
 
     Each head has noise s and rounding to a count. K differences have the variance 2s², and a
     component of order n has the variance 4|TF|²s²/K.
@@ -58,7 +61,8 @@ def bound_arcsec() -> float:
 
 
 def plain_fft(turn: WholeTurns) -> Float:
-    """Compute equations (4) to (7) directly; return the cosines, then the sines, in arcseconds."""
+    """Compute the error by equations (4) to (7) without further processing; return the cosines,
+    then the sines, in arcseconds."""
     difference = (turn.head2_counts - turn.head1_counts) * arcsec_per_count(COUNTS_PER_REV)
     lines = np.fft.rfft(difference)[ORDERS] * (2.0 / SAMPLES)
     found = lines * transfer_function(ORDERS, HEAD_SEPARATION_RAD)
@@ -68,8 +72,8 @@ def plain_fft(turn: WholeTurns) -> Float:
 def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
     """Return, by method, the RMS error of every group in arcseconds and the duration of every draw.
 
-    The error is relative to the mean of the group, so that the constant error of a DFT (ε(R) for
-    ε(θ)) does not count as noise.
+    The error is relative to the mean of the group, so that the constant error of the DFT, which
+    uses ε(R) in place of ε(θ), does not count as noise.
     """
     random = np.random.default_rng(seed)
     own = table()
@@ -103,8 +107,8 @@ def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
 
 
 def gateware_difference_arcsec() -> tuple[float, float, float]:
-    """Return the largest and RMS difference of the bit-true correction from equation (8) in
-    float64, and its bound."""
+    """Return the largest and the RMS difference between the bit-true correction and equation (8) in
+    float64, and the bound of the difference."""
     amplitude, phase = np.array([1864.0, 77.7, 15.5]), np.array([1.0, 2.0, 3.0])
     coefficients = Coefficients.from_harmonics(
         np.array([1, 2, 3]), amplitude, phase, COUNTS_PER_REV
@@ -114,14 +118,14 @@ def gateware_difference_arcsec() -> tuple[float, float, float]:
     exact = angle - coefficients.error_counts(angle)
     half = COUNTS_PER_REV / 2
     off = (corrected - exact + half) % COUNTS_PER_REV - half
-    # The bound: a count is rounded once, and the cosines keep the bound of the paper's appendix.
+    # The bound is the rounding to a count, plus the bound of the cosines from the paper's appendix.
     most = 0.5 + cosine_bound() * float(np.sum(np.abs(amplitude))) + 2.0**-11
     unit = arcsec_per_count(COUNTS_PER_REV)
     return float(np.max(np.abs(off))) * unit, float(np.sqrt(np.mean(off**2))) * unit, most * unit
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows. Exit code 1 means that the gateware exceeds its bound."""
+    """Measure and print the rows of the bench. Exit code 1: the gateware exceeds its bound."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--draws", type=int, default=4 * GROUP, help=f"captures that are drawn ({4 * GROUP})"

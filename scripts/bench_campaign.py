@@ -1,8 +1,8 @@
 """Measures how campaigns scale: CPU time of the tasks and of the overhead, for 1 and 2 processes.
 
-Run ``python -m scripts.bench_campaign``; ``--write`` puts the table into docs/campaigns.md. It
-measures CPU time, which other work on the machine changes little; wall-clock seconds are given
-together with the load during the measurement.
+Run ``python -m scripts.bench_campaign``; ``--write`` puts the table into docs/campaigns.md. The
+program measures CPU time, because other work on the machine changes it little; wall-clock seconds
+are given together with the load during the measurement.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ WORKS = {
 
 
 def timed(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Do the work of a task; return the CPU time that it took."""
+    """Do the work of a task of this bench; return the CPU time that the work took."""
     begin = time.process_time()
     if task["work"]:
         find_work(task["work"])(task["task"])
@@ -49,20 +49,20 @@ def timed(task: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The measured times of one campaign."""
+    """Measured times of one campaign."""
 
     name: str
     workers: int
     tasks: int
     task_cpu_s: float
-    """The CPU time of the tasks alone."""
+    """CPU time of the tasks alone."""
     whole_cpu_s: float
-    """The CPU time of all processes, from start to end."""
+    """CPU time of all processes, from start to end."""
     wall_s: float
 
     @property
     def share(self) -> float:
-        """Return the CPU time of the tasks as a share of that of all processes."""
+        """Return the CPU time of the tasks as a share of the CPU time of all processes."""
         return self.task_cpu_s / self.whole_cpu_s
 
 
@@ -73,7 +73,7 @@ def cpu_s() -> float:
 
 
 def measure(name: str, tasks: Sequence[Task], workers: int, batch: int) -> Measured:
-    """Run a campaign in a temporary folder and return its times."""
+    """Run a campaign in a temporary folder; return the measured times."""
     work = "scripts.bench_campaign:timed"
     timed_tasks = [{"work": WORKS[name], "task": dict(task)} for task in tasks]
     with tempfile.TemporaryDirectory() as place:
@@ -138,7 +138,8 @@ def table(found: Sequence[Measured], load: float) -> list[str]:
 
 
 def row(runs: Sequence[Measured]) -> Row:
-    """Compare the CPU time of a campaign, over several runs, with that of its tasks alone."""
+    """Return a row that compares the CPU time of a campaign, over several runs, with the CPU time
+    of its tasks alone."""
     first = runs[0]
     own = float(np.median([item.task_cpu_s / item.tasks for item in runs]))
     share = float(np.median([item.share for item in runs]))
@@ -152,12 +153,12 @@ def row(runs: Sequence[Measured]) -> Row:
 
 
 def median_run(runs: Sequence[Measured]) -> Measured:
-    """Return the run with the median CPU time."""
+    """Return the run whose CPU time is the median of all runs."""
     return sorted(runs, key=lambda item: item.whole_cpu_s)[len(runs) // 2]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure and print; with ``--write`` update the page."""
+    """Measure the campaigns and print the table; with ``--write`` update docs/campaigns.md."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=4, help="benchmark sets per run")
     parser.add_argument(

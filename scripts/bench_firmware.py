@@ -1,10 +1,10 @@
 """Counts the ARM instructions of one calibration in QEMU, and estimates its time.
 
-A separate image (``firmware/bench``) runs both methods on a turn in the emulated window, and a
-plain implementation of each: one sine and one cosine of the C library per sample and order,
-compiled with the same options. With QEMU's ``-icount shift=0`` an instruction takes a nanosecond of
-the emulated clock. The global timer counts this clock in ticks of 10 ns, so that the count is exact
-and repeatable. The processor time of numpy is that on this machine.
+A separate image (``firmware/bench``) runs both methods of calibration on a turn in the emulated
+capture window, and a plain implementation of each method: one sine and one cosine of the C library
+per sample and order, compiled with the same options. With QEMU's ``-icount shift=0`` an instruction
+takes a nanosecond of the emulated clock. The global timer counts this clock in ticks of 10 ns, so
+that the count is exact and repeatable. The processor time of numpy is measured on this machine.
 """
 
 from __future__ import annotations
@@ -38,19 +38,20 @@ PROCESSOR_HZ = 667e6
 """Clock frequency of the fastest XC7Z020-1. The boards of this project run at 650 MHz."""
 CYCLES_AN_INSTRUCTION = (1.0, 2.0)
 """Assumed range of cycles per instruction. In the best case two instructions are issued at once. In
-the worst case each operation on doubles waits for the one before; the FPU of the Cortex-A9 issues a
-multiplication every second clock and an addition every clock."""
+the worst case each operation on doubles waits for the previous one; the FPU of the Cortex-A9 issues
+a multiplication every second clock and an addition every clock."""
 GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
-"""Number of loaded orders that the calibration does not fit, the same as in firmware/bench."""
+"""Number of loaded orders in the measured test, as in firmware/bench; the calibration does not fit
+these orders."""
 JUDGE_SHARE = 0.7
 """Largest permitted time to test loaded coefficients, as a share of the time of a calibration with
 the same samples, 40 orders and least squares."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6
-"""Tolerance of a result, as a share of the largest harmonic. The firmware's iteration stops at
-10⁻⁴″ of about 150″."""
+"""Tolerance for the difference of two results, as a share of the largest harmonic. The firmware's
+iteration stops at 10⁻⁴″ of about 150″."""
 NUMPY_RUNS = 7
 EMULATION_S = 400.0
 
@@ -63,7 +64,8 @@ def turn(samples: int) -> NDArray[np.int64]:
 
 
 def instructions(samples: int, orders: int) -> dict[str, float]:
-    """Count the instructions of every part. Raises AssertionError if a plain result differs."""
+    """Count the instructions of every part of the bench image. Raises AssertionError if the result
+    of a plain implementation differs."""
     window = bytearray(core_window(turn(samples)))
     scratch = register_named("scratch").address
     window[scratch : scratch + 4] = word(orders)
@@ -74,14 +76,15 @@ def instructions(samples: int, orders: int) -> dict[str, float]:
     counted = {}
     for line in lines:
         part, ticks, off = line.split()
-        # The last number that a method prints is the reason of its refusal, or 0.
+        # The last number that a method prints is the reason for a refusal, or 0.
         assert float(off) * 1e-9 <= SAME_RESULT, f"{part}: {line}"
         counted[part] = float(ticks) * NS_A_TICK
     return counted
 
 
 def numpy_ms(samples: int, orders: int, method: str) -> tuple[float, ...]:
-    """Return numpy's processor time on this machine for the same turn, for several runs."""
+    """Return the processor time, in ms, of several runs of the Python calibration of the same turn
+    on this machine."""
     counts = turn(samples)
     capture = Capture(
         run=np.zeros(samples + 1, dtype=np.int64),
@@ -99,8 +102,8 @@ def numpy_ms(samples: int, orders: int, method: str) -> tuple[float, ...]:
 
 
 def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -> list[Row]:
-    """Compare ARM instructions with the plain implementation, and the time with goal and
-    numpy's."""
+    """Return rows that compare the number of ARM instructions with the number in the plain
+    implementation, and the time with the goal and with numpy."""
     around = counted["verify"] + (counted["reading_function"] if method == "fourier" else 0.0)
     number = around + counted[method]
     plain = around + counted[f"plain_{method}"]
@@ -126,7 +129,8 @@ def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -
 
 
 def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
-    """Compare the test of JUDGED_ORDERS loaded orders with a calibration from the same turn."""
+    """Return rows that compare the test of JUDGED_ORDERS loaded orders with a calibration from the
+    same turn."""
     number, plain = counted["judge"], counted["plain_judge"]
     low, high = (number * cycles / PROCESSOR_HZ * 1e3 for cycles in CYCLES_AN_INSTRUCTION)
     share = number / counted["least_squares"]
@@ -145,8 +149,8 @@ def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows. Exit code 1 means that a row misses its goal even at one cycle per
-    instruction."""
+    """Measure and print the rows of the bench. Exit code 1: a row misses its goal even at one cycle
+    per instruction."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_option(parser)
     given = parser.parse_args(arguments)

@@ -1,7 +1,7 @@
 """Compares the speed of GHDL's two code generators and of the compiled netlist.
 
-The speed is the number of simulated clocks per second of processor time; its dependence on the
-number of lanes is measured too. A revolution at the paper's size takes REVOLUTION_CLOCKS.
+The speed is the number of simulated clocks per second of processor time; it is measured for several
+numbers of lanes. A revolution at the paper's size takes REVOLUTION_CLOCKS.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ REVOLUTION_CLOCKS = 40_463_743
 """Number of clocks that ``arctrue revolution`` simulates: two turns of 2²⁴ counts and the way to
 the index."""
 GHDL_CLOCKS = {"mcode": 300, "llvm": 800}
-"""Number of clocks in a measurement, which takes some seconds with 32 lanes."""
+"""Number of clocks in a measurement, by code generator; a measurement takes some seconds with 32
+lanes."""
 
 _CHILD = """
 import sys
@@ -43,7 +44,7 @@ simulate("arctrue_core", "tb.instrument.speed_bench", backend=backend,
 
 
 def ghdl_clocks_per_second(backend: str, lanes: int) -> float:
-    """Measure the clocks per second in the running simulation, without its analysis and
+    """Measure the clocks per second of the running simulation, without GHDL's analysis and
     elaboration."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     answer = FOLDER / f"ghdl-{backend}-{lanes}.json"
@@ -68,13 +69,13 @@ def ghdl_clocks_per_second(backend: str, lanes: int) -> float:
 
 
 def compiled(lanes: int) -> tuple[float, ...]:
-    """Return the clocks per second of several runs."""
+    """Return the clocks per second of several runs of the compiled netlist."""
     with Instrument(lanes, CAPTURE_DEPTH) as instrument:
         return tuple(clocks_per_second(instrument, lanes, COMPILED_CLOCKS) for _ in range(RUNS))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows."""
+    """Measure GHDL and the compiled netlist; print the rows of the bench."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_option(parser)
     given = parser.parse_args(arguments)

@@ -1,4 +1,5 @@
-"""Runs all benches and makes one page: ``python -m scripts.bench_page FILE`` (``make bench``).
+"""Runs all benches and writes one page with their results: ``python -m scripts.bench_page FILE``
+(``make bench``).
 
 The page shows machine, versions and commit, then the rows of each bench: median, quartiles and
 extremes of its runs, and the limit or peer. For a failed bench it shows the last lines of output;
@@ -59,7 +60,7 @@ TOOLS = {"ghdl": "--version", "verilator": "--version", "qemu-system-arm": "--ve
 
 
 def machine() -> list[tuple[str, str]]:
-    """Return name and value of the facts on which the figures depend."""
+    """Return name and value of the facts on which the figures depend: machine, versions, commit."""
     facts = [
         ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ("commit", _first_line(["git", "-C", str(ROOT), "describe", "--always", "--dirty"])),
@@ -75,12 +76,12 @@ def machine() -> list[tuple[str, str]]:
 
 @dataclass(frozen=True, slots=True)
 class Ran:
-    """Result of a bench."""
+    """Result of one run of a bench."""
 
     code: int
     rows: tuple[Row, ...]
     text: str
-    """The output of the bench."""
+    """Output of the bench."""
     facts: Mapping[str, str]
     """Date, commit, load before and after, and duration."""
 

@@ -1,4 +1,5 @@
-"""Rows of a bench compare repeated measurements and their spread with a peer or a limit.
+"""Defines the rows of a bench, which compare repeated measurements and their spread with a peer or
+a limit.
 
 A bench writes its rows with ``--rows FILE``, and ``scripts.bench_page`` makes one page from the
 rows of all benches.
@@ -22,15 +23,15 @@ HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Beside:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One quantity that a bench measures."""
+    """Row of a bench: one measured quantity."""
 
     what: str
     unit: str
     values: tuple[float, ...]
-    """The results of all runs; a single result if it is a count or a sum that is the same in every
-    run."""
+    """Results of all runs; only one result if the quantity is a count or a sum that is equal in
+    every run."""
     beside: str
-    """Text with the figure of the peer, or with the limit."""
+    """Text with the value of the peer, or with the limit."""
     kept: bool = True
     """Whether the value is within the limit; True if there is no limit."""
 
@@ -76,7 +77,7 @@ def add_option(parser: argparse.ArgumentParser) -> None:
 
 
 def give_out(rows: Sequence[Row], file: Path | None) -> int:
-    """Print the rows and write them to the file, if one is named. Return 1 if a row exceeds its
+    """Print the rows and, if a file is named, write the rows to it. Return 1 if a row exceeds its
     limit."""
     print("\n".join(table(rows)))
     if file is not None:

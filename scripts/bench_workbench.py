@@ -1,7 +1,8 @@
-"""Time and memory of the workbench: captures up to ten million rows, references up to a million.
+"""Measures time and memory of the workbench, for captures up to ten million rows and references up
+to a million.
 
 Run ``python -m scripts.bench_workbench``; ``--most-rows 1000000`` leaves the longest sets out. Each
-measurement runs in a separate process, so that the peak memory is that of this measurement.
+measurement runs in a separate process, so that the peak memory is the peak of this measurement.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ Float = NDArray[np.float64]
 
 ROWS = (10_000, 72_000, 150_000)
 REFERENCE_ROWS = (100_000, 1_000_000)
-"""Numbers of rows of the sets that have a moving reference only."""
+"""Numbers of rows of the sets that have only a moving reference."""
 REFERENCE_ORDER = 37.3
 REFERENCE_LINE_ARCSEC = 0.05
 REFERENCE_NAMED = "periodic_error"
@@ -68,14 +69,14 @@ LIMITS = {
 """Limits of ``compare`` and of ``diagnose``: seconds of one processor core and MB, by the set's
 channel and rows."""
 EXPLAIN_LIMITS = {("capture", 72_000): (30.0, 1024.0)}
-"""Limits of ``explain``, which diagnoses once more for each effect. It is measured on these sets
-only."""
+"""Limits of ``explain``, which diagnoses once more for each effect. Only these sets are
+measured."""
 SEED = 11
 
 
 def make_set(folder: Path, rows: int) -> None:
-    """Write a full experiment with about this many capture rows; a disc centre that moves with heat
-    is hidden."""
+    """Write the set of a full experiment with about ``rows`` capture rows; the hidden effect is a
+    disc centre that moves with the temperature."""
     experiment = full()
     share = -(-rows // len(experiment.runs))
     made = simulate_set([Wanted(HIDDEN, 0.3)], experiment.smaller(share, cycles=10), SEED)
@@ -83,8 +84,8 @@ def make_set(folder: Path, rows: int) -> None:
 
 
 def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
-    """Return ε of the long sets' table, which has four orders and a centre that moves with the
-    heat."""
+    """Return ε of the long sets' table, which has four orders and a disc centre that moves with the
+    temperature."""
     return (
         90.0 * np.cos(disc + 0.4)
         + 0.8 * np.cos(2.0 * disc + 1.0)
@@ -95,11 +96,12 @@ def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
 
 
 def make_long_set(folder: Path, rows: int) -> None:
-    """Write a capture of very many rows in pieces, directly from its equations.
+    """Write a set with a capture of very many rows, in pieces, directly from the equations of the
+    table.
 
-    Four runs have equal length and 6,000 rows a turn. They go up, down, three times as fast, and
-    warm; the hidden effect is a disc centre that moves with the temperature. Five polygon cycles
-    follow.
+    Four runs have equal length and 6,000 rows a turn. The table turns up, down, three times as
+    fast, and warm; the hidden effect is a disc centre that moves with the temperature. Five polygon
+    cycles follow.
     """
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(LONG_DESCRIPTION, encoding="utf-8")
@@ -138,8 +140,8 @@ def make_long_set(folder: Path, rows: int) -> None:
 
 
 def make_reference_set(folder: Path, rows: int) -> None:
-    """Write a reference in motion, ten turns up and ten back; a line between two orders is
-    hidden."""
+    """Write a set with a reference in motion, ten turns up and ten back; the hidden effect is a
+    line between two orders."""
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(
         'schema = 1\ntitle = "long reference"\n[reference]\nfile = "reference.csv"\n',
@@ -180,7 +182,7 @@ def _write_long_reference(folder: Path, random: np.random.Generator) -> None:
 
 @dataclass(frozen=True)
 class Measured:
-    """Wall clock, processor time, peak memory and exit code of one command."""
+    """Wall-clock time, processor time, peak memory and exit code of one command."""
 
     seconds: float
     processor_seconds: float
@@ -228,7 +230,8 @@ def _one(command: str, folder: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows. Exit code 1 means that a row exceeds its limit or a wrong effect is named."""
+    """Measure and print the rows of the bench. Exit code 1: a row exceeds its limit, or
+    ``diagnose`` names a wrong effect."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--one", nargs=2, metavar=("COMMAND", "SET"), help=argparse.SUPPRESS)
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""``make bitstream``: makes the file for the chip, build/bitstream/<board>/arctrue.bit.
+"""Makes the chip's configuration, build/bitstream/<board>/arctrue.bit (``make bitstream``).
 
 Both flows, Vivado and the open tools, use the same VHDL and the same pin file (docs/device.md).
 Exit code 1 when the timing is not met, 2 when a tool or a file is missing or fails.
@@ -42,8 +42,8 @@ def boards() -> list[str]:
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """Return the lanes per pipeline without --fold: the smallest number that the flow's tools can
-    route."""
+    """Return the number of lanes per pipeline that applies without --fold: the smallest number that
+    the flow's tools can route."""
     folds = [fold for fold in FOLDS if lanes % fold == 0]
     if flow == "vivado":
         return folds[0]
@@ -51,7 +51,8 @@ def fold_of(flow: str, lanes: int) -> int:
 
 
 def pins_of_all_heads(pins: Path) -> Path:
-    """Join a board's pin file with that of its heads 3 and 4; write the result below build/.
+    """Join a board's pin file with the pin file of its heads 3 and 4; write the result below
+    build/.
 
     Raises ConstraintError if the board has no pins for these heads.
     """
@@ -118,7 +119,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return the exit code."""
+    """Make the bitstream that the command line describes; return the exit code."""
     parser = _parser()
     chosen = parser.parse_args(arguments)
     lanes = number_formats.LANES_DEFAULT if chosen.lanes is None else chosen.lanes

@@ -1,6 +1,6 @@
-"""Lists of accesses of the processor's bus master, and of the answers.
+"""Defines the accesses of the processor's bus master and the answers to them.
 
-``scripts/bitstream_models/axi_master.h`` plays them.
+``scripts/bitstream_models/axi_master.h`` plays a list of accesses.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ BEAT_STEP: Final = 0x0100_0193
 
 
 class Burst(IntEnum):
-    """Values of AxBURST in AXI3."""
+    """Kinds of burst: values of AxBURST in AXI3."""
 
     FIXED = 0
     INCREASING = 1
@@ -25,7 +25,7 @@ class Burst(IntEnum):
 
 
 class Response(IntEnum):
-    """Values of BRESP and RRESP in AXI3."""
+    """Kinds of answer: values of BRESP and RRESP in AXI3."""
 
     OKAY = 0
     EXCLUSIVE = 1
@@ -35,7 +35,7 @@ class Response(IntEnum):
 
 @dataclass(frozen=True)
 class Access:
-    """One access, or a pause.
+    """Access of the bus master, a pause, or a reset.
 
     ``kind`` is w for a write, r for a read, n for a pause, z for a reset; a pause or reset lasts
     ``data`` clocks.
@@ -49,10 +49,10 @@ class Access:
     burst: Burst = Burst.INCREASING
     strobe: int = 0xF
     last: int | None = None
-    """Beat at which WLAST is high, if this is not the last one."""
+    """Beat at which WLAST is high; None: the last beat."""
     together: bool = False
-    """Whether the access may start while one of the other kind (read or write) is not yet
-    finished."""
+    """Whether the access may start while an access in the other direction (read or write) is not
+    yet finished."""
 
     def line(self) -> str:
         """Return the access as a line in the form that the bench reads."""
@@ -63,14 +63,14 @@ class Access:
         )
 
     def beat(self, place: int) -> int:
-        """Return the data of one beat of a write."""
+        """Return the data of beat ``place`` of a write."""
         return (self.data + place * BEAT_STEP) & WORD
 
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer to the access at ``place`` of the list. A write has one answer, a read has one per
-    beat."""
+    """Answer to the access at ``place`` of the list. A write has one answer; a read has one answer
+    for each beat."""
 
     place: int
     response: Response

@@ -2,8 +2,8 @@
 
 The meaning of the features follows from their names in the database, UG479 and UG473. The program
 refuses features that the gateware does not use: the DSP's port D, SIMD and pattern detection, and a
-block RAM as FIFO, with error correction or with its data cascaded. A cascaded address is decoded as
-a route.
+block RAM as FIFO, with error correction or with cascaded data. A cascaded address is decoded as a
+route.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ RAM_PINS: Final = {
     "REGCEA": ("REGCEAREGCE", "REGCE"),
     "REGCEB": ("REGCEB",),
 }
-"""Name of the pin at each port of the model: that in a RAMB18E1, and that in a FIFO18E1 if it
-differs."""
+"""Names of the pin at each port of the model: its name in a RAMB18E1, and its name in a FIFO18E1 if
+this differs."""
 RAM_BUSES: Final = {"ADDRA": ("ADDRARDADDR", 14), "ADDRB": ("ADDRBWRADDR", 14)}
 WRITE_MODES: Final = {"": 0, "READ_FIRST": 1, "NO_CHANGE": 2}
 EVERY_BIT: Final = (1 << 18) - 1
@@ -75,7 +75,7 @@ def _joined(bits: list[str]) -> str:
 
 
 def _instance(model: str, name: str, parameters: dict[str, str], ports: dict[str, str]) -> str:
-    """Return Verilog of an instance."""
+    """Return Verilog of an instance of ``model``."""
     given = ", ".join(f".{key}({value})" for key, value in parameters.items())
     wired = ", ".join(f".{key}({value})" for key, value in ports.items())
     return f"{model} #({given}) {name} ({wired});"
@@ -162,7 +162,8 @@ def ram_half(
     for port, bus in (("A", "A"), ("B", "B")):
         data = [pin(f"DI{bus}DI{bit}") for bit in range(16)]
         ports[f"DI{port}"] = _joined(data + [pin(f"DIP{bus}DIP{bit}") for bit in range(2)])
-    # Port A has two pins a byte, which nextpnr drives with the same signal. Port B has one a byte.
+    # Port A has two write-enable pins for each byte, which nextpnr drives with the same signal.
+    # Port B has one pin for each byte.
     ports["WEA"] = _joined([pin("WEA0"), pin("WEA2")])
     ports["WEB"] = _joined([pin(f"WEBWE{bit}") for bit in range(4)])
     ports |= {"DOA": f"{out}[17:0]", "DOB": f"{out}[35:18]"}

@@ -1,4 +1,5 @@
-"""Checks pin files (the XDC subset that every place-and-route tool reads) before a long run.
+"""Checks pin files before a long run; they use the subset of XDC that every place-and-route tool
+reads.
 
 A line is empty, a comment, or ``set_property PROPERTY value [get_ports name]`` with the property
 LOC, IOSTANDARD or PULLTYPE.
@@ -25,7 +26,8 @@ PULLS = ("NONE", "PULLDOWN", "PULLUP", "KEEPER")
 
 
 class ConstraintError(Exception):
-    """A pin file does not fit the top level. The message states every fault with its line."""
+    """Raised if a pin file does not fit the top level. The message states every fault with its
+    line."""
 
 
 def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
@@ -64,13 +66,13 @@ def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
 
 
 def ports_of(top: str) -> list[str]:
-    """Return the ports of a top level below rtl/, in the order of its declaration."""
+    """Return the ports of a top level below rtl/, in the order of declaration."""
     entity = read_entity(ROOT, Path("rtl") / "top" / f"{top}.vhd")
     return [name for item in entity.ports for name in item.names.split(", ")]
 
 
 def check_pins(path: Path, ports: Iterable[str]) -> dict[str, str]:
-    """Return the pin of each port.
+    """Check a pin file against the ports of a top level; return the pin of each port.
 
     Every port must have a standard and a pin that no other port has. Raises ConstraintError, which
     names all faults.

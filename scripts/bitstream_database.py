@@ -1,11 +1,11 @@
-"""Reads Project X-Ray's database of a chip, with tiles, the meaning of their bits, wires and
-connections.
+"""Reads Project X-Ray's database of a chip: its tiles, the meaning of their bits, and the
+connections of their wires.
 
-The files and their meaning are Project X-Ray's (its documentation, "Database"). ``tilegrid.json``
-has the tiles and the places of their bits. ``segbits_*.db`` has the bits of each feature.
-``ppips_*.db`` has the connections without bits, which always exist, or exist if nothing else drives
-the wire. ``tile_type_*.json`` has the sites, their pins and the tile's connections.
-``tileconn.json`` states which wires of neighbours are connected.
+Project X-Ray's documentation ("Database") describes the files. ``tilegrid.json`` has the tiles and
+the places of their bits. ``segbits_*.db`` has the bits of each feature. ``ppips_*.db`` has the
+connections without bits, which always exist, or exist if nothing else drives the wire.
+``tile_type_*.json`` has the sites, their pins and the tile's connections. ``tileconn.json`` states
+which wires of neighbours are connected.
 """
 
 from __future__ import annotations
@@ -20,17 +20,18 @@ from typing import Any, Final
 from scripts.netlist import ToolError
 
 Bit = tuple[int, int, bool]
-"""Frame within the tile, bit within the tile's words, and whether the bit is set."""
+"""Bit of a feature: frame within the tile, bit within the tile's words, and whether the bit is
+set."""
 Wire = tuple[str, str]
-"""Names of the tile and of the wire."""
+"""Wire of a tile: names of the tile and of the wire."""
 
 ALWAYS: Final = "always"
 DEFAULT: Final = "default"
 
 
 def _bits(text: str) -> list[Bit]:
-    """Read bits such as ``28_05 !27_11``: each is frame_bit, and ! means that the bit is
-    cleared."""
+    """Read bits such as ``28_05 !27_11``: each has the form frame_bit, and ! means that the feature
+    clears the bit."""
     found = []
     for word in text.split():
         frame, _, bit = word.removeprefix("!").partition("_")
@@ -39,7 +40,8 @@ def _bits(text: str) -> list[Bit]:
 
 
 class TileType:
-    """The features of one type of tile: the bits that each sets, and the kind of their frames."""
+    """Type of tile: its features with their bits and the kind of frames, and its sites and
+    connections."""
 
     def __init__(self, family: Path, name: str) -> None:
         """Read the type ``name`` from ``family``, the database's folder of the family."""
@@ -53,7 +55,7 @@ class TileType:
         ):
             for feature, bits in self._entries(family / file):
                 self.features[feature] = (kind, _bits(bits))
-        # These connections always exist or depend on others, so they set no bits.
+        # These connections always exist or depend on other connections, so they set no bits.
         self.without_bits = dict(self._entries(family / f"ppips_{lower}.db"))
 
     @staticmethod
@@ -65,8 +67,8 @@ class TileType:
                     yield entry.partition(".")[2], rest
 
     def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
-        """Return the kind of frames and the bits of a feature; no bits for a feature that sets
-        none. None means that the database does not have the feature."""
+        """Return the kind of frames and the bits of a feature; the list of bits is empty if the
+        feature sets no bits. Return None if the database does not have the feature."""
         if feature in self.without_bits:
             return "", []
         if not index and feature in self.features:
@@ -79,7 +81,8 @@ class TileType:
 
     @cached_property
     def by_bit(self) -> dict[tuple[str, int, int], list[str]]:
-        """Return the features by the kind, frame and bit of the first bit that each sets."""
+        """Return the features by the first bit that each feature sets; the key is the kind of
+        frame, the frame and the bit."""
         found: dict[tuple[str, int, int], list[str]] = defaultdict(list)
         for name, (kind, bits) in self.features.items():
             first = next((bit for bit in bits if bit[2]), None)
@@ -123,7 +126,7 @@ class TileType:
 
     @cached_property
     def permanent(self) -> dict[str, str]:
-        """Return the permanent driver of each wire that has one."""
+        """Return the permanent driver of each wire that has a permanent driver."""
         return dict(
             entry.split(".", 1) for entry, kind in self.without_bits.items() if kind == ALWAYS
         )
@@ -131,7 +134,7 @@ class TileType:
     @cached_property
     def defaults(self) -> dict[str, str]:
         """Return the driver that a wire has without an enabled feature: the documented default, or
-        the one whose feature sets no bits."""
+        the driver whose feature sets no bits."""
         found = {
             destination: source
             for destination, _, source in (
@@ -161,7 +164,7 @@ class TileType:
 
 
 class Chip:
-    """The tiles of a part, their types, and the connections of their wires."""
+    """Tiles of a part, their types, and the connections of their wires."""
 
     def __init__(self, family: Path, part: str) -> None:
         """Read the part from ``family``, the database's folder. Raises ToolError if it lacks the
@@ -178,19 +181,19 @@ class Chip:
         self._types: dict[str, TileType] = {}
 
     def type(self, name: str) -> TileType:
-        """Return a type of tile by its name."""
+        """Return the type of tile with this name."""
         if name not in self._types:
             self._types[name] = TileType(self.family, name)
         return self._types[name]
 
     def type_of(self, tile: str) -> TileType:
-        """Return the type of a tile."""
+        """Return the type of the tile with the name ``tile``."""
         return self.type(self.tiles[tile]["type"])
 
     def alias(self, tile: str) -> tuple[TileType, dict[str, str], int] | None:
         """Return, for a tile at the chip's edge, the type whose bits it uses, the names of its
-        sites in that type, and the first word. Such a tile has only one of the two sites of the
-        type; None for other tiles."""
+        sites in that type, and the first word; return None for other tiles. Such a tile has only
+        one of the two sites of the type."""
         for block in self.tiles[tile]["bits"].values():
             if "alias" in block:
                 alias = block["alias"]
@@ -199,7 +202,7 @@ class Chip:
 
     @cached_property
     def at(self) -> dict[tuple[int, int], str]:
-        """Return the tile at each column and row of the grid."""
+        """Return the name of the tile at each column and row of the grid."""
         return {(tile["grid_x"], tile["grid_y"]): name for name, tile in self.tiles.items()}
 
     @cached_property

@@ -1,4 +1,5 @@
-"""Writes a configured chip as a netlist in Verilog, from its outputs backwards.
+"""Writes a configured chip as a netlist in Verilog; it starts at the chip's outputs and follows the
+signals backwards.
 
 Outputs of the chip are pads and the inputs of the PS7. Inputs of the chip are pads and the PS7's
 outputs. The program follows the wires from each output to the pin that drives it, writes the cell
@@ -21,8 +22,8 @@ from scripts.bitstream_slices import Slice, Text
 from scripts.netlist import ToolError
 
 LEAST_BITS: Final = 96
-"""Smallest width of a bus of the netlist: each wider bus is an array of words in Verilator's
-C++."""
+"""Smallest width of a bus of the netlist; at this width and above, a bus is an array of words in
+Verilator's C++."""
 RAM_HALVES: Final = {"L": "FIFO18E1", "U": "RAMB18E1", "FIFO18": "FIFO18E1", "RAMB18": "RAMB18E1"}
 """Type of site of half a block RAM, by the letter or type in the name of a wire. A site of type
 RAMBFIFO36E1 contains both halves."""
@@ -33,11 +34,11 @@ RAM_OUTPUT: Final = re.compile(
 
 @dataclass
 class Decoded:
-    """The decoded netlist, with the names of the bits of each bus in the order of the bits."""
+    """Decoded netlist, with the names of the bits of each bus in the order of the bits."""
 
     verilog: str = ""
     clock: int = 0
-    """Number of the input that is the clock of every register and block."""
+    """Number of the input line that is the clock of every register and block."""
     inputs: list[str] = field(default_factory=list)
     outputs: list[str] = field(default_factory=list)
     open_pins: list[str] = field(default_factory=list)
@@ -110,14 +111,15 @@ class Decoder:
         return self._nets[key]
 
     def _is_idle(self, source: Source) -> bool:
-        """Tell whether a pin belongs to an unused DSP, whose output levels are unknown."""
+        """Tell whether a pin belongs to an unused DSP; the output levels of such a DSP are
+        unknown."""
         if source.level is not None or self._site(source.tile, source.site)[0] != "DSP48E1":
             return False
         half = self.chip.type_of(source.tile).sites[source.site]["name"][-1]
         return not self._features_of(source.tile, f"DSP48.DSP_{half}")
 
     def _enter(self, tile: str, site: int, pin: str) -> str:
-        """Return the net of an output pin, and put its cell on the list of cells to write."""
+        """Return the net of an output pin, and add its cell to the list of cells to write."""
         kind, _ = self._site(tile, site)
         if kind in ("BUFGCTRL", "BUFHCE"):
             return self._buffer(tile, site, kind)
@@ -144,8 +146,8 @@ class Decoder:
         return f"inputs[{self._input_bits[name]}]"
 
     def _level_of(self, tile: str, site: int) -> str:
-        """Return the level of a pad: low if its driver or the outside pulls it low, else that of
-        the outside."""
+        """Return the level of a pad: low if its driver or the outside pulls it low, otherwise the
+        level of the outside."""
         port = self._port_of(tile, site)
         if port not in self._wires:
             return self._from_outside(port)
@@ -160,7 +162,7 @@ class Decoder:
         own = self.chip.type_of(tile).sites[site]
         names = [str(name) for name in self.chip.tiles[tile]["sites"] if name.startswith("IOB")]
         names.sort(key=lambda name: int(name.rpartition("Y")[2]))
-        # A tile at the end of a column has only one of two pads.
+        # A tile at the end of a column has one pad in place of two.
         name = names[int(own["name"][-1]) % len(names)]
         return self.pads.get(name, name)
 
@@ -195,7 +197,7 @@ class Decoder:
         return net if is_straight else f"~{net}"
 
     def _output_logic(self, source: Source) -> str:
-        """Return the signal that an OLOGICE3 passes to a pad or to the pad's enable."""
+        """Return the net that an OLOGICE3 passes to a pad or to the pad's enable."""
         there = self.features.of(source.tile)
         found = re.search(r"OLOGIC(\d)", self._site(source.tile, source.site)[1][source.pin])
         assert found
@@ -319,7 +321,7 @@ class Decoder:
         self.text.assignments.append(dsp(f"{name}_dsp", features, pin, out))
 
     def _ram_net(self, tile: str, site: int, pin: str) -> str:
-        """Return the net at an output of a block RAM, whichever of its sites has the pin."""
+        """Return the net at an output of a block RAM, in the site that has the pin."""
         found = RAM_OUTPUT.fullmatch(self._site(tile, site)[1][pin])
         if not found:
             raise ToolError(f"{tile}: the output {pin} of a block RAM is not decoded")

@@ -1,10 +1,10 @@
 """Runs a netlist decoded from a bitstream in parallel with its VHDL and compares the outputs.
 
-Verilator compiles both into one program: GHDL's netlist of the VHDL, before any mapping, and the
-decoded cells with the models of scripts/bitstream_models. Both get the same random levels at every
-pad and every output of the PS7; the bus of the PS7 gets the accesses of a list if there is one. A
-pin without a driver in the bitstream gets random levels of its own. All outputs must be equal
-before and after every edge of the clock.
+Verilator compiles both netlists into one program: GHDL's netlist of the VHDL, before any mapping,
+and the decoded cells with the models of scripts/bitstream_models. Both netlists get the same random
+levels at every pad and every output of the PS7; the bus of the PS7 gets the accesses of a list if
+there is one. A pin without a driver in the bitstream gets random levels of its own. All outputs
+must be equal before and after every edge of the clock.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ MODELS: Final = Path(__file__).with_name("bitstream_models")
 VERILATOR: Final = (
     *("verilator", "--cc", "--exe", "--build", "-O3", "--x-assign", "0", "--x-initial", "0"),
     *("--no-assert", "-Wno-fatal", "-Wno-lint", "-Wno-style", "-Wno-SYMRSVDWORD", "-Wno-UNOPTFLAT"),
-    # The program runs for seconds only, and each level of optimisation would take longer to
-    # compile.
+    # Compile without optimisation, because the program runs for seconds only and an optimised
+    # compilation would take longer.
     *("-MAKEFLAGS", "OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O1", "--output-split", "20000"),
     *("--top-module", "bench", "--prefix", "Vbench", "-o", "bench"),
 )
@@ -45,7 +45,8 @@ KINDS: Final = (
     (r"\w*_in", "pulse"),
     (r".*", "data"),
 )
-"""The stimulus of each input, by a pattern of its name. The first pattern that matches applies."""
+"""Kind of stimulus for inputs whose name matches a pattern. The first pattern that matches
+applies."""
 MASTER: Final = "MAXIGP0"
 MASTER_LINES: Final = (
     *("AWVALID", "AWREADY", "AWID", "AWADDR", "AWLEN", "AWSIZE", "AWBURST"),
@@ -59,7 +60,7 @@ MASTER_LINES: Final = (
 
 @dataclass(frozen=True)
 class Port:
-    """A pad of the design or a port of its PS7."""
+    """Pad of the design, or port of its PS7."""
 
     name: str
     bits: int
@@ -67,17 +68,18 @@ class Port:
     """Whether the design reads the port: from a pad or from an output of the PS7."""
     is_processor: bool
     is_wire: bool = False
-    """Whether the port is one of the two ports that stand for a pad that both sides may pull low
-    and no side drives high. One of them is the outside (0 pulls low), the other the level."""
+    """Whether the port stands for a wire: a pad that both sides may pull low and no side drives
+    high. Two ports stand for one such pad: the outside (0 pulls low), and the level of the pad."""
 
     def lines(self) -> list[str]:
-        """Return the names of the port's bits; the PS7's pins have names of this form."""
+        """Return the names of the port's bits; the PS7's pins in the database have names of this
+        form."""
         is_bus = self.is_processor and self.bits > 1
         return [f"{self.name}{bit}" for bit in range(self.bits)] if is_bus else [self.name]
 
 
 def ports_of(module: dict[str, Any]) -> list[Port]:
-    """Return the pads and the ports of the PS7 of a mapped netlist, inputs first.
+    """Return the pads and the PS7's ports of a mapped netlist, inputs first.
 
     An inout becomes two ports, see ``Port.is_wire``.
     """
@@ -107,13 +109,14 @@ def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
 
 
 def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
-    """Return the ports of both directions, each with the number of its first bit in its bus."""
+    """Return inputs and outputs, each with the number of its first bit in the bus of its
+    direction."""
     return [place for is_input in (True, False) for place in _placed(ports, is_input=is_input)]
 
 
 def _reference(top: str, ports: Sequence[Port]) -> str:
-    """Return Verilog of a top level whose inputs are the outputs of the design's PS7, and vice
-    versa."""
+    """Return Verilog of a top level that contains the VHDL's netlist; its inputs are the outputs of
+    the design's PS7, its outputs the inputs of the PS7."""
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     wide_in = bus_bits(sum(port.bits for port, _ in inputs))
     wide_out = bus_bits(sum(port.bits for port, _ in outputs))
@@ -190,7 +193,8 @@ def without_repeats(netlist: str) -> str:
 
 
 def direct_tristates(netlist: str) -> str:
-    """Connect an inout directly to its driver or reader: GHDL puts two wires between them.
+    """Connect an inout directly to its driver or reader, because GHDL puts two wires between an
+    inout and its driver or reader.
 
     Verilator supports 1'bz only in an assignment to the port itself.
     """
@@ -269,7 +273,7 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
             f"constexpr MasterLines AXI = {{\n{chr(10).join(master)}\n}};",
             "struct Block { const char* name; int first; int bits; };",
             f"constexpr Line LINES[] = {{\n{chr(10).join(rows)}\n}};",
-            # Each array has one more entry, because C++ has no empty arrays.
+            # Each C++ array has one additional entry, because C++ has no empty arrays.
             f"constexpr int BLOCK_COUNT = {len(blocks)};",
             f"constexpr int ENCODERS = {max(1, len(heads))};",
             f"constexpr int PULSES = {pulses};",
@@ -287,11 +291,12 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """Result of a run: a sentence for each difference, and figures by name."""
+    """Result of a run: a sentence for each difference, and counts by name."""
 
     differences: list[str]
     still: list[str]
-    """DSPs, halves of block RAMs and outputs of look-up tables as RAM that never changed."""
+    """Names of the DSPs, halves of block RAMs and outputs of look-up tables as RAM that never
+    changed."""
     figures: Mapping[str, int]
     quiet: list[str] = field(default_factory=list)
     """Names of outputs that never changed."""
@@ -299,7 +304,7 @@ class Compared:
 
     @property
     def is_equal(self) -> bool:
-        """Return True if no output ever differed."""
+        """Tell whether all outputs were equal in all clocks."""
         return self.figures["different"] == 0
 
 
@@ -349,7 +354,7 @@ def run(bench: Path, clocks: int, seed: int, accesses: Sequence[Access] = ()) ->
     """Run the bench for ``clocks`` clocks or more, until the VHDL has answered all ``accesses``.
 
     Without accesses, all signals from the processor get random levels. Raises ToolError if the
-    bench ends without figures.
+    bench ends without a result.
     """
     command = [str(bench), str(clocks), str(seed)]
     answered = bench.with_name("answers.txt")

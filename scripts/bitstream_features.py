@@ -18,11 +18,13 @@ SHOWN: Final = 5
 INDEXED: Final = re.compile(r"(?P<name>.*)\[(?P<index>\d+)\]")
 
 Bits = Mapping[int, frozenset[int]]
-"""Numbers of the set bits of each frame, by its address; they count from bit 0 of word 0."""
+"""Numbers of the set bits of each frame, by the frame's address; the numbers count from bit 0 of
+word 0."""
 
 
 def bits_of_frames(path: Path) -> Bits:
-    """Return the set bits of a file of frames that scripts/fasm_frames.py or fasm2frames wrote."""
+    """Return the set bits in a file of frames that scripts/fasm_frames.py or fasm2frames has
+    written."""
     found = {}
     for line in path.read_text(encoding="ascii").splitlines():
         address, _, words = line.partition(" ")
@@ -41,7 +43,7 @@ def bits_of_frames(path: Path) -> Bits:
 def bits_of_bitstream(bitstream: Path, reader: str, part_file: Path) -> Bits:
     """Return the set bits of a bitstream, read by Project X-Ray's ``bitread``.
 
-    Raises ToolError if it fails.
+    Raises ToolError if ``bitread`` fails.
     """
     listed = bitstream.with_suffix(".bits")
     command = [reader, "-part_file", str(part_file), "-y", "-z", "-o", str(listed), str(bitstream)]
@@ -57,7 +59,7 @@ def bits_of_bitstream(bitstream: Path, reader: str, part_file: Path) -> Bits:
 
 
 class Features:
-    """The enabled features of every tile of a chip."""
+    """Enabled features of every tile of a chip."""
 
     def __init__(self, chip: Chip, bits: Bits) -> None:
         """Store ``bits``, the set bits of a whole configuration."""
@@ -67,7 +69,8 @@ class Features:
         self._drivers: dict[str, dict[str, str]] = {}
 
     def of(self, tile: str) -> frozenset[str]:
-        """Return the features of a tile whose bits are set, by their names in the tile's type."""
+        """Return the enabled features of a tile, as named in the tile's type; a feature is enabled
+        if its bits are set."""
         if tile not in self._found:
             self._found[tile] = self._read(tile)
         return self._found[tile]
@@ -130,7 +133,8 @@ class Features:
 
     @staticmethod
     def _only(own: TileType, tile: str, wire: str, drivers: list[str]) -> str:
-        """Return the driver whose bits are not a subset of those of another one in ``drivers``."""
+        """Return the one driver in ``drivers`` whose bits are not a subset of another driver's
+        bits."""
 
         def ones(driver: str) -> set[tuple[int, int]]:
             return {
@@ -169,7 +173,7 @@ class Features:
 
 
 def vector(features: frozenset[str], name: str) -> int:
-    """Return the number whose bits are the features ``name[0]``, ``name[1]`` and so on."""
+    """Return the number in which bit i is 1 if ``features`` contain ``name[i]``."""
     value = 0
     for feature in features:
         found = INDEXED.fullmatch(feature)

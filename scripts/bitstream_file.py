@@ -1,5 +1,5 @@
-"""Checks that a bitstream is complete and made for the chip; its format is that of UG470, chapter
-5."""
+"""Checks that a bitstream is complete and made for the chip; UG470, chapter 5, defines the
+format."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from pathlib import Path
 from scripts.netlist import ToolError
 
 SYNC_WORD = bytes.fromhex("AA995566")
-IDCODE_WRITE = bytes.fromhex("30018001")  # packet with one word to register IDCODE
+# Header of the packet that writes one word to the register IDCODE
+IDCODE_WRITE = bytes.fromhex("30018001")
 FRAMES_WRITE = bytes.fromhex(
     "30004000"
-)  # packet to register FDRI; a packet of type 2 states the number of words
+)  # header of a packet to the register FDRI; a packet of type 2 states the number of words
 PACKET_TYPE_2 = 0b010
 TYPE_2_WORDS = 0x07FF_FFFF
 REVISION = 0xF000_0000  # the top four bits of an identification code are the silicon's revision
@@ -25,7 +26,8 @@ DIES = {
     "xc7z010": (0x0372_2093, 5_152),
     "xc7z020": (0x0372_7093, 10_008),
 }
-LONGEST_HEAD = 1024  # bytes before the sync word, or before the frames: tagged fields, commands
+# Largest number of bytes before the sync word (tagged fields), or before the frames (commands)
+LONGEST_HEAD = 1024
 
 
 def check_bitstream(path: Path, part: str) -> str:
@@ -60,7 +62,8 @@ def check_bitstream(path: Path, part: str) -> str:
 
 
 def _frame_words(data: bytes, start: int) -> tuple[int, int]:
-    """Return the number of frame words that the file states, and the number that it contains."""
+    """Return the number of frame words that the file states, and the number of frame words that the
+    file contains."""
     place = data.find(FRAMES_WRITE, start, start + LONGEST_HEAD)
     if place < 0:
         return 0, 0

@@ -13,22 +13,22 @@ from arctrue.generated import number_formats
 from scripts.netlist import ROOT, ToolError
 
 CONSTRAINTS = ROOT / "constraints"
-OSCILLATOR_MHZ = 125  # oscillator of both boards, at their pin H16
+OSCILLATOR_MHZ = 125  # frequency of the oscillator at pin H16 of both boards
 
 
 class TimingError(Exception):
-    """The design does not reach its clock frequency. The message states by how much, and where to
-    read more."""
+    """Raised if the design does not reach its clock frequency. The message states by how much, and
+    where to read more."""
 
 
 @dataclass(frozen=True)
 class Top:
-    """A top level below rtl/top, and what a flow needs to build it.
+    """Top level below rtl/top, with the facts that a flow needs to build it.
 
-    ``primitives``: number of each cell that connects it to the chip. ``vivado`` and ``scoped`` are
-    files in constraints/vivado that only Vivado reads: ``vivado`` is for the top's pins, ``scoped``
-    for the entities inside, in this order; each is read for every instance of its entity.
-    ``has_core``: whether the top has the generics of the core.
+    ``primitives``: number of each kind of cell that connects the top level to the chip. ``vivado``
+    and ``scoped`` are files in constraints/vivado that only Vivado reads: ``vivado`` is for the
+    top's pins, ``scoped`` for the entities inside, in this order; Vivado reads a scoped file for
+    every instance of its entity. ``has_core``: whether the top has the generics of the core.
     """
 
     name: str
@@ -43,7 +43,7 @@ HEADS_TOPS = {
     "arctrue_zynq_top": "arctrue_zynq_heads_top",
     "encoder_source_top": "encoder_source_heads_top",
 }
-"""Top level for three and four heads, by the name of the top level for two heads."""
+"""Name of the top level for three and four heads, by the name of the top level for two heads."""
 
 DEVICE_CLOCK_MHZ = number_formats.CLOCK_HZ // 1_000_000
 DEVICE_PRIMITIVES = {"PS7": 1, "BUFG": 1}
@@ -72,13 +72,14 @@ TOPS = {
     )
 }
 TWO_HEADS_TOPS = tuple(name for name in TOPS if name not in HEADS_TOPS.values())
-"""Names of the top levels that the user chooses directly. HEADS selects those for more heads."""
+"""Names of the top levels that the user chooses directly. HEADS selects the top levels for more
+heads."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One bitstream to build. ``pins`` is an XDC file; ``folder`` is for all files that the flow
-    makes."""
+    """Description of a bitstream to build. ``pins`` is an XDC file; ``folder`` is for all files
+    that the flow makes."""
 
     top: Top
     part: str
@@ -100,7 +101,8 @@ class Job:
 
 @dataclass(frozen=True)
 class Tool:
-    """A program: its names, the variable by which a user chooses it, and advice if it is missing.
+    """Program of a flow: its names, the environment variable by which a user chooses it, and advice
+    if it is missing.
 
     ``folder`` of this tree is searched after PATH.
     """
@@ -111,8 +113,8 @@ class Tool:
     folder: Path | None = None
 
     def find(self) -> str | None:
-        """Return the command that the variable names, if it is set, else the first one found, or
-        None."""
+        """Return the command that the variable names if it is set, otherwise the first of the names
+        that is found, or None."""
         chosen = os.environ.get(self.variable)
         if chosen:
             return shutil.which(chosen)
@@ -122,7 +124,8 @@ class Tool:
         return next((command for command in found if command), None)
 
     def missing(self) -> str:
-        """Return one line that states which command was searched, where, and what to do."""
+        """Return one line that states which commands were searched, in which places, and what the
+        user can do."""
         chosen = os.environ.get(self.variable)
         if chosen:
             looked = f"{self.variable}={chosen} is not a program that can be started"
@@ -146,10 +149,10 @@ def all_found(tools: Sequence[Tool], others: Sequence[str] = ()) -> list[str]:
 
 
 def in_order_of_use(files: Sequence[Path]) -> list[Path]:
-    """Return VHDL files in an order in which each file comes after those whose units it uses.
+    """Return VHDL files in an order in which each file comes after the files whose units it uses.
 
-    A unit is used as ``work.<name>``, and a file is named like its unit. Raises ToolError if files
-    use each other in a circle.
+    A unit is used as ``work.<name>``, and a file has the name of its unit. Raises ToolError if
+    files use each other in a circle.
     """
     by_name = {path.stem: path for path in files}
     names = {}

@@ -1,13 +1,13 @@
-"""Writes look-up tables of a slice that are RAM as Verilog.
+"""Writes Verilog for the look-up tables of a slice that are used as RAM.
 
 The sources are the 7 Series Configurable Logic Block User Guide (UG474, "Distributed RAM") and
 Project X-Ray's page on the configuration of distributed RAM.
 
 The inputs of table D are the write address of all tables. A table is one RAM of 64 words, which is
 written from data input 1, or two RAMs of 32 words (``SMALL``). With two RAMs, O5 reads the words
-written from data input 1 and O6 those from data input 2; input 6 of the table and of table D must
-be 1. ``WA7USED`` and ``WA8USED`` join several tables to a deeper RAM. A table is then written at
-those addresses at which the wide multiplexers select it.
+written from data input 1, and O6 reads the words written from data input 2; input 6 of the table
+and of table D must be 1. ``WA7USED`` and ``WA8USED`` join several tables to a deeper RAM. A write
+then goes to the table that the wide multiplexers select at this address.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ from scripts.netlist import ToolError
 
 LETTERS: Final = "ABCD"
 CHAINED_DATA: Final = {"A": ("AI", "B"), "B": ("BI", "D"), "C": ("CI", "D")}
-"""Own pin of each table for data input 1, and the table whose data input 1 it shares otherwise."""
+"""Pin of the slice that a table can use as data input 1, and the table whose data input 1 it uses
+otherwise."""
 ADDRESS_7: Final = ("WA7USED", "CX", {"A": 1, "B": 0, "C": 1, "D": 0})
 ADDRESS_8: Final = ("WA8USED", "BX", {"A": 1, "B": 1, "C": 0, "D": 0})
-"""The feature, the pin of its bit of the write address, and the level of the bit at which each
-table is written."""
+"""Feature that uses a further bit of the write address, the pin of this bit, and the level of the
+bit at which each table is written."""
 
 Pin = Callable[[str], str]
 
@@ -91,11 +92,11 @@ def ram_pins(features: frozenset[str]) -> list[str]:
 
 
 class TableRam:
-    """One look-up table that is a RAM."""
+    """Look-up table that is a RAM."""
 
     def __init__(self, name: str, features: frozenset[str], pin: Pin, letter: str) -> None:
-        """Store the RAM; ``name`` is that of the slice, and ``pin`` returns the net at one of its
-        inputs."""
+        """Store the RAM; ``name`` is the name of the slice, and ``pin`` returns the net at an input
+        of the slice."""
         self.name = f"{name}_{letter}ram"
         self._place = name
         self._features = features
@@ -133,12 +134,13 @@ class TableRam:
         return ", ".join(self._pin(f"{table}{place}") for place in reversed(places))
 
     def read(self, output: str) -> str:
-        """Return the expression for the level at an output."""
+        """Return the Verilog expression for the level at output O5 or O6."""
         register, depth, _ = self.register(output)
         return f"1'b1 & ({register} >> {{{self._address(self._letter, depth)}}})"
 
     def write(self, output: str) -> str:
-        """Return the statement that writes, at the clock, the memory that an output reads."""
+        """Return the Verilog statement that writes, at the clock edge, the memory that output O5 or
+        O6 reads."""
         register, depth, _ = self.register(output)
         is_second = is_small(self._features, self._letter) and output == "O6"
         data = self._pin(

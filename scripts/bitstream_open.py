@@ -22,7 +22,7 @@ from scripts.fasm_frames import frames_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
 UNPACKED = ROOT / "build" / "place_and_route"
-"""Folder into which scripts/install_place_and_route.sh unpacks the tools."""
+"""Folder into which scripts/install_place_and_route.sh unpacks nextpnr and the database."""
 INSTALL = "Run scripts/install_place_and_route.sh, "
 NEXTPNR = Tool(
     "NEXTPNR",
@@ -47,14 +47,14 @@ FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""Options that give wires on long paths more weight in nextpnr's placer than the defaults, 10 and
-2, do (docs/timing.md)."""
+"""Options for nextpnr's placer that give wires on long paths more weight than the defaults, 10 and
+2 (docs/timing.md)."""
 ROUTING = ("--tmg-ripup",)
 """Option that lets nextpnr's router route a wire again if a detour of the wire makes a path too
 slow."""
 
 OTHER_SEEDS = (2, 3)
-"""Seeds of the placements that are tried if the first one does not meet the timing."""
+"""Seeds of the placements that are tried if the first placement does not meet the timing."""
 
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
@@ -64,8 +64,8 @@ HOLD = re.compile(r"hold\s+-?[\d.]+\s+(?P<slack>-[\d.]+)\s+Source (?P<pin>\S+)")
 
 
 def is_himbaechel(nextpnr: str) -> bool:
-    """Tell whether a program is nextpnr-himbaechel or nextpnr-xilinx, whose options differ, by its
-    name."""
+    """Tell from its name whether a program is nextpnr-himbaechel; nextpnr-xilinx has other
+    options."""
     return "himbaechel" in Path(nextpnr).name
 
 
@@ -86,8 +86,8 @@ def database_of(part: str) -> tuple[Path | None, str]:
 
 
 def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
-    """Return nextpnr's own database if the user names it, and advice if it is required and
-    missing."""
+    """Return the path of nextpnr's own database if the user names it, and advice if the database is
+    required and missing."""
     named = os.environ.get(CHIPDB)
     if named and not Path(named).exists():
         return None, f"{CHIPDB}={named}: there is no such file"
@@ -103,8 +103,8 @@ def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
 
 
 def timing_of(log: str) -> dict[str, tuple[float, str]]:
-    """Return the frequency of each clock in MHz and its last verdict, which is that after
-    routing."""
+    """Return the frequency of each clock in MHz and nextpnr's last verdict on it, which is the one
+    after routing."""
     return {
         found["clock"]: (float(found["reached"]), found["verdict"])
         for found in FREQUENCY.finditer(log)
@@ -148,7 +148,8 @@ def check_primitives(netlist: Path, top: Top) -> None:
 
 
 def check_contents(netlist: Path, top: Top) -> None:
-    """Raise ToolError if a look-up table as RAM contains ones at power-up, which nextpnr loses.
+    """Raise ToolError if a look-up table as RAM contains ones at power-up, because nextpnr would
+    lose these contents.
 
     nextpnr reads the contents of a RAM32M or RAM64M from ``INITA``, but the cell has ``INIT_A``.
     """
@@ -165,7 +166,8 @@ def check_contents(netlist: Path, top: Top) -> None:
 
 
 def _run(command: Sequence[str], log: Path) -> tuple[int, str]:
-    """Run a command; return exit code and output. The output also goes to the log while it runs."""
+    """Run a command; return exit code and output. The output is also written to the log while the
+    command runs."""
     with log.open("w", encoding="utf-8") as file:
         file.write(f"{' '.join(command)}\n")
         file.flush()
@@ -195,7 +197,7 @@ class Routed:
 
 
 def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
-    """Run nextpnr.
+    """Run nextpnr once on a netlist; return the results.
 
     Raises ToolError if nextpnr fails or reports no timing, TimingError for a clock that is too slow
     or a hold violation.
@@ -244,8 +246,8 @@ def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path)
 
 @dataclass(frozen=True)
 class OpenTools:
-    """List the programs that run after Yosys; ``fasm2frames`` is among them only if the user names
-    it."""
+    """Paths of the programs that run after Yosys; ``fasm2frames`` is among them only if the user
+    names it."""
 
     nextpnr: str
     chipdb: str | None
@@ -255,9 +257,9 @@ class OpenTools:
 
 
 def find_open_tools(part: str) -> OpenTools:
-    """Find the programs.
+    """Find all programs of the open flow; return those that run after Yosys.
 
-    Raises ToolError, which names everything that is missing, GHDL and Yosys included.
+    Raises ToolError, which names all missing programs at once, also GHDL and Yosys.
     """
     missing = []
     for find in (find_ghdl, find_yosys):
@@ -316,15 +318,15 @@ def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
 
 
 def run_open(job: Job) -> str:
-    """Make the bitstream and return a sentence about the timing.
+    """Make the bitstream of a job with the open tools; return a sentence about the timing.
 
-    Raises ToolError if a step fails, or for everything that is missing at once; TimingError if the
-    timing is not met.
+    Raises ToolError if a step fails or if programs are missing (the message names all), TimingError
+    if the timing is not met.
     """
     tools = find_open_tools(job.part)
     job.reports.mkdir(parents=True)
     print(f"bitstream: netlist of {job.top.name} (GHDL, Yosys)", flush=True)
-    # nextpnr-himbaechel 0.11.1 has no DNA_PORT.
+    # nextpnr-himbaechel 0.11.1 does not support the primitive DNA_PORT.
     generics = {**job.generics, "DNA_PORTS": 0} if job.top.has_core else job.generics
     verilog = write_netlist(job.top.name, job.folder / "netlist", generics=generics)
     netlist = synthesise(verilog, flatten=True, for_nextpnr=True)

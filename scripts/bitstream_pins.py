@@ -1,10 +1,10 @@
 """Checks that every input pin of DSPs, block RAMs and look-up tables as RAM is driven.
 
 A pin has a route from another pin, a constant by a route or a tie-off, or a default that the
-database documents (interconnect without a driver is 1). This module lists the pins that may stay
-open nevertheless, each with its reason. It refuses a tie-off if the pin's inverter is on, as Vivado
-does. It also refuses a signal at INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP: the database has
-no such feature.
+database documents (a wire of the interconnect without a driver is 1). This module lists the pins
+that may stay open nevertheless, each with its reason. The module refuses a tie-off if the pin's
+inverter is on, as Vivado does. It also refuses a signal at INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of
+a DSP, because the database has no feature for such a connection.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ OUTPUT_REGISTERS: Final = {
     "RDRCLK": "DOA_REG",
     "REGCLKB": "DOB_REG",
 }
-"""Feature that uses an output register of a block RAM, by the register's clock. The clock may stay
-open if the register is not used (UG473)."""
+"""Feature that enables an output register of a block RAM, by the pin of the register's clock. The
+clock may stay open if the register is not used (UG473)."""
 CASCADE_INPUTS: Final = ("ACIN", "BCIN", "PCIN", "CARRYCASCIN", "MULTSIGNIN")
-"""Inputs of a DSP that only the DSP below it can drive (UG479). The names of pins of a bus end in a
-number."""
+"""Names of the inputs of a DSP that only the DSP below can drive (UG479); the pins of a bus have a
+number after the name."""
 
 
 @cache
 def inputs_of(family: Path, site_type: str) -> frozenset[str]:
-    """Return the input pins of a type of site."""
+    """Return the names of the input pins of a type of site."""
     text = (family / f"site_type_{site_type}.json").read_text(encoding="utf-8")
     pins = json.loads(text)["site_pins"]
     return frozenset(pin for pin, entry in pins.items() if entry["direction"] == "IN")
@@ -92,7 +92,7 @@ def open_ram_pins(routes: Routes) -> list[str]:
 def has_no_source(tile: str, name: str, pin: str) -> bool:
     """Tell whether no wire of the chip leads to a pin: a cascade input of a column's lowest DSP.
 
-    The DSP must not depend on this pin: it has random levels in the decoded netlist.
+    The DSP must not depend on this pin, which has random levels in the decoded netlist.
     """
     is_lowest = name == "DSP48.DSP_0" and tile.endswith("Y0")
     return is_lowest and pin.rstrip("0123456789") in CASCADE_INPUTS
@@ -134,7 +134,7 @@ class Driven:
     """Number of slices with look-up tables as RAM."""
 
     def __str__(self) -> str:
-        """Return the numbers as a part of a sentence."""
+        """Return both numbers in words, as a part of a sentence."""
         return (
             f"{self.blocks} DSPs and halves of block RAMs and {self.slices} slices with look-up "
             "tables as RAM, every pin driven"
@@ -142,7 +142,8 @@ class Driven:
 
 
 def check_pins_driven(routes: Routes) -> Driven:
-    """Count the blocks; raises ToolError with the names of the pins that are not driven."""
+    """Check that all pins are driven; return the numbers of blocks. Raises ToolError with the names
+    of undriven pins."""
     faults = open_pins(routes)
     if faults:
         shown = "\n".join(f"  - {fault}" for fault in faults[:SHOWN])

@@ -1,4 +1,4 @@
-"""Follows the wires of a configured chip from the end of a signal to its driver."""
+"""Follows the wires of a configured chip from an input pin to the driver of its signal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ set."""
 
 @dataclass(frozen=True)
 class Source:
-    """The driver of a wire: a pin of a site, or a constant of this ``level``."""
+    """Driver of a wire: a pin of a site, or a constant ``level``."""
 
     tile: str = ""
     site: int = 0
@@ -28,7 +28,8 @@ class Source:
 
 
 class Routes:
-    """Finds the drivers of wires and stores them, so that each is searched once."""
+    """Finds the drivers of wires and stores them, so that the driver of each wire is searched
+    once."""
 
     def __init__(self, features: Features) -> None:
         """Store the ``features`` of the whole chip."""
@@ -37,7 +38,7 @@ class Routes:
         self._known: dict[Wire, Source | None] = {}
 
     def source(self, tile: str, wire: str) -> Source | None:
-        """Find the driver of a wire; return None if it has none.
+        """Find the driver of a wire; return None if the wire has no driver.
 
         Raises ToolError if a wire has two drivers or drives itself.
         """
@@ -66,8 +67,8 @@ class Routes:
         return not found or f"CASCOUT_{found['port']}_ACTIVE" in self.features.of(tile)
 
     def _step(self, node: set[Wire]) -> tuple[Wire | None, Source | None]:
-        """Return the wire that drives a node, or else the pin that drives it; None for each that is
-        missing."""
+        """Return the wire that drives a node, or None, and, if no wire drives the node, its pin or
+        constant, or None."""
         chosen: set[Wire] = set()
         default: set[Wire] = set()
         pins: set[Source] = set()
@@ -75,7 +76,7 @@ class Routes:
             own = self.chip.type_of(tile)
             driver = self.features.drivers(tile).get(wire)
             if driver is None and wire not in own.driven_by_pin:
-                # If a pin of the node is an output, the permanent connection leads through the
+                # If a pin of the node is an output, the permanent connection leads through this
                 # pin's site.
                 driver = own.permanent.get(wire) if self._is_active(tile, wire) else None
             if driver is not None:

@@ -1,8 +1,8 @@
 """Writes a configured slice as Verilog: look-up tables, carry chain, wide multiplexers, registers.
 
 The 7 Series Configurable Logic Block User Guide defines the features of a slice (UG474, figures 2-3
-to 2-5, and "Shift Registers"). scripts/bitstream_lut_rams.py writes look-up tables as RAM. Latches
-and asynchronous resets are refused, because the gateware has none.
+to 2-5, and "Shift Registers"). scripts/bitstream_lut_rams.py writes look-up tables as RAM. The
+program refuses latches and asynchronous resets, because the gateware has none.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ SHIFT_CHAIN: Final = {
     "B": ("BI", "DI_CMC31", "C"),
     "C": ("CI", "DI_DMC31", "D"),
 }
-"""Own data pin of each look-up table as shift register, the feature that selects another source,
-and the table that is this source."""
+"""For each look-up table as shift register: its own data pin, the feature that selects another
+table as the source, and this other table."""
 
 
 @dataclass
@@ -50,7 +50,8 @@ class Text:
 
 
 class Slice:
-    """One slice; it writes each signal once, when the signal is first used."""
+    """Slice of the chip; it writes the Verilog of each signal once, when the signal is first
+    used."""
 
     def __init__(
         self,
@@ -59,8 +60,8 @@ class Slice:
         pin: Callable[[str], str],
         text: Text,
     ) -> None:
-        """Store a slice; ``features`` have no site name, and ``pin`` returns the net at an
-        input."""
+        """Store a slice; ``features`` do not contain the site's name, and ``pin`` returns the net
+        at an input."""
         self.name = name
         self.features = features
         self._pin = pin
@@ -73,7 +74,7 @@ class Slice:
         check_rams(name, features)
 
     def output(self, pin: str) -> str:
-        """Return the net at an output pin: A, AMUX, AQ, COUT and so on."""
+        """Return the net at an output pin (A, AMUX, AQ, COUT and so on)."""
         if pin == "COUT":
             return self._carry(3)
         letter, kind = pin[0], pin[1:]
@@ -209,8 +210,8 @@ class Slice:
         return full
 
     def _f7(self, letter: str) -> str:
-        """Return the net of the wide multiplexer of A and B (``letter`` A), or C and D (C); if X =
-        1 it selects the first table."""
+        """Return the net of the wide multiplexer of A and B (``letter`` A), or of C and D
+        (``letter`` C); at X = 1 the multiplexer selects the first table."""
         upper = LETTERS[LETTERS.index(letter) + 1]
 
         def make() -> str:
@@ -259,7 +260,7 @@ class Slice:
         def make() -> str:
             initial = int(f"{register}.ZINI" not in self.features)
             full = self._text.register(f"{self.name}_{register}", 1, initial)
-            # The name is stored before the data are read, because the data may depend on it.
+            # Store the name before the data are read, because the data may depend on this memory.
             self._made[register] = full
             self._text.at(self._edge(), self._update(register, letter, full))
             return full
@@ -285,7 +286,8 @@ class Slice:
 
 @cache
 def _halve(table: int, place: int, inputs: int, level: bool) -> int:
-    """Return the table of one input fewer that remains if the input at ``place`` has this level."""
+    """Return the table, with one input fewer, that remains if the input at ``place`` is constant at
+    ``level``."""
     halved = 0
     for index in range(1 << (inputs - 1)):
         low = index & ((1 << place) - 1)

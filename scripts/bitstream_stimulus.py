@@ -1,11 +1,11 @@
 """Lists bus accesses for the comparison of a bitstream with its VHDL; checks their coverage.
 
-Random levels at the bus rarely make an access. This list contains legal accesses and a few illegal
-ones. First, banks of the capture are filled and read. Then each round writes new settings, writes,
-reads and swaps every word of coefficients, and mixes snapshots, captured samples, commands and
-words. Each round has another number of counts a turn, so that the angles after a backward pass of
-the zero have other upper bits. From the answers, ``shortfalls`` lists the parts that the accesses
-did not reach.
+Random levels at the bus rarely make an access. This module's list contains many legal and a few
+illegal accesses. First, the accesses fill and read banks of the capture. Then each round writes new
+settings; writes, reads and swaps every word of coefficients; and reads snapshots and captured
+samples and gives commands in random order. Each round has another number of counts a turn, so that
+the angles after a backward pass of the zero have other upper bits. From the answers, ``shortfalls``
+lists the parts that the accesses did not reach.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from arctrue.generated import number_formats, registers
 from scripts.bitstream_accesses import WORD, Access, Answer, Burst, Response
 
 BASE: Final = 0x4000_0000
-"""Base address of the core for the processor, rtl/top/axi3_to_axi_lite.vhd."""
+"""Base address of the core on the processor's bus, as in rtl/top/axi3_to_axi_lite.vhd."""
 BUS_BEYOND: Final = 0x4004_0000
 WORDS_A_LANE: Final = 4
 SETTLED_CLOCKS: Final = 300
 """Number of clocks to wait after a re-arm, which takes 128 clocks (``command.rearm``)."""
 CLOCKS_A_ROUND: Final = 20_000
-"""Approximate number of clocks in a round; the number of rounds is that of all clocks divided by
-this."""
+"""Approximate number of clocks in a round; the number of rounds is the number of all clocks divided
+by this number."""
 MIXED: Final = 220
-"""Number of accesses of mixed kinds in a round."""
+"""Number of accesses of random kinds in a round."""
 COUNTS_A_TURN: Final = 96
 """Counts per turn of the encoders of bench.cpp."""
 FILLINGS: Final = 8
-"""Number of times that a bank is filled: positions of both signs then reach every part of both
-banks."""
+"""Number of times that a bank is filled; after so many, positions of both signs have reached every
+part of both banks."""
 FEWEST_CORRECTIONS: Final = 50
-"""Smallest number of different corrections that must be read: every lane contributes to some of
-them."""
+"""Smallest number of different corrections that must be read; every lane contributes to some of
+these."""
 FEWEST_SAMPLES: Final = 100
 """Smallest number of captured words that must be read from each bank."""
 
@@ -50,7 +50,7 @@ CORRECTING: Final = registers.CONTROL_COMPENSATE_MASK | registers.CONTROL_OUTPUT
 
 @dataclass(frozen=True)
 class Core:
-    """Generics of the core."""
+    """Generics of the core under test."""
 
     lanes: int
     depth: int
@@ -59,7 +59,8 @@ class Core:
 
     @property
     def coefficients(self) -> list[int]:
-        """Return the addresses of all words of coefficients; that of the offset is the last."""
+        """Return the addresses of all words of coefficients; the address of the offset is the
+        last."""
         first = registers.COEFFICIENTS_ADDRESS
         words = range(first, first + 4 * WORDS_A_LANE * self.lanes, 4)
         return [*words, registers.COEFFICIENT_OFFSET_ADDRESS]
@@ -87,7 +88,8 @@ def core_of(answers: Sequence[Answer]) -> Core:
 
 
 def stored(address: int, value: int) -> int:
-    """Return the value that a coefficient word has after a write, by the register map."""
+    """Return the value that the register map states for a coefficient word after a write of
+    ``value``."""
     word = (address - registers.COEFFICIENTS_ADDRESS) // 4 % WORDS_A_LANE
     if address == registers.COEFFICIENT_OFFSET_ADDRESS or word == 3:
         sign = 1 << (number_formats.AMPLITUDE_WIDTH - 1)
@@ -100,17 +102,18 @@ class Stimulus:
     """Makes the rounds of accesses; the same seed always gives the same rounds."""
 
     def __init__(self, core: Core, seed: int) -> None:
-        """Store the generics of the core; ``seed`` is that of the random numbers."""
+        """Store the generics of the core; ``seed`` starts the random numbers."""
         self.core = core
         self._random = random.Random(seed)
 
     def accesses(self, rounds: int) -> list[Access]:
-        """Return the accesses that fill and read whole banks, then those of ``rounds`` rounds."""
+        """Return the accesses that fill and read whole banks, followed by the accesses of
+        ``rounds`` rounds."""
         made = list(self._full_banks())
         for place in range(rounds):
             made += self._settings()
             # Only every second round has large corrections, because the output can follow only
-            # small ones.
+            # small corrections.
             made += self._all_coefficients(number_formats.AMPLITUDE_WIDTH if place % 2 else 13)
             for _ in range(MIXED):
                 made += self._mixed()
@@ -211,8 +214,8 @@ class Stimulus:
         return self._amplitude(bits) if is_amplitude else self._random.getrandbits(32)
 
     def _all_coefficients(self, bits: int) -> Iterator[Access]:
-        """Yield accesses that write the coefficients in any order, some lanes in one burst, read
-        them in another order, and swap."""
+        """Yield accesses that write all coefficients in random order (some lanes in one burst),
+        read them in another order, and swap the banks."""
         addresses = self.core.coefficients
         for address in self._random.sample(addresses, len(addresses)):
             if address % 16 == 0 and self._one_in(3):
@@ -292,7 +295,8 @@ class Stimulus:
         yield self._write(address, value)
 
     def _odd(self) -> Iterator[Access]:
-        """Yield accesses that the bus or the map refuses, or bursts of other kinds and sizes."""
+        """Yield accesses that the bridge or the core refuses, and bursts of other kinds and
+        sizes."""
         draw = self._random
         anywhere = BASE + 4 * draw.randrange(1 << 16)
         scratch = BASE + registers.SCRATCH_ADDRESS
@@ -322,8 +326,8 @@ def accesses_of(core: Core, clocks: int, seed: int) -> list[Access]:
 
 
 def shortfalls(core: Core, accesses: Sequence[Access], answers: Sequence[Answer]) -> list[str]:
-    """Return a sentence for everything that the accesses did not reach, or that contradicts the
-    map."""
+    """Return a sentence for each part of the core that the accesses did not reach, and for each
+    answer that contradicts the register map."""
     asked = {BASE + address: address for address in core.coefficients}
     held = dict.fromkeys(core.coefficients, 0)
     written: set[int] = set()

@@ -1,12 +1,12 @@
 """Ties the constant pins of every DSP48E1 that place and route leaves open.
 
 nextpnr-himbaechel 0.11.1 (and nextpnr-xilinx: openXC7/nextpnr-xilinx, pull request 159) writes
-neither a tie-off nor an inverter bit for constants at INMODE, ALUMODE2, ALUMODE3 and OPMODE6. Such
-a design multiplied wrongly on hardware. The right values of (connection to ground, connection to
-the supply, ``ZIS_…_INVERTED``, which is set if the pin is *not* inverted) are 1 0 1 for a constant
-0 and 0 1 1 for a constant 1; the same pull request states them, from Vivado on two parts. The
-database states which pins have these connections, and the routed netlist which constant each pin
-needs.
+neither a tie-off nor an inverter bit for constants at INMODE, ALUMODE2, ALUMODE3 and OPMODE6. A
+design without these bits multiplied wrongly on hardware. Three bits tie a pin: connection to
+ground, connection to the supply, and ``ZIS_…_INVERTED``, which is set if the pin is *not* inverted.
+Their right values are 1 0 1 for a constant 0 and 0 1 1 for a constant 1; the same pull request
+states these values, from Vivado on two parts. The database states which pins have these
+connections; the routed netlist states which constant each pin needs.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ BIT: Final = re.compile(r"(?P<port>[A-Z]+)(?P<bit>\d*)")
 
 
 def tie_feature(own: TileType, half: int, pin: str, level: int) -> str:
-    """Return the feature of a DSP's tile that connects a pin to ground (0) or to the supply (1)."""
+    """Return the feature of a DSP's tile that connects a pin to ground (``level`` 0) or to the
+    supply (``level`` 1)."""
     side = own.name[-1]
     return f"DSP_{half}_{pin}.DSP_{SUPPLIES[level]}_{side}"
 
@@ -54,7 +55,7 @@ def tied_pins(own: TileType, half: int) -> list[str]:
 
 
 def _tile_of(chip: Chip, cell: str, placed: str) -> tuple[str, int]:
-    """Return tile and half (0 or 1) of a placed DSP. Raises ToolError if it is not placed."""
+    """Return tile and half (0 or 1) of a placed DSP. Raises ToolError if the DSP is not placed."""
     by_grid, by_site = PLACE.fullmatch(placed), SITE.fullmatch(placed)
     if by_grid:
         tile = chip.at.get((int(by_grid["column"]), int(by_grid["row"])), "")
@@ -89,7 +90,8 @@ def _is_inverted(cell: dict[str, Any], pin: str) -> bool:
 
 
 def ties(routed: Path, chip: Chip) -> list[str]:
-    """Return the lines of FASM that the constant pins of a routed netlist's DSPs need.
+    """Return the lines of FASM that are necessary for the constant pins of all DSPs of a routed
+    netlist.
 
     Raises ToolError for a netlist that is not placed.
     """
@@ -113,8 +115,8 @@ def ties(routed: Path, chip: Chip) -> list[str]:
 
 
 def tie_constants(fasm: Path, routed: Path, chip: Chip, tied: Path) -> int:
-    """Write to ``tied`` the lines of ``fasm`` and those for the DSPs' constants; return their
-    number."""
+    """Write to ``tied`` the lines of ``fasm`` and the added lines for the DSPs' constants; return
+    the number of added lines."""
     lines = ties(routed, chip)
     text = fasm.read_text(encoding="ascii")
     added = "".join(f"{line}\n" for line in lines)

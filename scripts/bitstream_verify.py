@@ -1,10 +1,11 @@
-"""``make verify-bitstream``: checks that a bitstream computes the same as its VHDL.
+"""Checks that a bitstream computes the same outputs as its VHDL: ``make verify-bitstream``.
 
-It decodes the finished bitstream back into a netlist, except the PS7, and runs it in parallel with
-GHDL's netlist of the VHDL. Both get the same random levels and, if there is a core, the same
-accesses (docs/device.md). It reads the folder that ``make bitstream FLOW=open`` made. Exit code 1:
-an output differs, or the test did not reach a DSP, a RAM or a word of coefficients. 2: something is
-missing, is not driven or is not decoded.
+The program decodes the finished bitstream back into a netlist, except the PS7, and runs this
+netlist in parallel with GHDL's netlist of the VHDL. Both netlists get the same random levels and,
+if there is a core, the same accesses (docs/device.md). The program reads the folder that ``make
+bitstream FLOW=open`` made. Exit code 1: an output differs, or the test did not reach a DSP, a RAM
+or a word of coefficients. 2: a file or tool is missing, a pin is not driven, or a bit or cell
+cannot be decoded.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from scripts.netlist import ROOT, ToolError
 CLOCKS = 200_000
 SEED = 1
 LOOK_UP_TABLE_OUTPUT: Final = re.compile(r"_[ABCD]o[56]$")
-"""Pattern of the end of the name of an output of a look-up table as RAM."""
+"""Pattern of the end of a name: the output of a look-up table as RAM."""
 BITREAD = Tool(
     "BITREAD",
     ("bitread",),
@@ -53,7 +54,7 @@ BITREAD = Tool(
 
 @dataclass(frozen=True)
 class Design:
-    """The two netlists of a design: GHDL's, and the same netlist mapped by Yosys."""
+    """Two netlists of a design: GHDL's netlist, and the same netlist mapped by Yosys."""
 
     top: str
     netlist: Path
@@ -112,7 +113,7 @@ def faults_of(compared: Compared, *, are_rams_written: bool = True) -> list[str]
     """Return the faults of a bitstream, or of its test, as sentences.
 
     ``are_rams_written`` is False if the design writes only constants into its look-up tables as
-    RAM: their outputs then need not change.
+    RAM: the outputs of these RAMs then need not change.
     """
     faults = []
     if not compared.is_equal:
@@ -129,7 +130,8 @@ def faults_of(compared: Compared, *, are_rams_written: bool = True) -> list[str]
 
 
 def run_core(bench: Path, clocks: int, seed: int) -> tuple[Compared, list[str]]:
-    """Run the bench with accesses to the core; also return what these did not reach.
+    """Run the bench with accesses to the core; return the comparison, and a sentence for each part
+    that the accesses did not reach.
 
     Raises ToolError like ``run``.
     """
@@ -169,7 +171,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Verify the bitstream that the command line names; return the exit code."""
     chosen = _parser().parse_args(arguments)
     folder = (chosen.folder or ROOT / "build" / "bitstream" / chosen.board).resolve()
     bitstream = folder / "arctrue.bit"
@@ -198,7 +200,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (ToolError, ConstraintError) as error:
         print(f"verify-bitstream: {error}", file=sys.stderr)
         return 2
-    # The encoder source writes its coefficients only once, and they are constants.
+    # The encoder source writes its coefficients only once, and the coefficients are constants.
     faults = [*faults_of(compared, are_rams_written=TOPS[chosen.top].has_core), *lacking]
     for fault in faults:
         print(f"verify-bitstream: {fault}", file=sys.stderr)

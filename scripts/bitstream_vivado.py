@@ -21,7 +21,7 @@ SHOWN_LINES = 15
 
 
 def run_vivado(job: Job) -> str:
-    """Make the bitstream and return a sentence about the timing.
+    """Make the bitstream of a job with Vivado; return a sentence about the timing.
 
     Raises ToolError if Vivado is missing or fails, TimingError if the timing is not met.
     """

@@ -1,7 +1,7 @@
 """Generates the Python modules of registers and number formats while setuptools builds the package.
 
 pyproject.toml and setup.py name this step. Therefore ``pip install .`` from a fresh clone, ``pip
-wheel``, an install from a git address and one from the source distribution all contain the
+wheel``, an install from a git address, and an install from the source distribution all contain the
 generated modules.
 """
 
@@ -19,7 +19,7 @@ GENERATED = Path("arctrue", "generated")
 
 
 class BuildPackage(build_py):
-    """Build step of setuptools that also generates modules."""
+    """Build step of setuptools that also generates Python modules."""
 
     def run(self) -> None:
         """Copy the package into the build folder and generate the modules there.
@@ -30,14 +30,14 @@ class BuildPackage(build_py):
             super().run()
             write_python(ROOT, ROOT / "sim" / GENERATED)
             return
-        # Remove old modules: those that have moved since an earlier build would get into this
-        # wheel.
+        # Remove old modules, because modules that have moved since an earlier build would get into
+        # this wheel.
         shutil.rmtree(self.build_lib, ignore_errors=True)
         super().run()
         write_python(ROOT, Path(self.build_lib) / GENERATED)
 
     def get_outputs(self, include_bytecode: bool = True) -> list[str]:
-        """Return the files of the build, including the generated ones."""
+        """Return the files of the build, including the generated modules."""
         folder = Path(self.build_lib) / GENERATED
         generated = [str(path) for path in sorted(folder.glob("*.py"))]
         return [*super().get_outputs(include_bytecode), *generated]

@@ -1,12 +1,12 @@
-"""Counts what the forward search finds in logs of noise alone.
+"""Counts the lines and steps that the forward search falsely finds in logs of noise alone.
 
 ``python -m scripts.calibrate_line_search`` makes N logs (--logs) of each kind of noise in
-sim/tests/workbench/noisy_logs.py, whose noise processes differ from the kernels of the search. It
-prints in how many logs the search finds a line, a step, or residuals that are not white. With
---short it searches steps in stations and in logs of few rows, with 20 orders in the model. With
+sim/tests/workbench/noisy_logs.py, whose noise processes differ from the kernels of the search. The
+script prints in how many logs the search finds a line, a step, or residuals that are not white.
+With --short it searches steps at few stations and in short logs, with 20 orders in the model. With
 --orders it searches lines in logs with up to 20 orders in the model. With --oscillator it lists the
 lines that pass all other tests, in noise and in logs with one true line, and prints the gain of
-each over an oscillator at its frequency: the threshold OSCILLATOR_GAIN of
+each line over an oscillator at the line's frequency; the threshold OSCILLATOR_GAIN of
 arctrue.workbench.inference.forward.search is above the gains in noise.
 """
 
@@ -59,8 +59,8 @@ stations of one cycle cover 17°."""
 
 
 def short_of(kind: str, design: str, number: int) -> Record:
-    """Return noise at few stations, 10 s each, or in a short log; orders 1 to 20 are in the
-    model."""
+    """Return a record of noise alone, at few stations (10 s each) or in a short log; the model
+    contains orders 1 to 20."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number, *design.encode()))
     stations, cycles, back = SHORT[design]
     row = np.arange(stations * cycles)
@@ -84,11 +84,11 @@ def steps_of(record: Record) -> int:
 
 
 ORDER_ROWS, ORDERS = (150, 300, 600), (0, 6, 20)
-"""Numbers of rows of logs over 0.95 turns, and numbers of orders in their models."""
+"""Numbers of rows of the logs, which cover 0.95 turns, and numbers of orders in the models."""
 
 
 def log_with_orders(kind: str, rows: int, orders: int, number: int) -> Record:
-    """Return a log of noise over an hour, with ``orders`` orders in the model."""
+    """Return a log of noise over an hour, whose model contains ``orders`` orders."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number, rows))
     time_s = clock(random, rows, 3600.0 / rows, CLOCKS[number % len(CLOCKS)])
     waves = np.outer(np.arange(rows) * (0.95 * 2.0 * np.pi / rows), np.arange(1, orders + 1))
@@ -113,7 +113,7 @@ def orders_main(logs: int, kinds: str) -> int:
 
 
 def short_main(logs: int, kinds: str) -> int:
-    """Print in how many short sets of noise the search finds a step."""
+    """Print in how many short records of noise the search finds a step."""
     every = total = 0
     for design in SHORT:
         for kind in (kind for kind in NULLS if kinds in kind):
@@ -126,8 +126,8 @@ def short_main(logs: int, kinds: str) -> int:
 
 
 def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
-    """Return the gains over an oscillator of the lines that pass all other tests: those of lines in
-    noise, and those of true lines."""
+    """Return the gains, over an oscillator, of lines that pass all other tests: first of lines
+    found in noise, then of true lines."""
     false: list[float] = []
     true: list[float] = []
     for number in range(logs):
@@ -141,7 +141,7 @@ def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print what the search finds in each kind of noise, or the figures for a new threshold."""
+    """Print the number of false finds in each kind of noise, or, by an option, the other tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--logs", type=int, default=6, help="logs of each kind (default: 6)")
     parser.add_argument("--kinds", default="", help="only kinds whose name has this word")

@@ -1,12 +1,13 @@
-"""Fits the probabilities that a diagnosis states, and measures them across the two generators.
+"""Fits the coefficients of the probabilities that a diagnosis states, and scores the probabilities
+on answers that were not used for the fit.
 
 ``python -m scripts.calibrate_probabilities`` reads the answers of ``stated.csv`` in
-``studies/benchmark``. It prints the scores of coefficients on answers that were not used for the
-fit: answers of the other generator, of a left-out world, and of a left-out fifth of each generator.
-``--write`` writes the coefficients fitted to all answers into
-``workbench/diagnose/calibrated.json``. ``--collect FOLDER`` (may be repeated) takes the answers of
-a benchmark's runs in place of those in the table. Answers ``bad_data`` do not count: their
-probabilities were stated without these coefficients.
+``studies/benchmark``. It prints the scores for three kinds of such answers: answers of the other
+generator, of a left-out world, and of a left-out fifth of each generator. ``--write`` writes the
+coefficients fitted to all answers into ``workbench/diagnose/calibrated.json``. ``--collect FOLDER``
+(may be repeated) uses the answers of a benchmark run in place of the answers in ``stated.csv``.
+Answers with the verdict ``bad_data`` do not count, because their probabilities do not depend on
+these coefficients.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ DIGITS = 5
 
 
 def within(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer; the coefficients for each fifth are fitted to the
-    other four."""
+    """Return the probability of every answer; the coefficients for each fifth of the answers are
+    fitted to the other four fifths."""
     found = np.empty(len(rows))
     for fold in range(FOLDS):
         learned = fitted([row for place, row in enumerate(rows) if place % FOLDS != fold])
@@ -51,8 +52,8 @@ def within(rows: Sequence[Stated]) -> list[float]:
 
 
 def without_their_world(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer; the coefficients are fitted to all other worlds of
-    both generators."""
+    """Return the probability of every answer; the coefficients for each world are fitted to all
+    other worlds of both generators."""
     found = np.empty(len(rows))
     for world in {row.world for row in rows}:
         own = [place for place, row in enumerate(rows) if row.world == world]
@@ -62,8 +63,8 @@ def without_their_world(rows: Sequence[Stated]) -> list[float]:
 
 
 def across(rows: Sequence[Stated]) -> list[float]:
-    """Return the probability of every answer; the coefficients are fitted to the other
-    generator."""
+    """Return the probability of every answer; the coefficients for each generator are fitted to the
+    answers of the other generator."""
     found = np.empty(len(rows))
     for generator in GENERATORS:
         own = [place for place, row in enumerate(rows) if row.generator == generator]
@@ -73,12 +74,12 @@ def across(rows: Sequence[Stated]) -> list[float]:
 
 
 def words(found: Estimate) -> str:
-    """Format a value and its 95 % interval."""
+    """Format an estimate and its 95 % interval as a text."""
     return f"{found.value:.3f} ({found.low:.3f} … {found.high:.3f})"
 
 
 def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
-    """Return a row of a table: calibration error, and the log score minus that of the best
+    """Return a row of a table: calibration error, and the log score minus the log score of the best
     constant."""
     probability, right = [pair[0] for pair in pairs], [pair[1].right for pair in pairs]
     return (
@@ -88,8 +89,8 @@ def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
 
 
 def table(rows: Sequence[Stated]) -> list[str]:
-    """Return a table in Markdown: the scores, by the answers to which the coefficients were
-    fitted."""
+    """Return a table in Markdown: the scores for each choice of the answers to which the
+    coefficients are fitted."""
     found = [
         "| Answers | Number | Right | Calibration error | Log score above a constant |",
         "|---|---|---|---|---|",
@@ -126,7 +127,7 @@ def kinds(rows: Sequence[Stated]) -> list[str]:
 
 
 def data(learned: Calibration) -> str:
-    """Return the coefficients as JSON."""
+    """Return the calibration as the JSON text of ``calibrated.json``."""
     return (
         json.dumps(
             {

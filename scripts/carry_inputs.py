@@ -1,9 +1,9 @@
-"""Gives each place of a carry chain its own look-up table, for nextpnr.
+"""Copies look-up tables for nextpnr, so that each place of a carry chain has its own look-up table.
 
 nextpnr 0.11.1 puts a look-up table into the slice of the carry chain only if no other cell reads
-the table. Otherwise nextpnr adds a second table in the slice, with a long wire between the two.
-Yosys shares such look-up tables between the chain and other cells; this script makes one for the
-chain and one for the others.
+the table. Otherwise nextpnr adds a second table in the slice, with a long wire between the two
+tables. Yosys shares such look-up tables between the chain and other cells; this script makes one
+look-up table for the chain and one for the other cells.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, Final
 
 MOST_INPUTS: Final = 4
-"""Largest number of inputs of a copied look-up table. A slice has five inputs for the table and for
-the chain's other input, so that a larger table does not fit into a chain."""
+"""Largest number of inputs of a copied look-up table. A place of a slice has five inputs for the
+table and the chain's other input, so a larger table does not fit."""
 
 Cell = dict[str, Any]
 

@@ -1,9 +1,10 @@
 """Defines the delays of the cells of the 7 series, and the pins at which a path begins and ends.
 
-The delays are those of Yosys for its cells (``share/yosys/xilinx/cells_sim.v``), which come from
-the Artix-7 data of Project X-Ray; if they differ from pin to pin, a mean or the largest one is
-used. Wire delays are guesses, because nothing is placed: 0.4 ns, plus 0.1 ns for each doubling of
-the fan-out. The results are estimates from which paths can be sorted, but no sign-off.
+The delays are the ones that Yosys states for its cells (``share/yosys/xilinx/cells_sim.v``), which
+come from the Artix-7 data of Project X-Ray; if they differ from pin to pin, their mean or the
+largest of them is used. Wire delays are guesses, because nothing is placed: 0.4 ns, plus 0.1 ns for
+each doubling of the fan-out. The results are estimates that can rank paths, but cannot prove that
+the timing is met.
 """
 
 from __future__ import annotations
@@ -54,8 +55,8 @@ DSP_MULTIPLY_THROUGH_NS: Final = 3.9
 
 @dataclass(frozen=True)
 class Arc:
-    """A path between two bits of a cell; ``levels`` and ``multipliers`` are its numbers of LUTs and
-    DSPs."""
+    """Path between two bits of a cell; ``levels`` and ``multipliers`` are the numbers of LUTs and
+    DSPs on the path."""
 
     start: int
     end: int
@@ -70,8 +71,8 @@ class Arc:
 
 @dataclass(frozen=True)
 class Pin:
-    """The start of a path, ``delay_ns`` after the clock edge, or its end, ``delay_ns`` before
-    it."""
+    """Start of a path, ``delay_ns`` after the clock edge, or end of a path, ``delay_ns`` before the
+    clock edge."""
 
     bit: int
     delay_ns: float
@@ -93,7 +94,8 @@ def wire_ns(fan_out: int) -> float:
 
 
 def _bits(cell: dict[str, Any], port: str) -> list[int]:
-    """Return the nets at a port, but not its constants, which are texts."""
+    """Return the numbers of the nets at a port; leave out constants, which Yosys writes as
+    texts."""
     return [bit for bit in cell["connections"].get(port, []) if isinstance(bit, int)]
 
 
@@ -108,7 +110,8 @@ def _parameter(cell: dict[str, Any], name: str) -> int:
 
 
 def _clocked(cell: dict[str, Any], out_ns: float, setup_ns: float) -> CellTiming:
-    """Return the timing of a cell: paths end at all its inputs and begin at all its outputs."""
+    """Return the timing of a clocked cell: paths end at all its inputs and begin at all its
+    outputs."""
     timing = CellTiming()
     for port in _ports(cell, "output"):
         timing.begins += [Pin(bit, out_ns) for bit in _bits(cell, port)]
@@ -120,7 +123,7 @@ def _clocked(cell: dict[str, Any], out_ns: float, setup_ns: float) -> CellTiming
 
 
 def _through(cell: dict[str, Any], delay_ns: float, levels: int) -> CellTiming:
-    """Return the timing of a cell with a path from every input to every output."""
+    """Return the timing of a combinational cell: a path leads from every input to every output."""
     arcs = [
         Arc(start, end, delay_ns, levels)
         for source in _ports(cell, "input")
@@ -134,7 +137,7 @@ def _through(cell: dict[str, Any], delay_ns: float, levels: int) -> CellTiming:
 def _wide_multiplexer(cell: dict[str, Any]) -> CellTiming:
     """Return the timing of a multiplexer of two LUTs of the slice, or of two multiplexers.
 
-    The wire to its select input adds a delay.
+    The wire to the multiplexer's select input adds a delay.
     """
     arcs = [
         Arc(start, end, MULTIPLEXER_NS, is_direct=port != "S")
@@ -159,7 +162,7 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
             end = bits[place]
             timing.arcs += [Arc(bit, end, through) for bit in _bits(cell, "CI")]
             entries = _bits(cell, "CYINIT")
-            # The S and DI of a place do not affect the sum of this place through the carry.
+            # S and DI of a place do not change the sum of the same place through the carry.
             below = {"S": place + 1, "DI": place + (port == "CO")}
             for source, count in below.items():
                 entries += [
@@ -172,8 +175,8 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
 def _multiplier(cell: dict[str, Any]) -> CellTiming:
     """Return the timing of a DSP.
 
-    Its registers determine where paths begin and end; a multiplication and an addition each add a
-    delay.
+    The DSP's registers determine where paths begin and end; a multiplication and an addition each
+    add a delay.
     """
     timing = CellTiming()
     is_added = bool(_parameter(cell, "PREG"))
@@ -212,7 +215,7 @@ def _multiplier(cell: dict[str, Any]) -> CellTiming:
 
 
 def _lut_ram(cell: dict[str, Any]) -> CellTiming:
-    """Return the timing of a LUT as RAM, whose writes are clocked and whose reads are not."""
+    """Return the timing of a LUT as RAM, in which writes are clocked and reads are not."""
     written = [port for port in _ports(cell, "input") if re.match(r"DI|D$|WE|ADDRD$", port)]
     timing = _clocked(cell, LUT_RAM_OUT_NS, MEMORY_SETUP_NS)
     addresses = [

@@ -1,14 +1,14 @@
-"""Measures both lanes of the core and one with a DSP by the same tools: ``make compare-lanes``.
+"""Measures the core's lanes and a lane with a DSP with the same tools: ``make compare-lanes``.
 
-Yosys maps the Verilog of a lane, scripts/timing_paths.py estimates its longest path, and Verilator
-runs it over a sweep of the turn. The script prints the table of results and writes it between the
-marks in docs/cordic-comparison.md; the page also has published operators, which were measured once.
-It needs Verilator, Yosys and GHDL 5 or newer, and takes a few minutes. Exit code 2: a tool is
-missing or fails.
+Yosys maps the Verilog of a lane, scripts/timing_paths.py estimates the lane's longest path, and
+Verilator simulates the lane over a sweep of the turn. The script prints the table of results and
+writes it between the marks in docs/cordic-comparison.md; the page also lists published operators,
+which were measured once. The script needs Verilator, Yosys and GHDL 5 or newer, and takes a few
+minutes. Exit code 2: a tool is missing or fails.
 
-The lanes of the core are quadrant_fold with cordic_rotation and with table_rotation. The third lane
-is not part of the core: it has the same table, and its product is in a DSP in place of rows of
-adders.
+The lanes of the core are quadrant_fold with cordic_rotation and quadrant_fold with table_rotation.
+The third lane is not part of the core: it has the table of table_rotation, but a DSP computes its
+product instead of rows of adders.
 """
 
 from __future__ import annotations
@@ -77,15 +77,15 @@ int main() {{
 
 
 class WrongOutputError(ToolError):
-    """The output of a lane is not the cosine of any of the preceding phases."""
+    """Raised if the output of a lane is not the cosine of any of the preceding phases."""
 
 
 @dataclass(frozen=True)
 class Measured:
     """Resources of a lane, its longest path by the estimate, its latency and its largest errors.
 
-    ``error`` is the largest one at phases that the lane can represent, ``error_any_angle`` at any
-    angle, which is first rounded to such a phase.
+    ``error`` is the largest error at phases that the lane can represent. ``error_any_angle`` is the
+    largest error at any angle, which is first rounded to such a phase.
     """
 
     resources: Resources
@@ -96,8 +96,8 @@ class Measured:
 
 
 def _lane_of(rotation: str) -> str:
-    """Return Verilog of quadrant_fold and ``rotation``, with the rounding and the sign that
-    harmonic_lane adds."""
+    """Return Verilog of a lane of quadrant_fold and ``rotation``, with the rounding and the sign
+    that harmonic_lane adds."""
     parts = [
         write_netlist(entity, WORK / entity).read_text(encoding="utf-8")
         for entity in ("quadrant_fold", rotation)
@@ -138,7 +138,8 @@ def verilog_table(
 ) -> str:
     """Return a Verilog function that looks ``values`` up by ``inputs`` bits.
 
-    Its result has ``outputs`` bits, two's complement; beyond the end of ``values`` it is 0.
+    The function's result has ``outputs`` bits, two's complement; beyond the end of ``values`` it is
+    0.
     """
     mask = (1 << outputs) - 1
     cases = "\n".join(
@@ -157,7 +158,7 @@ def verilog_table(
 
 
 def table_middles() -> NDArray[np.float64]:
-    """Return the angle in the middle of each interval of the table, rad; the table covers a
+    """Return the angle in the middle of each interval of the table, in radians; the table covers a
     quadrant."""
     index = np.arange(1 << ADDRESS_BITS)
     middles: NDArray[np.float64] = (index + 0.5) * (math.pi / 2) / (1 << ADDRESS_BITS)
@@ -165,7 +166,7 @@ def table_middles() -> NDArray[np.float64]:
 
 
 def table_slopes() -> Integers:
-    """Return the slopes 2 pi sin a, u3.8 a turn."""
+    """Return the slopes 2 pi sin a of the table, in u3.8 per turn."""
     slopes: Integers = np.round(
         2.0 * math.pi * np.sin(table_middles()) * 2.0**SLOPE_FRACTION
     ).astype(np.int64)
@@ -173,7 +174,7 @@ def table_slopes() -> Integers:
 
 
 def table_values() -> Integers:
-    """Return the values of the tangents to the cosine at the starts of their intervals, s1.20.
+    """Return, in s1.20, the value that the tangent to the cosine has at the start of each interval.
 
     Half of the largest z**2/2 is subtracted, which balances the errors; half of the last bit of the
     result is added, which rounds the product.
@@ -230,7 +231,8 @@ LANES: Final[dict[str, Callable[[], str]]] = {
 
 
 def measure(make: Callable[[], str], folder: Path) -> Measured:
-    """Map a lane, and run it in an empty folder. Raises ToolError if a tool fails."""
+    """Map a lane, estimate its path, and simulate it, all in an empty folder; return the results.
+    Raises ToolError if a tool fails."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     source = folder / f"{make.__name__}.v"
@@ -259,12 +261,12 @@ def _run_tool(command: Sequence[str | Path], folder: Path) -> bytes:
 
 
 def verilator_version() -> str:
-    """Return the version of Verilator. Raises ToolError if it is missing."""
+    """Return the version of Verilator. Raises ToolError if Verilator is missing."""
     return _run_tool(["verilator", "--version"], ROOT).decode().split()[1]
 
 
 def _phases() -> Integers:
-    """Return the phases of the sweep, u0.24 turn: 2**20 values spread evenly over the turn, whose
+    """Return the phases of the sweep, u0.24 turn: 2**20 values spread evenly over the turn; their
     low bits take all values."""
     k = np.arange(1 << SWEEP_BITS, dtype=np.int64)
     shift = PHASE_FRACTION - SWEEP_BITS
@@ -297,7 +299,8 @@ def sweep(source: Path) -> Integers:
 
 
 def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
-    """Return the latency in clocks, and the largest errors of the sweep, of a cosine of size 1.
+    """Return the latency in clocks, and the two largest errors of the sweep, for a cosine with
+    amplitude 1.
 
     The errors are |cosine - exact| at the phases of the sweep, and at the angles half of the last
     bit to each side of them. The latency is the delay with which the outputs fit the phases. Raises
@@ -314,8 +317,8 @@ def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
     any_angle = max(
         _largest_error(cosines, phases.astype(np.float64) + side) for side in (-0.5, 0.0, 0.5)
     )
-    # An output is read after the clock edge that takes its phase, which adds one register to the
-    # delay.
+    # The harness reads an output after the clock edge that takes its phase; this adds one register
+    # to the delay.
     return delay + 1, errors[delay], any_angle
 
 
@@ -345,7 +348,7 @@ def table_of(measured: dict[str, Measured]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Measure the lanes, print the table, and write it into the page; return the exit code."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -353,7 +356,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     page: Path = parser.parse_args(arguments).page
     try:
         section = MarkedSection(page, BEGIN)
-        section.inserted("")  # a page without its marks is refused before the synthesis
+        section.inserted("")  # refuse a page without its marks before the long synthesis
         table = table_of(
             {name: measure(make, WORK / make.__name__) for name, make in LANES.items()}
         )

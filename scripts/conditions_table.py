@@ -1,8 +1,9 @@
-"""Runs the effects that follow a condition and writes their table into docs/hidden-effect.md.
+"""Simulates the hidden effects that follow a condition and writes their table into
+docs/hidden-effect.md.
 
-``python -m scripts.conditions_table measure`` runs them on the virtual instrument (2¹⁸ counts, some
-minutes) and writes docs/data/conditions.json and the page; ``page`` writes the page from the stored
-figures, and ``check`` compares the page with them.
+``python -m scripts.conditions_table measure`` runs the effects on the virtual instrument (2¹⁸
+counts, some minutes) and writes docs/data/conditions.json and the page; ``page`` writes the page
+from the stored figures, and ``check`` compares the page with the stored figures.
 """
 
 from __future__ import annotations
@@ -34,18 +35,18 @@ ROWS: Final = {
     "warm_ovality": "2.5 K warmer, order 2",
     "all_at_once": "down, 2.5 K warmer, speed to a half and back, largest error",
 }
-"""Description of the judged turn, and of the judged figures, by the name of the case."""
+"""Texts of the table for each case: the judged turn, and the figures that are compared."""
 
 
 def small_settings() -> HiddenSettings:
-    """Return settings with 2¹⁸ counts and four lanes; a count is 4.9″."""
+    """Return settings with 2¹⁸ counts a turn and four lanes; a count is 4.9″."""
     settings = HiddenSettings.of_lines(1024, 4, 1200)
     scale = dataclasses.replace(settings.revolution, interpolation=256, orders=12)
     return dataclasses.replace(settings, revolution=scale)
 
 
 def figures(result: HiddenResult) -> dict[str, Any]:
-    """Return the stored figures of one case."""
+    """Return the figures of one case that are stored."""
     return {
         "followed": result.export.followed,
         "left_arcsec": {name: round(value, 2) for name, value in result.judged_arcsec().items()},
@@ -53,7 +54,7 @@ def figures(result: HiddenResult) -> dict[str, Any]:
 
 
 def measure(names: Sequence[str]) -> dict[str, Any]:
-    """Run each case on the virtual instrument; return the figures."""
+    """Run each case on the virtual instrument; return the figures to store."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
@@ -83,7 +84,8 @@ def section(stored: dict[str, Any]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, write or compare; return the exit code."""
+    """Do the step that the command line names: measure, write the page, or compare it; return the
+    exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "what",

@@ -17,7 +17,8 @@ EDGE = {"outside": "#9aa5b1", "gateware": "#1f6f9f", "software": "#b86e14"}
 
 @dataclass(frozen=True)
 class Box:
-    """A part of the path: position and size in pixels, name, folder, and one line of text."""
+    """Box that stands for one unit of the path: position and size in pixels, name, folder, and one
+    line of text."""
 
     x: int
     y: int
@@ -62,7 +63,7 @@ BOXES = (
     Box(800, 405, 160, "software", "Firmware", "firmware", "ε from R₂ − R₁, gate, swap"),
 )
 
-# Each arrow: its points in pixels, the text on it, and the place of the text.
+# Each arrow has its points in pixels, the text on it, and the place of the text.
 ARROWS: tuple[tuple[tuple[tuple[int, int], ...], str, tuple[int, int]], ...] = (
     (((150, 132), (200, 132)), "", (0, 0)),
     (((150, 332), (200, 332)), "", (0, 0)),

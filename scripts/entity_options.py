@@ -1,4 +1,5 @@
-"""Reads the options that name an entity of the gateware and the values of its generics."""
+"""Adds and reads the command-line options that name an entity of the gateware and the values of its
+generics."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
-"""``python -m scripts.fasm_frames``: converts nextpnr's FASM to the chip's configuration frames.
+"""Converts nextpnr's FASM to the chip's configuration frames: ``python -m scripts.fasm_frames``.
 
-It uses Project X-Ray's database; fasm2frames, Project X-Ray's own program for this, is in no
-package. The database of a tile's type names each feature of the tile, with the bits that it sets
-and clears; the tile grid states where the tile's bits lie. Banks below 3.3 V also need STEPDOWN in
-the unused pads of their bank. The script refuses them; constraints/ has none.
+The script uses Project X-Ray's database, because no package contains fasm2frames, Project X-Ray's
+own program for this. The database of a tile's type names each feature of the tile, with the bits
+that it sets and clears; the tile grid states where the tile's bits lie. Banks below 3.3 V also need
+STEPDOWN in the unused pads of their bank. The script refuses such banks; no board in constraints/
+has one.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ BASES: Final = {"b": 2, "h": 16, "d": 10, None: 10}
 
 
 class Frames:
-    """The configuration frames of a chip; at first all bits are zero."""
+    """Configuration frames of a chip; at first all bits are zero."""
 
     def __init__(self, chip: Chip) -> None:
         """Store the ``chip`` of the database."""
@@ -47,7 +48,7 @@ class Frames:
     def enable(self, tile_name: str, feature: str, index: int | None, line: str) -> bool:
         """Set the bits of a feature; return False if the database does not have the feature.
 
-        Raises ToolError if two features disagree about a bit.
+        Raises ToolError if one feature sets a bit that another feature clears.
         """
         tile = self.chip.tiles.get(tile_name)
         if tile is None:
@@ -143,7 +144,7 @@ def frames_of(fasm: Path, chip: Chip) -> Frames:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Convert the FASM file that the command line names; return the exit code."""
     parser = argparse.ArgumentParser(prog="fasm_frames", description=__doc__)
     parser.add_argument("--part", required=True, help="chip, package and speed grade")
     parser.add_argument("--db-root", type=Path, required=True, help="the family's folder")

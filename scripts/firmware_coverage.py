@@ -1,9 +1,10 @@
 """Measures which lines of the firmware's C the host tests run, and fails below 90 %.
 
 ``python -m scripts.firmware_coverage`` (``make coverage-firmware``) makes the host build of
-sim/tests/firmware with gcc's ``--coverage``, runs its tests and those of the images once, and reads
-gcov's counts. Code that needs the processor (firmware/board) is not included. It prints a line for
-each file and writes every line that was not run to build/firmware/coverage/lines.txt.
+sim/tests/firmware with gcc's ``--coverage``, runs the tests of the firmware and of the boot images
+once, and reads gcov's counts. Code that needs the processor (firmware/board) is not included. The
+script prints a line for each file and writes every line that was not run to
+build/firmware/coverage/lines.txt.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ OTHER_BUILDS: Final = (
     "test_sanitizers.py",
     "test_fuzz_corpus.py",
 )
-"""Tests that are left out: they need the image, or builds of their own."""
+"""Tests that are left out, because they need the image or other builds of the firmware."""
 LEAST: Final = 0.9
 TESTS_TIMEOUT_S: Final = 1800
 GCOV_TIMEOUT_S: Final = 120
@@ -62,8 +63,8 @@ def run_tests() -> None:
 
 
 def counted(answers: list[str]) -> Counts:
-    """Return gcov's counts of the files below firmware/; of several counts of a line the largest
-    one."""
+    """Return gcov's counts of the files below firmware/; if a line has several counts, the
+    largest."""
     found: Counts = defaultdict(dict)
     for answer in answers:
         for entry in json.loads(answer)["files"]:
@@ -101,7 +102,8 @@ def share(lines: dict[int, int]) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; return the exit code, 1 if the share of executed lines is too small."""
+    """Run the tests and print the coverage of each file; return the exit code, 1 if the share of
+    executed lines is too small."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     try:
         run_tests()

@@ -1,8 +1,8 @@
 """Loads firmware or bitstream into the chip over JTAG: ``make flash``, ``make flash-bitstream``.
 
-The firmware goes into the on-chip memory by gdb, is read back, compared and started; gdb speaks to
-OpenOCD, or to any server that ``--remote`` names. The bitstream goes into the fabric by OpenOCD.
-Both are lost without power; the boot image stays (``make image``).
+gdb writes the firmware into the on-chip memory, reads it back, compares it and starts it; gdb
+connects to OpenOCD, or to the server that ``--remote`` names. OpenOCD writes the bitstream into the
+fabric. Both are lost without power; a boot image in the flash stays (``make image``).
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ import click
 
 ROOT = Path(__file__).resolve().parent.parent
 JTAG = ROOT / "scripts" / "jtag"
-# gdb speaks to OpenOCD through a pipe. OpenOCD's ports stay closed, because another OpenOCD may use
-# them.
+# gdb communicates with OpenOCD through a pipe. OpenOCD's ports stay closed, because another OpenOCD
+# may use them.
 ONLY_THE_PIPE = "gdb_port pipe; telnet_port disabled; tcl_port disabled"
 GDB_REMOTE_SECONDS = 30
 ONBOARD_ADAPTER = JTAG / "ft2232h.cfg"
 SECONDS = 120.0
 
-# Pairs of a part of OpenOCD's message, and advice for the user at the board.
+# Each pair has a part of OpenOCD's message, and advice for the user at the board.
 ADVICE = (
     ("unable to open ftdi device", "is the board's USB cable in, and is the board on?"),
     ("LIBUSB_ERROR_ACCESS", "no right to the USB device: install OpenOCD's udev rules"),
@@ -37,7 +37,7 @@ ADVICE = (
 
 
 class FlashError(Exception):
-    """A command failed; the message states what failed for the user at the board."""
+    """Raised if a command fails; the message tells the user at the board what failed."""
 
 
 def tool(names: tuple[str, ...], package: str) -> str:
@@ -63,7 +63,7 @@ def run(command: list[str], seconds: float) -> str:
     """Run the command; return its whole output.
 
     Raises:
-        FlashError: it fails, or takes more than ``seconds``.
+        FlashError: the command fails, or takes more than ``seconds``.
     """
     try:
         done = subprocess.run(
@@ -85,7 +85,7 @@ def run(command: list[str], seconds: float) -> str:
 
 
 def last_lines(said: str) -> str:
-    """Return the end of a tool's output, and the advice that belongs to it."""
+    """Return the last lines of a tool's output, and the advice that belongs to its message."""
     lines = [f"  {line}" for line in said.strip().splitlines()[-12:]]
     lines += [f"  -> {advice}" for sign, advice in ADVICE if sign.lower() in said.lower()]
     return "\n".join(lines)
@@ -94,7 +94,8 @@ def last_lines(said: str) -> str:
 def load_firmware(
     elf: Path, adapter: Path, remote: str | None, seconds: float = SECONDS
 ) -> tuple[int, int]:
-    """Load, compare and start; return the numbers of bytes and sections that gdb found equal.
+    """Load the firmware, compare the memory and start; return the numbers of bytes and sections
+    that gdb found equal.
 
     Raises:
         FlashError: a tool or file is missing, nothing answers, or the loaded memory differs.
@@ -120,7 +121,7 @@ def load_firmware(
 
 
 def load_bitstream(bitstream: Path, adapter: Path, seconds: float = SECONDS) -> None:
-    """Configure the fabric.
+    """Configure the fabric with a bitstream, by OpenOCD.
 
     Raises:
         FlashError: a tool or file is missing, or the chip does not answer.
@@ -133,7 +134,7 @@ def load_bitstream(bitstream: Path, adapter: Path, seconds: float = SECONDS) -> 
 
 @click.group(help=(__doc__ or "").splitlines()[0])
 def main() -> None:
-    """Define the two commands, which have the same adapter option."""
+    """Define the commands ``firmware`` and ``fabric``, which share the option for the adapter."""
 
 
 @main.command()

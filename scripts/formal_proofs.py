@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Break:
-    """A fault in the VHDL: ``old``, which occurs exactly once in ``entity``, is replaced by
+    """Fault in the VHDL: ``old``, which occurs exactly once in ``entity``, is replaced by
     ``new``."""
 
     name: str
@@ -20,36 +20,37 @@ class Break:
 
 @dataclass(frozen=True)
 class Proof:
-    """An entity with its rules, and the faults that its proof must notice."""
+    """Proof of an entity: the entity, its rules, and the faults that the proof must notice."""
 
     name: str
     entity: str
     claims: tuple[str, ...]
     breaks: tuple[Break, ...]
-    depth: int  # clocks of the induction
+    depth: int  # length k of the induction, in clocks
     cover_depth: int  # clocks within which each cover statement must be reachable
-    limits: str = ""  # what the rules assume beyond the protocol, for the table
+    limits: str = ""  # assumptions of the rules beyond the protocol, for the table
     # Values of the entity's generics; the rules have parameters with the same names.
     generics: Mapping[str, int] = field(default_factory=dict)
     # Further entities that the rules connect to the proof's entity, each with the names of its
     # generics.
     beside: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    # Smaller generics for the search for a counterexample, which goes clock by clock and is slower
-    # than a proof.
+    # Smaller generics for the search for a counterexample, because this search goes clock by clock
+    # and is slower than a proof.
     small: Mapping[str, int] = field(default_factory=dict)
     # Wires of the rules, and the signals of the entity to which they are connected.
     probes: Mapping[str, str] = field(default_factory=dict)
-    # Constants of number_formats_pkg with smaller values in the proof, so that memories are
+    # Constants of number_formats_pkg that have smaller values in the proof, so that memories are
     # smaller.
     constants: Mapping[str, int] = field(default_factory=dict)
     # Memories (patterns of names) whose words become signals, to which a probe can refer.
     words: tuple[str, ...] = ()
     # Modules (patterns of names) that are removed: their outputs may have any value.
     cut: tuple[str, ...] = ()
-    # Signals (module/w:name) that may have any value in any clock, whatever drives them.
+    # Signals (module/w:name) whose drivers are cut, so that they may have any value in any clock.
     cut_signals: tuple[str, ...] = ()
     quick: bool = True  # part of `make test`
-    rules_of: str = ""  # name of the proof whose rules this one uses; its own when empty
+    # Name of the proof whose rules this proof uses; empty: this proof has its own rules.
+    rules_of: str = ""
 
     @property
     def rules(self) -> str:
@@ -59,8 +60,8 @@ class Proof:
 
 
 def _both_banks(lanes: int, fold: int) -> dict[str, str]:
-    """Return probes of both banks of coefficient_memory: all words, 128 bits a lane, last lane
-    first."""
+    """Return probes that contain all words of both banks of coefficient_memory: 128 bits for each
+    lane, last lane first."""
     built = lanes // fold
 
     def words(bank: int) -> str:

@@ -1,12 +1,12 @@
-"""Counts the statements of ``rtl/`` that the benches execute: ``make coverage-gateware``.
+"""Counts the lines of ``rtl/`` that the benches execute: ``make coverage-gateware``.
 
 The benches of ``tb/`` run in GHDL 5, which counts the lines of executed statements (``--coverage``
 of its mcode back-end); each simulation writes a JSON file. A line counts as executed if any
 simulation executed it. The script writes coverage.md, and the lines that no simulation executes,
 into build/coverage_gateware. GHDL 5 simulates more slowly than the GHDL that the tests use.
-Therefore the longest benches are left out (``BENCHES``), because others execute the same lines;
-with them the share could only be larger. Exit code 1: a bench fails, a file of ``rtl/`` is in no
-simulation, or the budget is missed. 2: a tool is missing.
+Therefore the longest benches are left out (``BENCHES``), because other benches execute the same
+lines; with the longest benches the share could only be larger. Exit code 1: a bench fails, a file
+of ``rtl/`` is in no simulation, or the budget is missed. 2: a tool is missing.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ BUDGET: Final = 0.95
 """Smallest permitted share of the lines with statements in ``rtl/`` that the benches execute."""
 BENCHES: Final = (
     "tb",
-    # These benches run the whole instrument; the benches of its units and of the core run it too.
+    # These benches run the whole instrument; the benches of the units and of the core execute the
+    # same lines.
     *(f"--ignore=tb/{folder}" for folder in ("demo", "firmware", "instrument")),
     # These benches run thousands of angles through 32 lanes; 2 to 8 lanes execute the same lines.
     *(
@@ -49,7 +50,7 @@ RUN_LIMIT_S: Final = 4 * 3600
 
 @dataclass
 class FileLines:
-    """Lines of one file that have statements, and those that were executed."""
+    """Lines of one file that have statements, and the executed lines among them."""
 
     lines: set[int] = field(default_factory=set)
     executed: set[int] = field(default_factory=set)
@@ -95,8 +96,8 @@ def has_body(path: Path) -> bool:
 
 
 def has_statements(path: Path) -> bool:
-    """Tell whether GHDL counts lines of a VHDL file; it counts none in an entity that only
-    instantiates."""
+    """Tell whether GHDL counts lines of a VHDL file; it counts no lines in an entity that only
+    instantiates other entities."""
     text = re.sub(r"--[^\n]*", "", path.read_text(encoding="utf-8").lower())
     if "package body" in text:
         return True
@@ -106,14 +107,15 @@ def has_statements(path: Path) -> bool:
 
 
 def share(found: dict[Path, FileLines]) -> float:
-    """Return the number of executed lines divided by that of lines with statements; 0 without
-    lines."""
+    """Return the number of executed lines divided by the number of lines with statements; 0 if
+    there are no lines."""
     lines = sum(len(entry.lines) for entry in found.values())
     return sum(len(entry.executed) for entry in found.values()) / lines if lines else 0.0
 
 
 def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) -> list[str]:
-    """Return a sentence for each file that is in no simulation, and for a missed budget."""
+    """Return a sentence for each file that is in no simulation, and one if the share is below the
+    budget."""
     messages = [
         f"{path.relative_to(sources.parent)} was in no simulation"
         for path in sorted(sources.rglob("*.vhd"))
@@ -128,7 +130,8 @@ def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) 
 
 
 def table(found: dict[Path, FileLines], root: Path) -> str:
-    """Return Markdown with a row for each file: number of lines, executed ones, and missed ones."""
+    """Return Markdown with a row for each file: number of lines with statements, number of executed
+    lines, and the missed lines."""
     lines = [
         "| file | lines with statements | executed | share | not executed |",
         "|---|---:|---:|---:|---|",
@@ -164,7 +167,7 @@ def run_benches(tests: Sequence[str], folder: Path, workers: int) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Run the benches and write the coverage; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "tests",

@@ -1,4 +1,4 @@
-"""Generates number formats and register map, each from a single source.
+"""Generates the files of the number formats and of the register map, each from a single source.
 
 Sources: ``rtl/formats/number_formats_pkg.vhd`` and ``rtl/registers/arctrue_registers.rdl``.
 Results: ``build/generated/`` (VHDL, C, HTML) and ``sim/arctrue/generated/`` (Python, by
@@ -84,7 +84,8 @@ def vhdl_addresses(top: AddrmapNode, block: AddrmapNode) -> str:
 
 
 def copy_if_changed(source: Path, destination: Path) -> None:
-    """Copy every file below ``source`` whose content differs from that below ``destination``."""
+    """Copy every file below ``source`` whose content differs from the file with the same path below
+    ``destination``."""
     for path in sorted(source.rglob("*")):
         if path.is_file():
             copy = destination / path.relative_to(source)
@@ -113,7 +114,7 @@ def write_registers() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write everything; return the exit code."""
+    """Write all generated files; return the exit code."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     write_python(ROOT, GENERATED_PYTHON)
     constants = read_number_formats(ROOT / NUMBER_FORMATS)

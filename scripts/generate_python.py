@@ -1,8 +1,8 @@
 """Writes the generated Python modules, the package ``arctrue.generated``.
 
-``make generate`` writes them into the source tree, the build of a wheel into the wheel
-(scripts/build_package.py). This script therefore imports only what pyproject.toml requires of a
-build.
+``make generate`` writes the modules into the source tree, the build of a wheel writes them into the
+wheel (scripts/build_package.py). Therefore this script imports only packages that pyproject.toml
+requires for a build.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scripts.register_map import (
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Write ``text`` only if the file has another content, so that make starts no unnecessary
+    """Write ``text`` to a file only if its content differs, so that make starts no unnecessary
     step."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != text:

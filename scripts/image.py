@@ -1,10 +1,10 @@
 """Writes the boot image of a board's QSPI flash: ``make image``.
 
 The image is the boot ROM's header (UG585, chapter 6, table of the BootROM header), then the
-firmware as it lies in the on-chip memory. The bitstream follows at a separate offset; the firmware
-itself loads it (``firmware/zynq/fabric_image.h``), so there is no first-stage loader and no table
-for one. The flash holds the boot image twice: the boot ROM starts the second, golden copy if the
-first is bad.
+firmware with the bytes that it has in the on-chip memory. The bitstream follows at a separate
+offset; the firmware itself loads the bitstream (``firmware/zynq/fabric_image.h``), so the image
+needs no first-stage loader and no partition table. The flash holds the boot image twice: the boot
+ROM starts the second, golden copy if the first is bad.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ BRANCH_TO_ITSELF = 0xEAFF_FFFE
 WIDTH_DETECTION = 0xAA99_5566
 SIGNATURE = 0x584C_4E58  # "XLNX"
 HEADER_VERSION = 0x0101_0000
-RESERVED = 0  # the only value that mkimage of U-Boot accepts, whose images also boot from QSPI
+RESERVED = 0  # the only value that U-Boot's mkimage accepts (its images also boot from QSPI)
 FIRST_CHECKED, CHECKSUM = 0x20, 0x48
 REGISTER_TABLE, REGISTER_PAIRS = 0xA0, 256
 NO_REGISTER = 0xFFFF_FFFF
@@ -40,21 +40,23 @@ PROGRAM_ALIGNMENT = 64
 ENTRY_ALIGNMENT = 64
 ERASED = b"\xff"
 SYNC_WORD = struct.pack(">I", 0xAA99_5566)
-LONGEST_HEAD = 1024  # bytes of a .bit before the sync word
-BEFORE_SYNC = 48  # bytes of dummy words and width detection that the configuration port wants
+LONGEST_HEAD = 1024  # largest number of bytes of a .bit before the sync word
+# Number of bytes of dummy words and width detection, which the configuration port requires
+BEFORE_SYNC = 48
 
 
 class ImageError(Exception):
-    """No image can be made; the message states the reason for the user."""
+    """Raised if no image can be made; the message states the reason for the user."""
 
 
 def padded(data: bytes, multiple: int) -> bytes:
-    """Fill with the content of an erased flash up to a multiple of ``multiple`` bytes."""
+    """Extend ``data`` with the content of an erased flash to a multiple of ``multiple`` bytes."""
     return data + ERASED * (-len(data) % multiple)
 
 
 def boot_image(program: bytes, entry: int) -> bytes:
-    """Return header and program; the boot ROM loads it to address 0 and starts it at ``entry``.
+    """Return header and program; the boot ROM loads the program to address 0 and starts it at
+    ``entry``.
 
     Raises:
         ImageError: the program does not fit, or does not start inside itself at a multiple of 64.
@@ -87,7 +89,7 @@ def header_constants() -> dict[str, int]:
 
 
 def flash_map() -> dict[str, int]:
-    """Read the places of the images in the flash from the source of the firmware; bytes."""
+    """Read the places of the images in the flash, in bytes, from the source of the firmware."""
     text = FLASH_MAP.read_text("utf-8")
     found = re.findall(r"^#define FLASH_MAP_(\w+) (0x[0-9A-F]+)U$", text, re.MULTILINE)
     return {name: int(value, 0) for name, value in found}
@@ -117,7 +119,8 @@ def fabric_image(bitstream: bytes, source: str) -> bytes:
 
 
 def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str = "") -> bytes:
-    """Return the whole content of the flash from its beginning on.
+    """Return the whole content of the flash, from its beginning on: both boot images and the
+    bitstream.
 
     Raises:
         ImageError: see ``boot_image`` and ``fabric_image``.
@@ -163,7 +166,7 @@ def program_of(elf: Path) -> tuple[bytes, int]:
 )
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="file that is written")
 def main(elf: Path, bitstream: Path | None, out: Path) -> None:
-    """Write ELF, and the bitstream if one is given, into one file for the flash."""
+    """Write ELF and, if given, the bitstream into one file for the flash."""
     program, entry = program_of(elf)
     data = bitstream.read_bytes() if bitstream and bitstream.is_file() else None
     image = flash_image(program, entry, data, str(bitstream))

@@ -35,7 +35,8 @@ def drift_of(seed: int) -> at.FitParameter:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Fit the sets and print both counts."""
+    """Fit all sets; print how many of the profile intervals and of the linear intervals contain the
+    true drift."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=40, help="how many (8 s each)")
     sets = parser.parse_args(arguments).sets

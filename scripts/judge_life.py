@@ -24,8 +24,8 @@ from scripts.marked_section import MarkedSection
 PAGE = Path("docs/life.md")
 SECTION = MarkedSection(PAGE, "<!-- lives: python -m scripts.judge_life --write -->\n")
 IN_TIME, FALSE_A_YEAR = 0.95, 1.0
-"""Required share of failing lives with an alarm in time, and permitted false alarms a
-machine-year."""
+"""Required share of failing lives with an alarm in time, and permitted number of false alarms per
+machine and year."""
 HEADINGS = (
     "life",
     "lives",

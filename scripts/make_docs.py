@@ -1,8 +1,8 @@
 """Writes the documents made from the sources: entities, registers, commands, API, a picture.
 
-Run ``python -m scripts.make_docs``. With ``--check`` it writes nothing and names the documents that
-differ from their sources (exit code 1). The pages are committed, so that people can read them
-together with the code.
+Run ``python -m scripts.make_docs``. With ``--check`` the script writes nothing and names the
+documents that differ from their sources (exit code 1). The pages are committed, so that people can
+read them together with the code.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ WORKBENCH = Path("docs/workbench.md")
 RULES, END_OF_RULES = "<!-- The rules: made by scripts/make_docs.py -->\n", "<!-- End -->\n"
 NUMBER_FORMATS = Path("rtl/formats/number_formats_pkg.vhd")
 
-# The folders of rtl/ in the order in which data pass through them.
+# Folders of rtl/, in the order in which data pass through them.
 WAY = (
     "decoder",
     "sampler",
@@ -48,7 +48,8 @@ MODE = re.compile(r"^(?P<mode>inout|in|out|buffer)\s+(?P<type>.+)$", re.IGNORECA
 
 @dataclass(frozen=True)
 class Item:
-    """A generic or a port; ``mode`` is empty for a generic, ``heading`` is that of its group."""
+    """Generic or port of an entity; ``mode`` is empty for a generic, ``heading`` is the heading of
+    its group."""
 
     names: str
     mode: str
@@ -60,7 +61,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Entity:
-    """Content of the page of one entity."""
+    """Entity with the content of its page."""
 
     name: str
     source: Path
@@ -199,7 +200,8 @@ def _generics_table(items: tuple[Item, ...]) -> list[str]:
 
 
 def _ports_table(items: tuple[Item, ...], records: Mapping[str, tuple[Item, ...]]) -> list[str]:
-    """Return the table of the ports; the rows of a record's elements follow that of its port."""
+    """Return the table of the ports; the rows of a record's elements follow the row of the record
+    port."""
     lines = ["| Port | Direction | Type | |", "|---|---|---|---|"]
     for item in items:
         elements = [
@@ -259,14 +261,14 @@ def entity_page(root: Path, entity: Entity, entities: list[Entity]) -> str:
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of a header, for the list of entities."""
+    """Return the first sentence of an entity's header, for the list of entities."""
     paragraph = " ".join(text.split("\n\n", 1)[0].split())
     found = re.match(r"(.+?[.:])(?:\s+[A-Z`*(]|$)", paragraph)
     return (found[1] if found else paragraph).rstrip(":.") + "."
 
 
 def entities_index(entities: list[Entity]) -> str:
-    """Return the list of all entities."""
+    """Return the page that lists all entities."""
     lines = [
         "<!-- Made by scripts/make_docs.py. Do not edit: make docs -->",
         "",
@@ -379,7 +381,7 @@ def stale_documents(root: Path) -> list[Path]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write or check everything; return the exit code."""
+    """Write or check all generated documents; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; name what differs")
     given = parser.parse_args(arguments)

@@ -1,8 +1,8 @@
 """Writes docs/effects.md, the catalogue of physical effects, from the declarations of the effects.
 
 docs/data/taken_away.json contains the error that remains after the lanes
-(scripts/measure_taken_away.py). Run ``python -m scripts.make_effects_page``. With ``--check`` it
-writes nothing and names a page that differs from the declarations (exit code 1).
+(scripts/measure_taken_away.py). Run ``python -m scripts.make_effects_page``. With ``--check`` the
+script writes nothing and names a page that differs from the declarations (exit code 1).
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ is 3.82″.
 
 
 def compensation_words(effect: type[Effect]) -> str:
-    """Return a text that states whether the gateware can correct the effect."""
+    """Return a text that states which part of the gateware can correct the effect, if any."""
     words = COMPENSATED[effect.compensation]
     return f"{words}; {effect.compensation_note}" if effect.compensation_note else words
 
@@ -82,7 +82,8 @@ def _summary(effects: dict[str, type[Effect]]) -> list[str]:
 
 
 def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
-    """Return a table: what corrects each effect on a simulated table, and the remaining error."""
+    """Return a table: the part that corrects each effect on a simulated table, and the remaining
+    error."""
     measured = stored()
     lines = [
         "",
@@ -168,14 +169,15 @@ def _section(name: str, effect: type[Effect]) -> list[str]:
 
 
 def _setting(value: object) -> str:
-    """Format a default value as in a model file; shorten a long sequence of numbers."""
+    """Format the default value of a setting as in a model file; shorten a long sequence of
+    numbers."""
     if isinstance(value, list | tuple) and len(value) > 6:
         return f"`{value[0]}` … `{value[-1]}`"
     return f"`{list(value)}`" if isinstance(value, tuple) else f"`{value}`"
 
 
 def effects_page() -> str:
-    """Return the page in Markdown."""
+    """Return the page docs/effects.md in Markdown."""
     effects = built_in()
     lines = [*_summary(effects), *_compensation(effects)]
     for name, effect in effects.items():
@@ -184,7 +186,7 @@ def effects_page() -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the page, or compare it; return the exit code."""
+    """Write docs/effects.md, or compare it with the declarations; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; compare the page")
     given = parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/tutorial.md and docs/real-data.md by the commands in these pages.
+"""Makes the pictures of docs/tutorial.md and docs/real-data.md with the commands in these pages.
 
 Run ``python -m scripts.make_workbench_pictures``. The pictures are committed; a test runs the pages
 and thereby checks the figures in the pictures.
@@ -103,7 +103,8 @@ def motor() -> None:
 
 
 def worm() -> None:
-    """Draw the residual of the telescope axis over time, before and after the worm is added."""
+    """Draw the residual of the telescope axis over time, before and after the effect of the worm is
+    added to the model."""
     observations = _observations("worm_axis_telescope")
     rows = observations.reference
     assert rows is not None

@@ -1,5 +1,5 @@
-"""The part of a hand-written page that a script writes: between a mark of its own and `<!-- end
--->`."""
+"""Reads and replaces the section of a hand-written page that a script writes: the lines between the
+script's mark and `<!-- end -->`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ END = "<!-- end -->\n"
 
 @dataclass(frozen=True, slots=True)
 class MarkedSection:
-    """Return the lines of ``page`` between the line ``begin`` and the next line ``END``."""
+    """Section of ``page``: the lines between the line ``begin`` and the next line ``END``."""
 
     page: Path
     begin: str
@@ -21,7 +21,7 @@ class MarkedSection:
     def inserted(self, lines: str) -> str:
         """Return the text of the page with ``lines`` as its section.
 
-        Raises ValueError if one of the two marks is missing.
+        Raises ValueError if the mark at the beginning or at the end is missing.
         """
         before, begin, following = self.page.read_text(encoding="utf-8").partition(self.begin)
         _, end, after = following.partition(END)

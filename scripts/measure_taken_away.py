@@ -1,4 +1,5 @@
-"""Measures on simulated tables which part corrects each effect, and which error remains.
+"""Measures on simulated tables which part of the system corrects each effect, and which error
+remains.
 
 Each effect is simulated alone on a table with an eccentric disc, recorded as a measurement set with
 noise, and fitted with and without the effect in the model. Both models are exported. The lanes are
@@ -8,7 +9,7 @@ file declares ``modulators`` is exported for a gateware with MODULATORS. In each
 direction and speed are constant, and the model of ``amplitude_sweep`` multiplies the amplitudes by
 them. The line of periodic_error is exported for a gateware with REAL_ORDERS.
 
-Run ``python -m scripts.measure_taken_away``, which takes some minutes. It writes
+Run ``python -m scripts.measure_taken_away``, which takes some minutes. The script writes
 docs/data/taken_away.json, from which ``python -m scripts.make_effects_page`` makes docs/effects.md.
 """
 
@@ -54,14 +55,15 @@ Float = NDArray[np.float64]
 STORED = Path(__file__).resolve().parents[1] / "docs" / "data" / "taken_away.json"
 SEED = 13
 FRESH_C = USUAL_TEMPERATURE_C + 2.2
-"""Temperature of the judged turns, between those of the set's runs."""
+"""Temperature of the judged turns, between the temperatures of the set's runs."""
 ROWS = 20_000
-"""Number of rows of the judged turns; their angles are random, so that no order is an alias."""
+"""Number of rows of the judged turns; their angles are random, so that no order is an alias of
+another order."""
 DENSE_STATIONS = 4096
 """Number of stations per turn of a reference that is read while the table moves."""
 SIMULATED_BY = {"graduation_harmonics": None, "periodic_error": "drive_gear_error"}
-"""Recipe that simulates an effect, if its name differs from the effect's; None: every table has the
-effect."""
+"""Name of the recipe that simulates an effect, if it differs from the effect's name; None: every
+table has the effect."""
 
 
 def measured_effects() -> list[str]:
@@ -72,13 +74,14 @@ def measured_effects() -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Result for one effect: RMS about the mean, arcseconds, at the output in the judged turns."""
+    """Result for one effect: RMS errors about the mean at the output in the judged turns, in
+    arcseconds."""
 
     effect: str
     simulated: str
     """Size and unit of the cause."""
     part_arcsec: float
-    """RMS of what the cause adds to the error of head 1; for the disc's own error, that of the
+    """RMS of the error that the cause adds to head 1; for the effect of the disc itself, RMS of the
     whole error."""
     left_without_arcsec: float
     """Error that remains after the lanes of a model without the effect."""
@@ -88,7 +91,7 @@ class Measured:
     """Part of the system that corrects the effect, as the export states."""
 
     def data(self) -> dict[str, Any]:
-        """Return the figures for JSON, rounded to a thousandth of an arcsecond."""
+        """Return the result as values for JSON, rounded to a thousandth of an arcsecond."""
         return {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
@@ -152,8 +155,8 @@ def _fresh_turns(seed: int) -> Conditions:
 
 
 def _error_arcsec(table: RotaryTable, fresh: Conditions) -> Float:
-    """Return the error of head 1 minus its mean, because the mean depends on the place of the
-    zero."""
+    """Return the error of head 1 in the judged turns, minus its mean, because the mean depends on
+    the place of the zero."""
     error = (table.reading_rad(0, fresh) - fresh.angle_rad) * ARCSEC_PER_RAD
     return np.asarray(error - error.mean())
 
@@ -190,7 +193,8 @@ def _left(
 
 
 def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -> Float:
-    """Return the correction at each judged row; the amplitudes are those for the row's motion."""
+    """Return the correction at each judged row; the amplitudes of each row apply to the motion in
+    this row."""
     warm = export.at(FRESH_C)
     if export.extension is None or export.extension.conditions is None:
         return warm.error_counts(counts)
@@ -214,7 +218,7 @@ def stored() -> dict[str, Any]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the named effects, or all; return the exit code."""
+    """Measure the effects that the command line names, or all effects; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("effects", nargs="*", help="measure these alone", metavar="EFFECT")
     chosen = parser.parse_args(arguments).effects

@@ -1,8 +1,9 @@
-"""Applies one mutation at a time to VHDL, C or the diagnosis; checks that the named test fails.
+"""Applies one mutation (a deliberate error) at a time to VHDL, C or the diagnosis, and checks that
+the named test fails.
 
 ``make mutate`` runs all mutations, ``python -m scripts.mutate NAME ...`` some of them; ``--every
-6`` takes each sixth of the list. The script works in a copy of the tree. Exit code 1: a mutation
-survives. 2: the list does not fit the tree, or a test fails without a mutation.
+6`` runs every sixth mutation of the list. The script works in a copy of the tree. Exit code 1: a
+mutation survives. 2: the list does not fit the tree, or a test fails without a mutation.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ GHDL_OF_NETLISTS = ROOT / "build/ghdl5/bin/ghdl"
 contain it."""
 TIMEOUT_S = 600
 BUILD_FAILED = ("in _built", "the firmware does not compile")
-"""Texts that show a failed build: a function of tb/support, a message of the firmware build."""
+"""Texts in pytest's output that show a failed build: the name of a function of tb/support, and a
+message of the firmware build."""
 
 
 def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
@@ -106,12 +108,12 @@ def run_test(copy: Path, test: str) -> tuple[int, str]:
 
 
 def say(words: str) -> None:
-    """Print without a buffer, so that a long run shows its progress."""
+    """Print a line and flush it, so that a long run shows its progress."""
     print(words, flush=True)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the named mutations, or all; return the exit code."""
+    """Run the mutations that the command line names, or all mutations; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="run these mutations alone", metavar="NAME")
     parser.add_argument(
@@ -149,8 +151,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
             code, output = run_test(copy, mutation.test)
             path.write_text(text, encoding="utf-8")
-            # A mutation that GHDL rejects, or a test that cannot start, shows nothing about the
-            # test.
+            # If GHDL rejects a mutation, or the test cannot start, the failure does not show that
+            # the test detects the error.
             if code not in (0, 1) or (code and any(text in output for text in BUILD_FAILED)):
                 print(output, file=sys.stderr)
                 print(f"{mutation.name}: no test ran on the mutated file", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""A mutation: one deliberate error in one file."""
+"""Defines a mutation: one deliberate error in one file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Mutation:
-    """A wrong text in a file, and the pytest test that fails because of this text.
+    """Mutation: a wrong text for a file, and the pytest test that must fail because of this text.
 
     ``old`` occurs exactly once in ``file``. A mutation belongs in a list if a person could make
     this error and no other test would fail at once.

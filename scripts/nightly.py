@@ -1,6 +1,6 @@
 """Runs the long checks of one commit and writes docs/nightly.md: ``python -m scripts.nightly``.
 
-``make nightly`` runs all checks one after the other; ``--only NAME`` runs some of them. A check
+``make nightly`` runs all checks one after the other; ``--only NAME`` runs the named checks. A check
 that has already ended for this commit is not repeated, so that a second run continues an
 interrupted one (``--again`` repeats such checks). ``--sample`` runs only the stated part of a check
 that has one; each row of the page states which part ran, on which commit, and how it ended.
@@ -33,13 +33,13 @@ WRITTEN_BY_CHECKS = (
     "docs/proofs.md",
     "docs/systems.md",
 )
-"""Files that a check may change; the rest of the tree must equal its commit."""
+"""Files that a check may change; all other files of the tree must equal the commit."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One long check: its command, what its success shows, and a shorter sample for a small
-    machine."""
+    """Long check: its command, the statement that its success proves, and a shorter sample for a
+    small machine."""
 
     name: str
     command: tuple[str, ...]
@@ -110,7 +110,8 @@ CHECKS = (
 
 
 def read_outcomes(path: Path) -> dict[str, Outcome]:
-    """Return the outcomes in a record file, by the name of the check; none if there is no file.
+    """Return the outcomes in a record file, by the name of the check; an empty mapping if there is
+    no file.
 
     Raises ContentError, which names the file and the key, for wrong content.
     """
@@ -167,7 +168,8 @@ def run(check: Check, *, sample: bool, commit: str, root: Path, logs: Path) -> O
 
 
 def page(outcomes: Mapping[str, Outcome]) -> str:
-    """Return the page with a row for each check; without an outcome the row states *not run*."""
+    """Return the page with a row for each check; the row of a check without an outcome states *not
+    run*."""
     lines = [
         "<!-- Made by scripts/nightly.py. Do not edit: make nightly -->",
         "",
@@ -195,14 +197,14 @@ def page(outcomes: Mapping[str, Outcome]) -> str:
 
 
 def keep(outcomes: Mapping[str, Outcome]) -> None:
-    """Write record and page; both list the checks in their order."""
+    """Write the record and the page; both list the outcomes in the order of CHECKS."""
     rows = [asdict(outcomes[check.name]) for check in CHECKS if check.name in outcomes]
     write_whole_text(RECORD, json.dumps(rows, indent=1, ensure_ascii=False) + "\n")
     write_whole_text(PAGE, page(outcomes))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the named checks, or all; return the exit code."""
+    """Run the checks that the command line names, or all checks; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     names = [check.name for check in CHECKS]
     parser.add_argument(

@@ -11,7 +11,7 @@ CONSTANT = re.compile(r"^\s*constant\s+(\w+)\s*:\s*(?:positive|natural|integer)\
 
 
 def read_number_formats(package: Path) -> dict[str, int]:
-    """Return the integer constants of a VHDL package, in their order.
+    """Return the integer constants of a VHDL package, in the order of declaration.
 
     Raises ValueError for a constant line of another form.
     """

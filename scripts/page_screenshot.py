@@ -1,7 +1,8 @@
-"""Takes the picture of the page for README.md and docs/page.md: docs/images/page.png.
+"""Takes the picture of the page of ``arctrue serve`` for README.md and docs/page.md:
+docs/images/page.png.
 
-Run ``python -m scripts.page_screenshot``. It generates a table with a hidden effect in the page and
-waits for the diagnosis. It needs Chromium.
+Run ``python -m scripts.page_screenshot``. The script generates a table with a hidden effect in the
+page and waits for the diagnosis. It needs Chromium.
 """
 
 from __future__ import annotations
@@ -19,19 +20,19 @@ from sim.tests.page.page_server import page_server
 
 IMAGE = Path(__file__).resolve().parents[1] / "docs" / "images" / "page.png"
 SEED = 12
-"""Seed of the tutorial's table, whose hub warms."""
+"""Seed of the tutorial's table, in which heat moves the disc on its hub."""
 PATIENCE_MS = 600_000
 WIDTH, HEIGHT = 1440, 1000
 
 
 def all_drawn(page: Page) -> None:
-    """Wait for the diagnosis and for every figure."""
+    """Wait until the page shows the diagnosis and every figure."""
     page.wait_for_selector("main[data-state=done]")
     page.locator(".plot:not([data-drawn])").first.wait_for(state="detached")
 
 
 def take(page: Page, address: str) -> None:
-    """Open the page, go through its steps and save the picture."""
+    """Open the page, generate the table, wait for the diagnosis, and save the picture."""
     page.goto(address)
     page.get_by_label("Measured").select_option("short")
     page.get_by_label("Seed", exact=True).fill(str(SEED))
@@ -43,7 +44,7 @@ def take(page: Page, address: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Write the picture; without a browser the existing picture stays."""
+    """Write the picture; if there is no browser, keep the existing picture."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     program = chromium()
     if program is None:

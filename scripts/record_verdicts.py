@@ -1,8 +1,8 @@
 """Records the diagnosis of 40 benchmark sets: python -m scripts.record_verdicts.
 
-``--check`` compares all sets with the record and writes nothing; use it after a change that must
-not change verdicts. After a change that is meant to change verdicts, write a new record and review
-its differences.
+``--check`` compares the diagnosis of all sets with the record and writes nothing; use ``--check``
+after a change of the code that must not change verdicts. After a change that is meant to change
+verdicts, write a new record and review its differences.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from arctrue.base.whole_file import write_whole_text
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the record, or compare with it; return exit code 1 if a verdict differs."""
+    """Write the record, or compare the diagnosis with it; return exit code 1 if a verdict
+    differs."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="compare, write nothing")
     parser.add_argument("--workers", type=int, default=1, help="processes (default: 1)")

@@ -1,4 +1,5 @@
-"""Makes the pages of the command line and of the Python interface from the sources themselves."""
+"""Makes the pages of the command line and of the Python interface from the help texts and
+docstrings."""
 
 from __future__ import annotations
 
@@ -110,7 +111,8 @@ def api_page() -> str:
 
 
 def _described(what: Any, name: str) -> str:
-    """Describe one name: its purpose, its fields or arguments, its public methods."""
+    """Return the description of one public name: its purpose, its fields or arguments, its public
+    methods."""
     if not inspect.isclass(what):
         return f"\n### {name}\n\n```python\n{name}{_signature(what)}\n```\n\n{_words(what)}\n"
     text = f"\n### {name}\n\n{_words(what)}\n"
@@ -155,7 +157,7 @@ def _methods(kind: type) -> Iterator[tuple[str, Any]]:
 
 
 def _signature(function: Any) -> str:
-    """Return the arguments with their types in the form of the source."""
+    """Return the arguments of a function with their types, in the form of the source."""
     shown = []
     before: Any = None
     for item in inspect.signature(function).parameters.values():
@@ -181,7 +183,7 @@ SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}$", re.MULTILINE)
 
 
 def _words(what: Any) -> str:
-    """Return the docstring as Markdown: ``code`` and Sphinx roles as code, numpydoc sections as
+    """Return a docstring as Markdown: ``code`` and Sphinx roles as code, numpydoc sections as
     lists."""
     text = inspect.cleandoc(what.__doc__ or "")
     headings = list(SECTION.finditer(text))

@@ -1,10 +1,10 @@
-"""Generates the register block with a port that has one select bit per word.
+"""Generates the register block in VHDL, with a port that has one select bit per word.
 
 The generator's own block decodes the address in the clock of the access, and selects the read word
-after that decoder. In this block the select bits ``s_cpuif_word`` arrive decoded, and each read
-word has a register, so that only an OR of words lies between two registers. register_access.vhd
-computes the select bits while it checks the access, so a read takes no additional clock. All other
-parts are the generator's output.
+after that decoder. In this block the select bits ``s_cpuif_word`` arrive already decoded, and each
+read word has a register, so that only an OR of words lies between two registers.
+register_access.vhd computes the select bits while it checks the access, so a read takes no
+additional clock. All other parts are the unchanged output of the generator.
 """
 
 from __future__ import annotations
@@ -28,19 +28,20 @@ COMPARISON = re.compile(r"\(cpuif_addr = ([^()]+)\)")
 
 class _Words(ReadbackMuxGenerator):  # type: ignore[misc]
     """Generates VHDL that assigns each readable word to an element of an array, without a
-    selection."""
+    comparison of the address."""
 
     def get_addr_compare_conditional(self, addr: str) -> str:
         """Return "true" in place of the generator's address comparison: every word is assigned."""
         return "true"
 
     def get_readback_data_var(self, addr: str) -> str:
-        """Return the array element for the word at ``addr``, bytes."""
+        """Return the array element for the word at the byte address ``addr``."""
         return f"words(({addr}) / {self.exp.cpuif.data_width_bytes})"
 
 
 class _DecodedPort(PassthroughCpuif):  # type: ignore[misc]
-    """The generator's port without a bus protocol, and with one select bit per word."""
+    """Port of the register block: the generator's port without a bus protocol, plus one select bit
+    per word."""
 
     @property
     def word_count(self) -> int:
@@ -54,8 +55,8 @@ class _DecodedPort(PassthroughCpuif):  # type: ignore[misc]
 
     @property
     def port_declaration(self) -> str:
-        """Return the ports: those of the generator, and ``s_cpuif_word``, which is valid in the
-        clock of the request."""
+        """Return the declaration of the generator's ports and of ``s_cpuif_word``, which is valid
+        in the clock of the request."""
         chosen = f"s_cpuif_word : in std_logic_vector(0 to {self.word_count - 1});"
         return f"{chosen}\n{super().port_declaration}"
 
@@ -83,7 +84,7 @@ def write_register_block(block: AddrmapNode, folder: Path) -> None:
     exporter.export(
         block,
         str(folder),
-        cpuif_cls=_DecodedPort,  # register_access contains the bus
+        cpuif_cls=_DecodedPort,  # register_access contains the bus protocol
         reuse_hwif_typedefs=False,  # names of types contain their place, not a hash
         copy_utils_pkg=True,  # access_guard refuses accesses, not this block
     )

@@ -1,4 +1,5 @@
-"""Compiles the register map from its single source, a SystemRDL file, and walks through it."""
+"""Compiles the register map from its single source, a SystemRDL file, and lists its registers and
+memories."""
 
 from __future__ import annotations
 

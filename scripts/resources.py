@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-# Number of LUT sites that a cell takes (UG474 for the memories in LUTs).
+# Number of LUT sites that each type of cell occupies (UG474 for the memories in LUTs).
 LUTS = {
     **{f"LUT{inputs}": 1 for inputs in range(1, 7)},
     "INV": 1,
@@ -47,8 +47,8 @@ class Resources:
 
     @staticmethod
     def of_cells(cells: Counter[str]) -> Resources:
-        """Return the sum of the resources of cells, counted by type; other types need no
-        resources."""
+        """Return the sum of the resources of cells, whose numbers are given by type; types that are
+        not listed above need no resources."""
         return Resources(
             lut=sum(LUTS.get(kind, 0) * count for kind, count in cells.items()),
             ff=sum(count for kind, count in cells.items() if FLIP_FLOPS.fullmatch(kind)),
@@ -59,7 +59,7 @@ class Resources:
         )
 
     def __add__(self, other: Resources) -> Resources:
-        """Return the sum of both resources."""
+        """Return the sum of two resources, kind by kind."""
         return Resources(
             self.lut + other.lut,
             self.ff + other.ff,
@@ -72,7 +72,7 @@ class Resources:
 
 @dataclass
 class Design:
-    """Number of cells of a netlist, by module and type."""
+    """Numbers of cells in a netlist, by module and type."""
 
     cells: dict[str, Counter[str]] = field(default_factory=dict)
 
@@ -90,7 +90,7 @@ class Design:
                     module = found[1]
                     design.cells[module] = Counter()
                 elif BOX_LINE.match(line):
-                    del design.cells[module]  # it is the model of a cell of the family
+                    del design.cells[module]  # the module is the model of a cell of the family
                     module = ""
                 elif module and (found := TYPE_LINE.match(line)):
                     design.cells[module][found[1].removeprefix("\\")] += 1
@@ -99,7 +99,7 @@ class Design:
         return design
 
     def total(self, module: str) -> Resources:
-        """Return the resources of a module, including those of all modules below it."""
+        """Return the resources of a module together with all modules below it."""
 
         @cache
         def below(name: str) -> Resources:

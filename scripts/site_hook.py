@@ -14,7 +14,7 @@ LINK = re.compile(r"(?<!!)\[(?P<text>[^\]]+)\]\((?P<target>[^)\s]+)\)")
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Return the text of a page for the site. mkdocs calls this function."""
+    """Return the text of a page for the site. mkdocs calls this function for each page."""
     folder = Path(page.file.src_uri).parent
     return LINK.sub(lambda link: _shown(link, folder, Path(config["docs_dir"])), markdown)
 

@@ -1,10 +1,10 @@
-"""``make synth``: counts the resources of the gateware on an XC7Z020 and checks the budget.
+"""Counts the resources of the gateware on an XC7Z020 and checks the budgets: ``make synth``.
 
 GHDL makes a netlist. Yosys maps it twice: flattened, for the sum that the budget limits, and unit
 by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md. With
 ``--folds 2 4 8`` the core is also mapped with each of these folds, flattened; one table compares
-them with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded. 2: a
-tool is missing or fails.
+these folds with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded.
+2: a tool is missing or fails.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ BUDGETS = (
 )
 
 
-# The table rotation is meant to save resources: its budget is 10,000 LUT below that of the CORDIC.
+# ROTATION = table must save resources: its budget is 10,000 LUT below the budget with the CORDIC.
 SAVED_BY_A_TABLE = 10_000
 
 
@@ -102,7 +102,7 @@ def _row(name: str, count: int | str, part: Resources) -> str:
 
 
 def table(title: str, core: Resources, lane: Resources | None, units: Design, top: str) -> str:
-    """Return the resource table in Markdown."""
+    """Return the table of resources in Markdown."""
     lines = [
         title,
         "",
@@ -114,7 +114,8 @@ def table(title: str, core: Resources, lane: Resources | None, units: Design, to
         lines.append(_row("**one lane** (phase_lane + larger harmonic_lane)", "", lane))
     for name, depth, count, part in units.units(top):
         indent = "&nbsp;&nbsp;" * depth
-        short = "_".join(word for word in name.split("_") if len(word) < 32)  # no GHDL hash
+        # Leave out the hash that GHDL adds to the name.
+        short = "_".join(word for word in name.split("_") if len(word) < 32)
         lines.append(_row(f"{indent}{short}", count, part))
     lines += [
         "",
@@ -130,7 +131,7 @@ def report(
     """Synthesise, write and print the table; return total resources and exceeded budgets.
 
     The budgets apply to 32 lanes. The budget of the core is checked only for arctrue_core with 32
-    lanes, that of a lane always. Raises ToolError.
+    lanes, the budget of a lane always. Raises ToolError.
     """
     versions = f"{find_ghdl()[1]}, {find_yosys()[1]}"
     netlist = write_netlist(entity, folder, generics=generics)
@@ -181,8 +182,8 @@ def fold_table(cores: dict[int, Resources], generics: Mapping[str, int | str]) -
 
 
 def wasted_folds(cores: dict[int, Resources]) -> list[str]:
-    """Return a sentence for every fold that needs no less of a resource than the next smaller
-    fold."""
+    """Return a sentence for every resource of which a fold needs as much as, or more than, the next
+    smaller fold."""
     faults = []
     for less, more in pairwise(sorted(cores)):
         for kind in ("lut", "dsp"):
@@ -224,7 +225,8 @@ def report_folds(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Synthesise the entity that the command line names and check the budgets; return the exit
+    code."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_entity_options(parser, TOP)
     parser.add_argument(

@@ -1,11 +1,11 @@
-"""``python -m scripts.timing``: estimates the longest paths of an entity.
+"""Estimates the longest paths of an entity: ``python -m scripts.timing``.
 
-It reads the flat netlist of scripts/synth.py, or makes one. For each of the longest paths it states
-the delay, the levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz). The netlist is
-not placed, and wire delays are estimates: see scripts/cell_delays.py. It also checks a rule that
-needs no estimate: no path has more than one wide adder or DSP, except those listed here. Result:
-timing.md next to the netlist. Exit code 1: the rule is broken or a path is longer than ``--limit``.
-2: a tool is missing or fails.
+The script reads the flat netlist of scripts/synth.py, or makes one. For each of the longest paths
+it states the delay, the levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz). The
+netlist is not placed, and wire delays are estimates: see scripts/cell_delays.py. It also checks a
+rule that needs no estimate: no path has more than one wide adder or DSP, except the paths listed in
+this file. Result: timing.md next to the netlist. Exit code 1: the rule is broken or a path is
+longer than ``--limit``. 2: a tool is missing or fails.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ EXCEPTIONS: Final[tuple[tuple[str, str], ...]] = ()
 def split_exceptions(
     crowded: list[Crowded], exceptions: tuple[tuple[str, str], ...] = EXCEPTIONS
 ) -> tuple[list[Crowded], list[tuple[Crowded, str]]]:
-    """Separate the paths that break the rule from those that are permitted for a stated reason."""
+    """Separate the paths that break the rule of one adder from the paths that are permitted for a
+    stated reason."""
     broken, excused = [], []
     for entry in crowded:
         reasons = [reason for pattern, reason in exceptions if re.search(pattern, entry.end)]
@@ -92,7 +93,8 @@ def report(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code."""
+    """Write timing.md for the entity that the command line names and check the rule; return the
+    exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_entity_options(parser, TOP)
     parser.add_argument("--netlist", type=Path, help="a flat JSON netlist that is there already")

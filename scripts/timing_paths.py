@@ -1,7 +1,7 @@
 """Finds the longest paths between registers of a flat netlist, and the adders on each.
 
-For every bit that enters a register it determines the longest path to this bit, and the largest
-number of wide adders and DSPs on any path to it.
+For every bit that enters a register, the program determines the longest path to this bit, and the
+largest number of wide adders and DSPs on any path to it.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any, Final
 
 from scripts.cell_delays import Arc, timing_of, wire_ns
 
-# Smallest number of CARRY4 in the carry chain of a wide adder, which has 16 bits or more.
+# Smallest number of CARRY4 in the carry chain of a wide adder (16 bits or more).
 WIDE_CARRY4: Final = 4
 
-# Pattern of names that tools gave to nets; names from the source are preferred.
+# Pattern of net names that tools have made; names from the VHDL are preferred.
 GIVEN_BY_TOOL: Final = re.compile(r"(^|\.)(n\d+(_\w)?$|\$)|\$(auto|abc|iopadmap|techmap)")
 
 
@@ -37,7 +37,7 @@ class LongPath:
 
 @dataclass(frozen=True)
 class Crowded:
-    """A register to which a path leads through ``adders`` wide adders or DSPs, more than one."""
+    """Register to which a path leads through ``adders`` (more than one) wide adders or DSPs."""
 
     start: str
     end: str
@@ -56,7 +56,7 @@ class _Reached:
 
 @dataclass
 class Netlist:
-    """The flat module of a Yosys JSON file: bits, and the arcs that connect them."""
+    """Flat module of a Yosys JSON file: its bits, and the arcs that connect them."""
 
     names: dict[int, str] = field(default_factory=dict)
     begins: dict[int, tuple[float, int]] = field(default_factory=dict)
@@ -89,7 +89,8 @@ class Netlist:
         return netlist
 
     def _name_bits(self, netnames: dict[str, Any]) -> None:
-        """Choose each bit's best name: from the source, with few bits (no record), and short."""
+        """Choose the best name of each bit: a short name from the VHDL, of a net with few bits (no
+        record)."""
         rank: dict[int, tuple[bool, int, int]] = {}
         for name, net in netnames.items():
             quality = (bool(GIVEN_BY_TOOL.search(name)), len(net["bits"]), len(name))
@@ -99,8 +100,8 @@ class Netlist:
                     self.names[bit] = name
 
     def _name_of(self, cell: dict[str, Any]) -> str:
-        """Return the name of a register: the net that it drives; that of a memory: its first named
-        output."""
+        """Return the name of the net that a register drives; for a memory, the name of the first
+        named output."""
         directions = cell.get("port_directions", {})
         kind = str(cell["type"])
         for port, bits in cell["connections"].items():
@@ -151,8 +152,8 @@ class Netlist:
         return wire_ns(self.fan_out[bit])
 
     def reached(self) -> dict[int, _Reached]:
-        """Return, for every bit that a register reaches, longest delay and most adders, with the
-        arcs of both."""
+        """Return, for every bit that a path from a register reaches, the path with the longest
+        delay and the path with the most adders."""
         waiting: Counter[int] = Counter()
         for arcs in self.arcs_from.values():
             for arc in arcs:

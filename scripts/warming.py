@@ -1,8 +1,10 @@
-"""Measures a warming table with thermal eccentricity; writes the table into docs/hidden-effect.md.
+"""Simulates a rotary table that warms and has thermal eccentricity, and writes the results into
+docs/hidden-effect.md.
 
 ``python -m scripts.warming full`` measures at the paper's scale (2²⁴ counts, 32 lanes; half an hour
-of a core), ``python -m scripts.warming small`` at 2¹⁸; ``page`` writes the stored figures into the
-page, and ``check`` compares the page with them. Figures: docs/data/warming.json.
+of one processor core), ``python -m scripts.warming small`` at 2¹⁸ counts; ``page`` writes the
+stored figures into the page, and ``check`` compares the page with the stored figures. Figures:
+docs/data/warming.json.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ SCALES: Final = {
     "small": (1024, 256, 4, 1200),
     "full": (16384, 1024, 32, 12000),
 }
-"""Number of lines, counts a line, lanes, and samples a turn, by scale."""
+"""Numbers of lines, counts per line, lanes, and samples per turn, by the name of the scale."""
 TURNS: Final = 3
 LAG_S: Final = 60.0
 RUNS: Final = {
@@ -42,7 +44,7 @@ RUNS: Final = {
 
 
 def measure(scale: str) -> dict[str, Any]:
-    """Measure order 1 of the corrected output in each turn, arcseconds."""
+    """Measure the amplitude of order 1 of the corrected output in each turn, in arcseconds."""
     lines, interpolation, lanes, samples = SCALES[scale]
     settings = HiddenSettings.of_lines(lines, lanes, samples)
     revolution = dataclasses.replace(settings.revolution, interpolation=interpolation)
@@ -81,7 +83,8 @@ def section(stored: dict[str, Any]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, or compare the page with the stored figures; return the exit code."""
+    """Do the step that the command line names: measure, write the page, or compare it; return the
+    exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "what",
@@ -90,8 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     wanted = parser.parse_args(arguments).what
     measured = {wanted: measure(wanted)} if wanted in SCALES else {}
-    # The file is read only after the measurement, because the other scale's results may have been
-    # added.
+    # Read the file only after the measurement, because a run at the other scale may have added its
+    # results meanwhile.
     stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}
     stored |= measured
     if measured:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Plays a list of accesses like the processor's AXI3 master at M_AXI_GP0: VALID stays high until READY is
-// high, an address and its data come in either order, and the master is ready for answers after random times.
+// Plays a list of accesses like the processor's AXI3 master at M_AXI_GP0: VALID stays high until READY is high,
+// address and data of a write come in either order, and the master accepts an answer after a random time.
 // Signals of a channel without VALID get random levels. scripts/bitstream_stimulus.py writes the list.
 
 #pragma once
@@ -16,15 +16,15 @@
 #include "lines.h"
 
 struct Access {
-    char kind; // w write, r read, n nothing for `data` clocks, z reset for `data` clocks
+    char kind; // w: write, r: read, n: no access for `data` clocks, z: reset for `data` clocks
     uint32_t address;
-    uint32_t data; // data of the first beat; those of each further beat are larger by BEAT_STEP
+    uint32_t data; // data of the first beat; the data of each further beat are larger by BEAT_STEP
     int beats;
     uint64_t size;
     uint64_t burst;
     uint64_t strobe;
     int last;     // number of the beat with WLAST
-    int together; // may start during an access in the other direction
+    int together; // 1: the access may start during an access in the other direction
 };
 
 constexpr uint32_t BEAT_STEP = 0x01000193;
@@ -118,7 +118,7 @@ class Master {
         set(inputs, AXI.rready, takes_read_);
     }
 
-    // Finds the handshakes of this clock in the outputs before its edge.
+    // Finds the handshakes of this clock in the outputs that are read before the clock edge.
     template <typename Bus> void take(const Bus &outputs) {
         if (reset_clocks_ > 0) {
             --reset_clocks_;

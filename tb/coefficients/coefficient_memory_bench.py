@@ -1,4 +1,4 @@
-"""cocotb tests of coefficient_memory against its model."""
+"""Compares coefficient_memory with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OFFSET_DELAY = int(os.environ.get("OFFSET_DELAY", "25"))
 LAST_COPY = max(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
 COUNTS_PER_REV = 2**24
 WRITE_CLOCKS = 3
-# Clocks from a swap to a filled idle bank, as the entity's header states them.
+# FILLED: the entity's header states the clocks from a swap to a filled idle bank.
 FILLED = LAST_COPY + 4 * LANES + 2
 LONGEST_WRITE = LAST_COPY + 4 * LANES + 5
 BUILT = LANES // FOLD
@@ -72,7 +72,7 @@ def flat(words: Any, width: int) -> int:
 
 
 def outputs(dut: Any) -> tuple[int, int, int, int]:
-    """Return the four parts of the active bank in the clock that is ending."""
+    """Return the outputs for the four parts of the active bank in the clock that is ending."""
     return (
         dut.phase_steps.value.to_unsigned(),
         dut.phase_offsets.value.to_unsigned(),
@@ -82,7 +82,7 @@ def outputs(dut: Any) -> tuple[int, int, int, int]:
 
 
 DELAYS = (0, PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
-"""Number of clocks from an angle in slot 0 to each of the four parts of its bank."""
+"""Number of clocks from an angle in slot 0 to the output of each of the four parts of its bank."""
 
 
 def expected(bank: Coefficients, block: int = 0) -> tuple[int, int, int, int]:
@@ -114,7 +114,8 @@ def check_met(
 
 
 async def write(dut: Any, address: int | None, data: int) -> int:
-    """Write a word (or the offset); return the clocks until the acknowledge."""
+    """Write a word of the idle bank (``address`` None: the offset); return the clocks until the
+    acknowledge."""
     dut.write_enable.value = int(address is not None)
     dut.write_offset.value = int(address is None)
     dut.write_address.value = address or 0
@@ -122,7 +123,8 @@ async def write(dut: Any, address: int | None, data: int) -> int:
     await RisingEdge(dut.clock)
     dut.write_enable.value = 0
     dut.write_offset.value = 0
-    # The entity stores address and data in the clock of the write; later ones have no effect.
+    # The entity stores address and data in the clock of the write; later values at these ports have
+    # no effect.
     dut.write_data.value = 0xDEADBEEF
     dut.write_address.value = 255
     for clocks in range(1, LONGEST_WRITE + FOLD + 10):
@@ -139,7 +141,7 @@ async def load(dut: Any, bank: Coefficients) -> None:
 
 
 async def start_with_idle_bank(dut: Any, seed: int) -> tuple[random.Random, Coefficients]:
-    """Start and write a random idle bank; return the generator too, for further banks."""
+    """Start the test and write a random idle bank; return the random generator, and the bank."""
     await start(dut)
     rng = random.Random(seed)
     bank = random_bank(rng)
@@ -187,7 +189,8 @@ async def swap_takes_effect_in_one_clock(dut: Any) -> None:
         markers.append(int(dut.swap_marker.value))
         assert int(dut.swap_busy.value) == int(1 <= clock <= FILLED)
         dut.swap.value = 0
-    # Clock 0 is the clock of the swap; the first angle of the new bank comes with the marker.
+    # Clock 0 is the clock of the swap; the first angle that meets the new bank comes with the
+    # marker.
     assert [clock for clock, marker in enumerate(markers) if marker] == [1]
     check_met(slots[0], seen, [before] + [after] * (len(seen) - 1))
 
@@ -250,7 +253,7 @@ async def swaps_one_after_the_other(dut: Any) -> None:
 
 @cocotb.test()
 async def read_back_shows_what_is_stored(dut: Any) -> None:
-    """Bits outside the formats and lanes that are not built are not stored."""
+    """The memory stores neither bits outside the formats nor words of lanes that are not built."""
     await start(dut)
     rng = random.Random(2)
     model = CoefficientMemory(COUNTS_PER_REV, LANES)
@@ -311,8 +314,8 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
         dut.write_data.value = data
         await clock_and_see(dut, seen, slots)
         if dut.swap_marker.value == 1:
-            # The swap was requested, and the idle bank was filled before it; acknowledged words are
-            # swapped.
+            # The idle bank was filled before the swap was requested; the swap activates all
+            # acknowledged words.
             assert asked
             assert last < 0 or clock - last >= FILLED
             assert clock - max(clock_of_swap, last + FILLED) <= FOLD + 2
@@ -332,7 +335,8 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
                 model.write(address, data)
             pending = None
     assert met > 15
-    # Clocks from the start of the write or from the swap before it, whichever is later.
+    # Count the clocks from the start of the write or from the swap before the write, whichever is
+    # later.
     assert FILLED < longest_wait <= LONGEST_WRITE
     check_met(slots[0], seen, bank_of_clock)
 

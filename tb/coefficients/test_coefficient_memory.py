@@ -1,4 +1,4 @@
-"""Test of the coefficient memory: words, read-back, and one bank for one angle."""
+"""Tests the coefficient memory: stored words, read-back, and that each angle meets one bank."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Phase offsets of turns in VHDL equal their model."""
+"""Tests that the VHDL computes the phase offset of each turn as the model does."""
 
 import pytest
 

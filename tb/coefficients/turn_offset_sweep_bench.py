@@ -1,4 +1,4 @@
-"""cocotb tests of turn_offset_sweep against its model."""
+"""Compares turn_offset_sweep with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PULSES = ("write_low", "write_high", "write_offset", "take_over")
 
 
 class Memory:
-    """The content of the pipeline's memory: the prepared offset by bank, place and lane."""
+    """Content of the pipeline's memory: the prepared offsets by bank, place and lane."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -74,7 +74,7 @@ async def load(memory: Memory, steps: list[int], offsets: list[int]) -> None:
 def random_words(seed: int) -> tuple[list[int], list[int]]:
     rng = random.Random(seed)
     steps = [rng.getrandbits(48) for _ in range(LANES)]
-    # A whole order, a half one, the largest and the smallest fraction.
+    # The steps belong to an integer order, a half order, and the largest and the smallest fraction.
     steps[:4] = [0, 1 << 47, (1 << 48) - 1, 1]
     return steps, [rng.getrandbits(24) for _ in range(LANES)]
 
@@ -95,7 +95,8 @@ async def every_turn_is_exact(dut: Any) -> None:
     turns = [0, 1, -1, 1_000_000, -1_000_000, 2**23 - 2, -(2**23) + 1]
     for turn in turns + [rng.randrange(-(2**23) + 1, 2**23 - 1) for _ in range(10)]:
         dut.turn.value = turn
-        await memory.clocks(ready_clocks(LANES) - 4)  # less 2 clocks to `turn` and 2 of a read
+        # Subtract 2 clocks until `turn` and 2 clocks of a read.
+        await memory.clocks(ready_clocks(LANES) - 4)
         check(memory, 0, turn, steps, offsets)
         for lane in range(LANES):
             exact = Fraction(turn * steps[lane], 1 << 48) + Fraction(offsets[lane], 1 << 24)
@@ -119,7 +120,7 @@ async def tremble_keeps_the_neighbours(dut: Any) -> None:
             dut.turn.value = turn + rng.choice([0, side])
             await memory.clocks(rng.choice([1, 2, 3, 7, 50]))
             for place, of_turn in enumerate(wanted):
-                # The neighbour on the other side is not used during this tremble.
+                # This tremble does not use the offsets of the turn on the other side.
                 if place - 1 != -side:
                     assert memory.of(0, turn + place - 1) == of_turn
         dut.turn.value = turn
@@ -164,7 +165,8 @@ async def turns_one_after_the_other(dut: Any) -> None:
 
 @cocotb.test()
 async def banks_and_take_over(dut: Any) -> None:
-    """Writes change only the idle bank; `take_over` copies the steps; `swept` rises after both."""
+    """Writes change only the idle bank, `take_over` copies the steps to the other bank, and `swept`
+    rises after a write and after a copy."""
     memory = await start(dut)
     steps, offsets = random_words(6)
     await load(memory, steps, offsets)
@@ -175,8 +177,8 @@ async def banks_and_take_over(dut: Any) -> None:
         waited += 1
     assert 2 * SWEEP_CLOCKS <= waited <= ready_clocks(LANES)
     check(memory, 0, 5, steps, offsets)
-    # After the swap bank 0 is active. The copy gives bank 1 the steps of bank 0, and the filling of
-    # the memory gives it the offsets.
+    # After the swap bank 0 is active. The copy writes the steps of bank 0 into bank 1, and the
+    # sweep writes the offsets of bank 1.
     dut.idle_bank.value = 1
     dut.take_over.value = 1
     await memory.clock()
@@ -186,7 +188,7 @@ async def banks_and_take_over(dut: Any) -> None:
         await write(memory, "write_offset", lane, offset)
     copied = LANES + 1
     while dut.copies.value == 1:
-        # During the copy, too, the read-back shows the bank that was swapped in.
+        # The read-back shows the bank that is active since the swap, also during the copy.
         dut.read_address.value = 2 * (copied % LANES) + copied % 2
         step = steps[copied % LANES]
         await memory.clocks(2)

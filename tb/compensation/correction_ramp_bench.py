@@ -1,4 +1,4 @@
-"""cocotb test of correction_ramp against its model."""
+"""Compares correction_ramp with its model in a cocotb test."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LATENCY = 1
 @cocotb.test()
 @cocotb.parametrize(scenario=SCENARIOS)
 async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
-    """Compare total, clip flag and busy flag of every clock."""
+    """Total, clip flag and busy flag equal the model's in every clock."""
     dut.reset.value = 1
     dut.marker.value = 0
     dut.correction.value = 0

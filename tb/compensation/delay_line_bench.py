@@ -1,4 +1,4 @@
-"""cocotb test of delay_line: random words, one a clock."""
+"""Tests delay_line in cocotb with random words, one in each clock."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CLOCKS = int(os.environ.get("CLOCKS", "25"))
 
 @cocotb.test()
 async def every_word_comes_out_once(dut: Any) -> None:
-    """The output is the word of CLOCKS clocks ago, and 0 before the first."""
+    """The output is the word that came CLOCKS clocks before, and 0 before the first word."""
     rng = random.Random(1)
     words = [rng.getrandbits(WIDTH) for _ in range(300)]
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())

@@ -1,4 +1,4 @@
-"""cocotb tests of error_compensation against its model."""
+"""Compares error_compensation with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ PAIRS = (LANES + 1) // 2
 FOLD = int(os.environ.get("FOLD", "1"))
 MEAN = os.environ.get("MEAN", "false") == "true"
 CLOCKS = 1500
-# Two amplitudes at the end of s13.11, each times a cosine of 1 + 2⁻¹³. The error of a cosine is at
-# most an eighth of this excess.
+# PAIR_MAX is the sum of two terms with amplitudes at the end of s13.11 and a cosine of 1 + 2⁻¹³.
+# The error of a real cosine is at most an eighth of the excess 2⁻¹³.
 PAIR_MAX = 2 * (8192 + 1) << PAIR_FRACTION
 OFFSET_MAX = 2**24 - 1
 
@@ -75,7 +75,8 @@ async def compare(
     counts_per_rev: int,
     ramp_rate: int,
 ) -> Any:
-    """Run VHDL and model over the same clocks; return the model's outputs."""
+    """Run VHDL and model over the same clocks and compare their outputs; return the model's
+    outputs."""
     await start(dut, counts_per_rev, ramp_rate)
     seen = []
     clocks = angle.size
@@ -112,7 +113,8 @@ async def compare(
 @cocotb.test()
 @cocotb.parametrize(counts_per_rev=[4, 5, 1000, 65536, 12_345_678, 2**24])
 async def random_input(dut: Any, counts_per_rev: int) -> None:
-    """Pair sums reach twice the turn, so that some corrections are clipped and others are not."""
+    """Outputs equal the model's for random pair sums up to twice the counts of a turn, so that some
+    corrections are clipped."""
     rng = np.random.default_rng(counts_per_rev)
     largest = min(PAIR_MAX, (2 * counts_per_rev << PAIR_FRACTION) // max(1, PAIRS // 2))
     offset_max = min(OFFSET_MAX, counts_per_rev << 9)
@@ -136,8 +138,8 @@ async def random_input(dut: Any, counts_per_rev: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sign=[1, -1])
 async def extremes(dut: Any, sign: int) -> None:
-    """Terms lie at the ends of their formats, readings at both ends of the turn; the position
-    wraps."""
+    """Outputs equal the model's with terms at the ends of their formats and readings at both ends
+    of the turn; the position wraps."""
     counts_per_rev = 2**24
     model = await compare(
         dut,
@@ -155,14 +157,14 @@ async def extremes(dut: Any, sign: int) -> None:
 
 @cocotb.test()
 async def every_fraction_rounds_once(dut: Any) -> None:
-    """Totals lie around each rounding boundary: angle and position round to the same count."""
+    """Angle and position round to the same count for totals around each rounding boundary."""
     near = np.array([-2, -1, 0, 1, 2], dtype=np.int64)
     half = 1 << (PAIR_FRACTION - 1)
     total = np.concatenate([near + part * half for part in range(-7, 8)])
     pair_sums = np.zeros((total.size, PAIRS), dtype=np.int64)
     pair_sums[:, -1] = total
     zeros = np.zeros(total.size, dtype=np.int64)
-    # apply rises with a correction of 0, so that no remainder is caught while the total is held.
+    # `apply` rises while the correction is 0, so that the ramp starts without a remainder.
     before = np.zeros(HOLD, dtype=np.int64)
     model = await compare(
         dut,
@@ -183,8 +185,8 @@ async def every_fraction_rounds_once(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(fold=[FOLD])
 async def folded_sums(dut: Any, fold: int) -> None:
-    """Pair sums that arrive over FOLD clocks give the results of a model in which each angle is
-    repeated for FOLD clocks."""
+    """If pair sums arrive over FOLD clocks, the outputs equal the outputs of a model in which each
+    angle is repeated for FOLD clocks."""
     angles = 300
     counts_per_rev = 12_345_678
     rng = np.random.default_rng(fold)
@@ -207,7 +209,7 @@ async def folded_sums(dut: Any, fold: int) -> None:
         dut.pair_sums.value = flat(pair_sums[now, slot])
         dut.first_sums.value = int(slot == 0 and clock < fold * angles)
         dut.last_sums.value = int(last)
-        # Before the last sums these inputs are ignored.
+        # The entity ignores these inputs until the last sums of an angle arrive.
         dut.offset.value = int(offset[now]) if last else -1
         dut.angle.value = int(angle[now]) if last else 0
         dut.position.value = int(position[now]) if last else 0
@@ -249,8 +251,8 @@ async def folded_sums(dut: Any, fold: int) -> None:
 
 @cocotb.test(skip=not MEAN)
 async def mean_joins_before_the_rounding(dut: Any) -> None:
-    """Every term of the mean is random or at an end of its format; carriers change with swaps while
-    the ramp acts.
+    """The mean's term joins the correction before the rounding, as in the model; every term is
+    random or at an end of its format, and carriers change with swaps while the ramp acts.
 
     The jump of the reading at a change of the carrier never shows in the corrected position.
     """
@@ -306,7 +308,8 @@ async def mean_joins_before_the_rounding(dut: Any) -> None:
     expected = list(zip(*(output.tolist() for output in model[:3]), strict=True))
     for clock, found in enumerate(seen[COMPENSATION_LATENCY:]):
         assert found == expected[clock], f"clock {clock}: {found}, expected {expected[clock]}"
-    # Before the term moves, only the ramp moves the output: 255 * 2^-11 count a clock, rounded.
+    # Before the mean's term changes, only the ramp moves the output: by 255 * 2^-11 count a clock,
+    # rounded.
     steps = np.diff([row[1] for row in seen[COMPENSATION_LATENCY : COMPENSATION_LATENCY + 590]])
     assert np.abs(jump[:590]).max() > 1000
     assert np.abs(steps[5:]).max() <= 1
@@ -314,7 +317,7 @@ async def mean_joins_before_the_rounding(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_four_clocks(dut: Any) -> None:
-    """The clocks are counted at the ports, for the reading and for the pair sums."""
+    """The output follows reading and pair sums after four clocks, counted at the ports."""
     await start(dut, 2**24, 2**24)
     dut.apply.value = 1
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""The ramp in VHDL equals its model, bit by bit, in every scenario."""
+"""Tests that the ramp in VHDL equals its model, bit by bit, in every scenario."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The delay line delays words by exactly CLOCKS clocks."""
+"""Tests that the delay line delays words by exactly CLOCKS clocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Adder tree, ramp and subtraction in VHDL equal their models, bit by bit."""
+"""Tests that adder tree, ramp and subtraction in VHDL equal their models, bit by bit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_folded_sums(lanes: int, fold: int) -> None:
 
 @pytest.mark.parametrize("lanes", [1, 9, 32, 64])
 def test_mean_of_the_heads(lanes: int) -> None:
-    """The mean is one more addend, for all numbers of groups in the adder tree."""
+    """The adder tree adds the mean as one more addend; the test covers all numbers of groups."""
     simulate(
         "error_compensation",
         "tb.compensation.error_compensation_bench",

@@ -1,4 +1,4 @@
-"""cocotb tests of compensation_pipeline with modulators, against its model clock by clock."""
+"""Compares compensation_pipeline with modulators to its model, clock by clock, in cocotb tests."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from tb.core.compensation_pipeline_bench import (
 )
 
 ANGLES = 1200
-# Clocks from a step of the sweep to the first read that sees its write.
+# WRITE_CLOCKS: clocks from a step of the sweep to the first read that returns the step's write.
 WRITE_CLOCKS = 6
-# Clocks from an angle to the read of its amplitude.
+# READ_CLOCKS: clocks from an angle to the read of its amplitude.
 READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
 NAMES = ("direction", "speed", "word_a", "word_b")
 
@@ -100,7 +100,7 @@ class Sweep:
                 self.put(self.random())
 
     async def load(self, bank: Coefficients) -> int:
-        """Write and swap; return the clocks until the new bank is in use."""
+        """Write all words of ``bank`` and swap; return the clocks until the new bank is in use."""
         for address, data in bank_words(bank):
             await write(self.dut, address, data)
         self.dut.swap.value = 1
@@ -131,7 +131,7 @@ async def begin(dut: Any, seed: int) -> Sweep:
 
 @cocotb.test()
 async def held_modulators(dut: Any) -> None:
-    """With constant modulators, the outputs equal those of plain lanes whose amplitudes are
+    """With constant modulators, the outputs equal the outputs of plain lanes whose amplitudes are
     multiplied by the modulators, for each FOLD."""
     sweep = await begin(dut, 1)
     rng = np.random.default_rng(3)
@@ -141,8 +141,8 @@ async def held_modulators(dut: Any) -> None:
         sweep.put(held)
         dut.angle.value = 0
         waited = await sweep.load(bank)
-        # The swap waits for the end of the present sweep and then for a whole sweep, less the
-        # clocks of the last write's acknowledge.
+        # The swap waits for the end of the present sweep and for one whole sweep; subtract the
+        # clocks until the last write's acknowledge.
         assert SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + FOLD + 8
         await sweep.settle()
         angles = rng.integers(0, COUNTS_PER_REV, 150)
@@ -161,7 +161,7 @@ async def held_modulators(dut: Any) -> None:
 
 @cocotb.test()
 async def the_read_back_is_nominal(dut: Any) -> None:
-    """Words that are read back equal the written ones, also those that a swap copies to the idle
+    """Words that are read back equal the written words, also words that a swap copies to the idle
     bank."""
     sweep = await begin(dut, 2)
     bank = bank_of(5)
@@ -173,7 +173,7 @@ async def the_read_back_is_nominal(dut: Any) -> None:
         for _ in range(3):
             await RisingEdge(dut.clock)
         assert int(dut.read_data.value) == data
-    # The other bank has the same words, so that the outputs stay equal.
+    # Both banks then have equal words, so the outputs do not change.
     dut.angle.value = dut.position.value = COUNTS_PER_REV // 3
     await sweep.settle()
     before = outputs(dut)
@@ -226,7 +226,7 @@ async def moving_modulators(dut: Any) -> None:
 
 
 def effective_history(sweep: Sweep, bank: Coefficients) -> np.ndarray[Any, Any]:
-    """Return the amplitudes of bank 1 that a read in each clock would return, (clocks, lanes)."""
+    """Return the amplitudes that a read of bank 1 would give in each clock, (clocks, lanes)."""
     clocks = len(sweep.steps) + SWEEP_CLOCKS
     found = np.zeros((clocks, LANES), dtype=np.int64)
     now = np.zeros(LANES, dtype=np.int64)

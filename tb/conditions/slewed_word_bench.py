@@ -1,4 +1,4 @@
-"""cocotb tests of slewed_word against its model."""
+"""Compares slewed_word with its model in cocotb tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of stop_operator against its model, clock by clock."""
+"""Compares stop_operator with its model, clock by clock, in cocotb tests."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ async def start(dut: Any, width: int, dead_zone: int) -> None:
 
 
 async def follow(dut: Any, positions: list[int], put_backs: list[int]) -> list[tuple[int, bool]]:
-    """Return the outputs ``place`` and ``known`` for each reading, without the latency."""
+    """Drive the readings; return the outputs ``place`` and ``known`` for each reading, shifted by
+    the latency."""
     found = []
     last = len(positions) - 1
     for clock in range(len(positions) + STOP_LATENCY):
@@ -39,8 +40,8 @@ async def follow(dut: Any, positions: list[int], put_backs: list[int]) -> list[t
 
 @cocotb.test()
 async def every_clock_as_the_model(dut: Any) -> None:
-    """Every clock equals the model, with trembles, steps of up to 8 counts, jumps and counts put
-    back."""
+    """The outputs equal the model's in every clock, with trembles, steps of up to 8 counts, jumps,
+    and lost counts that are restored."""
     generator = random.Random(28)
     for width, dead_zone in ((0, 0), (16 * 40, 0), (16 * 25 + 5, 4), (16 * 60, 255), (3, 1)):
         await start(dut, width, dead_zone)
@@ -59,7 +60,7 @@ async def every_clock_as_the_model(dut: Any) -> None:
                 position += generator.choice([-1, 1]) * generator.randint(9, 30_000)
             positions.append(position & 0xFFFF_FFFF)
             put_backs.append(put_back)
-        # The dut counts modulo 2^16, the model without a bound: both see the same steps.
+        # The entity counts modulo 2^16, the model without a limit; both get the same steps.
         signed = [(p ^ 1 << 31) - (1 << 31) for p in positions]
         expected = [model.move(p, b) for p, b in zip(signed, put_backs, strict=True)]
         found = await follow(dut, signed, put_backs)

@@ -1,4 +1,5 @@
-"""cocotb tests of table_conditions: registers, and modulators that follow a table."""
+"""Tests table_conditions in cocotb: its registers, and its modulators, which follow the motion of a
+table."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ KNOWN = 1 << 31
 
 
 class Window:
-    """Drives the table's reading clock by clock, and accesses the registers."""
+    """Drives the table's reading clock by clock, and accesses the registers of table_conditions."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -63,7 +64,7 @@ class Window:
 
 
 def signed(word: int) -> int:
-    """Return bits 17 to 0 as s1.16."""
+    """Return bits 17 to 0 of a word as a signed number in s1.16."""
     return (word & 0x3FFFF ^ 0x20000) - 0x20000
 
 
@@ -92,7 +93,7 @@ async def words_are_kept_and_limited(dut: Any) -> None:
 
 @cocotb.test()
 async def words_come_by_slew(dut: Any) -> None:
-    """A word moves to its target by the slew each sweep; a sweep has 144 clocks."""
+    """A word moves to its target by SLEW in each sweep of 144 clocks."""
     window = Window(dut)
     await window.start()
     await window.write(SLEW, 1 << 26)
@@ -111,8 +112,8 @@ async def words_come_by_slew(dut: Any) -> None:
 
 @cocotb.test()
 async def direction_follows_and_is_led_in(dut: Any) -> None:
-    """The direction is 0 while unknown; then it moves by slew to 1 without a jump, and at a
-    reversal linearly to -1."""
+    """The direction is 0 while unknown; then it moves to 1 by at most SLEW per sweep; after a
+    reversal it falls to -1 linearly with the travel."""
     window = Window(dut)
     await window.start()
     width = 400
@@ -137,8 +138,8 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
     turned_at = window.place
     for _ in range(10 * width):
         await window.clock()
-        # The direction is up to two sweeps late, which are 72 of the 400 counts at a quarter of a
-        # count a clock.
+        # The direction is up to two sweeps late; at a quarter count per clock the table moves 72
+        # counts in that time, and the width is 400 counts.
         way = turned_at - window.place
         now = max(1.0 - way / width, -1.0)
         before = max(1.0 - max(way - 75.0, 0.0) / width, -1.0)
@@ -173,7 +174,7 @@ async def speed_of_a_table(dut: Any) -> None:
     falls = [a - b for a, b in pairwise(stopped)]
     assert min(falls[WINDOW:]) >= 0
     assert stopped[-1] == 0
-    # During a tremble over the edge of a period the speed stays 0.
+    # While the table trembles over the edge of a period, the speed stays 0.
     edge = 4.0 * (window.place // 4)
     for clock in range(10 * WINDOW):
         window.place = edge + (0.5 if clock // 97 % 2 else -0.5)

@@ -1,4 +1,5 @@
-"""The inputs of lanes' amplitudes (direction, speed, words) equal their models in VHDL."""
+"""Tests that the VHDL of the conditions that modulate amplitudes (direction, speed, words) equals
+the models."""
 
 from __future__ import annotations
 

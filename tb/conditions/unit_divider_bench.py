@@ -1,4 +1,4 @@
-"""cocotb tests of unit_divider against integers of any size."""
+"""Compares unit_divider with Python's division of integers in cocotb tests."""
 
 from __future__ import annotations
 

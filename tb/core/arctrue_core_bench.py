@@ -1,4 +1,5 @@
-"""cocotb tests of the whole core: pins in, registers over AXI4-Lite, pins out."""
+"""Tests the whole core in cocotb: drives its input pins, accesses its registers over AXI4-Lite, and
+decodes its output pins."""
 
 from __future__ import annotations
 
@@ -27,18 +28,19 @@ ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cord
 QUICK = "QUICK" in os.environ
 """Whether the tests with the longest motions are left out."""
 LOSSES = [(1, False), (0, True)] + ([] if QUICK else [(0, False), (1, True)])
-"""Pairs of ``heal`` and ``head2_dead`` for the test of lost counts."""
+"""Values of ``heal`` and ``head2_dead`` for the test of lost counts."""
 CAPTURE_DEPTH = 64
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
 
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
-OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # index of B, A in counting order
+OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # number of each level B, A in counting order
 
 
 class Machine:
-    """Drives the core with a turning table and decodes its output; logs one entry every clock."""
+    """Drives the core with a turning table, decodes the core's output, and logs one entry per
+    clock."""
 
     def __init__(self, dut, bus: Bus) -> None:
         self.dut = dut
@@ -110,7 +112,8 @@ def drive(dut, pair: tuple[int, int], index_scatter: Sequence[int] = (0,)) -> No
 
 
 async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
-    """Reset with the pins at the start of the motion, then take over the short turn."""
+    """Reset the core with the pins at the start of the motion, and set the short turn of the
+    table."""
     drive(dut, readings_at(table.START_COUNTS))
     bus = await start(dut, reset_clocks=64)
     if stall:
@@ -129,7 +132,7 @@ async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
 
 
 async def clear_coefficients(machine: Machine) -> None:
-    """Load zero coefficients, because banks survive a reset."""
+    """Load zero coefficients, because the coefficient banks survive a reset."""
     await machine.registers.write_coefficients(Coefficients.zero(table.COUNTS_PER_REV, LANES))
     await machine.registers.command("swap")
 
@@ -138,7 +141,7 @@ def check_samples(machine: Machine, start_time: int, samples: NDArray[np.int32])
     """Check that each sample has both readings of one clock, ``SAMPLE_PERIOD`` clocks apart."""
     reading = np.array(machine.reading)
     first = start_time - machine.first_time
-    for delay in range(12):  # latency from pins to position
+    for delay in range(12):  # possible latencies from the pins to the position
         expected = reading[first - delay :: SAMPLE_PERIOD][: len(samples)]
         if len(expected) == len(samples) and np.array_equal(expected, samples):
             return
@@ -197,7 +200,7 @@ async def from_edges_to_corrected_edges(dut):
 
     # After the ramp the corrected position equals the model's bit by bit, 29 clocks after the
     # decoder's position. A folded core corrects the last position that it accepted, 28 + FOLD
-    # clocks after it.
+    # clocks after that position.
     reading = np.array(machine.reading)[:, 0]
     model = compensate(reading % table.COUNTS_PER_REV, reading, coefficients, rotation=ROTATION)
     corrected = np.array(machine.corrected)[settled_at:]
@@ -212,8 +215,8 @@ async def from_edges_to_corrected_edges(dut):
     assert len(matches) == 1, f"equal to the model at delays {matches}"
     dut._log.info("pins to corrected position: %d clocks", matches[0])
 
-    # The output is compared with the table's own angle. The mean of the difference is free (a0),
-    # and the remainder is the error.
+    # The output is compared with the table's own angle. The mean of the difference (a0) is
+    # arbitrary; the difference minus its mean is the error.
     angle, output = np.array(machine.angle), np.array(machine.output)
     late = 6 + matches[0]
     turn_clocks = int(table.COUNTS_PER_REV * CLOCKS_PER_COUNT)
@@ -263,7 +266,7 @@ async def capture_under_stalls_loses_nothing(dut):
 
 @cocotb.test(skip=QUICK)
 async def a_scattered_index_changes_no_capture(dut):
-    """Marks repeat to ±1 count: every capture is complete, and no fault is reported."""
+    """If index marks repeat to ±1 count, every capture is complete, and no fault is reported."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("index_tolerance") == 2
@@ -289,7 +292,7 @@ async def a_scattered_index_changes_no_capture(dut):
         assert await names.read(f"{head}.faults.index_errors") == 0
         fields = await names.read_fields(f"{head}.index")
         assert 0 < abs(fields["interval"] - table.COUNTS_PER_REV) <= 2
-    # The same marks with a tolerance of 1: each difference of 2 is reported.
+    # With the same marks and a tolerance of 1, the core reports each difference of 2.
     await names.write("index_tolerance", 1)
     end = table.motion(6.0, CLOCKS_PER_COUNT).size
     await machine.turn(table.motion(9.0, CLOCKS_PER_COUNT)[end:])
@@ -302,7 +305,8 @@ async def a_scattered_index_changes_no_capture(dut):
 
 @cocotb.test()
 async def correction_waits_for_the_index(dut):
-    """With coefficients active and compensate set, nothing is corrected before the index."""
+    """Although coefficients are active and `compensate` is set, the position is not corrected
+    before the index."""
     machine = await prepared(dut)
     names = machine.registers
     coefficients = Coefficients.from_harmonics(
@@ -329,13 +333,14 @@ async def correction_waits_for_the_index(dut):
     exact = snapshot.head1_position - coefficients.error_counts(np.array([snapshot.head1_angle]))
     assert abs(snapshot.exact_position_counts - exact[0]) < 2**-12 + 2**-11 + 6 * 5.3e-5
     # The output passed the index and the start of the correction without losing a count. Its first
-    # levels were those of head 1 at the same count.
+    # levels equalled head 1's levels at the same count.
     corrected = machine.corrected
     to_phase = machine.output[-1] - machine.output[0] - (corrected[-1] - corrected[0])
     assert abs(to_phase) <= 2
     place = corrected[-1] - snapshot.head1_position + machine.reading[-1][0]
     assert (machine.output[-1] - place) % 4 == 0
-    # A count of the head and a count of the ramp may coincide; a step would be 14 or more.
+    # A count of the head and a count of the ramp may coincide, which gives 2 counts; without the
+    # ramp the output would step by 14 or more.
     assert np.abs(np.diff(corrected)).max() <= 2, "the corrected position made a step"
     # When `compensate` is off, the correction decays and the output returns to head 1's position.
     await names.update("control", compensate=0)
@@ -347,14 +352,14 @@ async def correction_waits_for_the_index(dut):
 
 @cocotb.test()
 async def z_waits_for_the_index(dut):
-    """No Z comes before the first index, nor between a re-arm and the next index; all others are a
+    """No Z comes before the first index or between a re-arm and the next index; all other Z are a
     turn apart."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", output_enable=1)
     motion = table.motion(3.4, CLOCKS_PER_COUNT)
     of_head1 = table.readings(motion)[:, 0]
-    # The index is passed at reading 0; the output follows within 60 clocks.
+    # The table passes the index at reading 0; the output follows within 60 clocks.
     first_index = int(np.argmax(of_head1 >= 0))
     begun = len(machine.z)
     turning = cocotb.start_soon(machine.turn(motion))
@@ -416,7 +421,7 @@ async def turn_length_and_rearm(dut):
 
 @cocotb.test()
 async def a_shorter_turn_sends_no_burst(dut):
-    """A correction beyond half of the new turn is clipped at once; the output does not follow."""
+    """If a new, shorter turn clips the correction at once, the output does not follow that step."""
     machine = await prepared(dut)
     names = machine.registers
     coefficients = Coefficients.from_harmonics(
@@ -444,11 +449,11 @@ async def a_shorter_turn_sends_no_burst(dut):
 @cocotb.test()
 @cocotb.parametrize((("heal", "head2_dead"), LOSSES))
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
-    """A period is lost on the wires: the correction stays on, and position and Z become right
-    again.
+    """After the wires lose a period (four counts), the correction stays on, and position and Z
+    become right again.
 
     Head 2 proves the loss at the first mark; without head 2 the second mark proves it. After the
-    healing, the output's count is that of the table again.
+    core has restored the counts, the output's count equals the table's again.
     """
     machine = await prepared(dut)
     names = machine.registers
@@ -491,7 +496,7 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
     rises = np.flatnonzero(np.diff(machine.z) == 1)
     at_z = np.array(machine.output)[rises + 1]
-    # Two Z are a turn apart, except for the four counts that the output did not receive either.
+    # Two Z are a turn apart minus the four lost counts, which the output did not receive either.
     assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
     assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4 * (1 - heal)
     assert np.abs(np.diff(machine.corrected)).max() <= 2
@@ -500,8 +505,8 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
 
 @cocotb.test()
 async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
-    """Head 1 loses four counts; in the turn after its zero has moved, samples lie on multiples
-    again."""
+    """Head 1 loses four counts; in the turn after the core has moved head 1's zero, samples lie on
+    multiples of the spacing again."""
     step = 32
     machine = await prepared(dut)
     names = machine.registers
@@ -520,7 +525,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
         if await names.read("status.capture_ready"):
             captures.append((await names.read_capture()).samples[:, 0])
             await names.command("capture_release")
-    # The first two turns are the one before the move of the zero and the one with the move.
+    # The first turn comes before the zero moves; in the second turn it moves.
     samples = captures[-1]
     assert samples.size > table.COUNTS_PER_REV // step
     assert not np.any(samples % step), samples
@@ -528,8 +533,8 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
 
 @cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
-    """One mark is 20 counts late, and all later ones are in place: the core reports it and keeps
-    the zero."""
+    """If one mark is 20 counts late and all later marks are in place, the core reports the late
+    mark and keeps the zero."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", compensate=1, output_enable=1)
@@ -562,7 +567,7 @@ async def polarity_and_direction_of_the_pins(dut, swaps: int):
     await show(1)
     await names.command("rearm", "clear_head1", "clear_head2")
     await ClockCycles(dut.clock, 300)
-    # The output takes the phase of head 1 over when it begins to follow.
+    # When the output begins to follow, it takes the levels of head 1.
     await names.update("control", output_enable=1)
     before = await names.snapshot()
     for reading in range(1, 42):
@@ -573,7 +578,8 @@ async def polarity_and_direction_of_the_pins(dut, swaps: int):
     assert await names.read("head1.flags.index_seen") == 0
     assert await names.read("head1.flags.illegal") == 0
     first, second = int(dut.out_a.value), int(dut.out_b.value)
-    # Undoing the drive's settings gives the levels of the encoder at the same count.
+    # If the settings of the output are undone, its levels equal those of the encoder at the same
+    # count.
     assert ((1 - second, first) if swaps else (first, 1 - second)) == (
         table.pins(41) & 1,
         table.pins(41) >> 1 & 1,
@@ -607,8 +613,8 @@ async def alarm_and_release_of_the_drivers(dut):
 
 @cocotb.test()
 async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
-    """The write that clears `cannot_keep_up` also ends the release that it caused, but not a
-    release by a head's flag."""
+    """The write that clears `cannot_keep_up` also ends the release of the drivers by this flag, but
+    not a release by a head's flag."""
     machine = await prepared(dut)
     names = machine.registers
     await names.command("clear_head1", "clear_head2")
@@ -644,8 +650,8 @@ async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
 @cocotb.test()
 @cocotb.parametrize(releases=[0, 1])
 async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_for(dut, releases):
-    """Output and head 1 stand while the table turns: the core raises an alarm and, if set, releases
-    the drivers."""
+    """If the filter suppresses all edges while the table turns, output and head 1 stand still; the
+    core raises an alarm and, if so set, releases the drivers."""
     machine = await prepared(dut)
     names = machine.registers
     await names.write("filter_length", 12)
@@ -669,7 +675,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
     await ClockCycles(dut.clock, 4)
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
     assert await names.read("head1.flags.swallowed") == 0
-    # Edges that are counted but too close to each other are not swallowed.
+    # The filter does not suppress edges that are counted but too close to each other.
     await names.write("filter_length", 1)
     await names.write("minimum_edge_spacing", 50)
     await machine.turn(fast[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT)
@@ -708,8 +714,8 @@ async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
 
 @cocotb.test()
 async def instruments_beside_the_table(dut):
-    """Each edge of sync_in requests a sample, which gives a pulse; probe_in latches the position;
-    compare_out marks every 64 counts."""
+    """Each edge of sync_in requests a sample, and each sample gives a pulse; probe_in latches the
+    position; compare_out has a pulse every 64 counts."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", capture_enable=1, capture_mode=2, output_enable=1)
@@ -755,14 +761,14 @@ async def instruments_beside_the_table(dut):
     at = np.array(machine.corrected)[-len(compared) :][place]
     assert place.size > 3
     assert np.all(np.diff(at) == 64)
-    # Without correction the latched position is that of the pins at the probe's edge, counted from
-    # the reset.
+    # Without a correction the latched position is the count of the pins at the probe's edge, from
+    # the reset on.
     latched = await names.read("probe.position")
     assert abs(latched + zero - probed[-1]) <= 1
 
 
 async def waiting_events(names: RegisterMap) -> NDArray[np.int64]:
-    """Take all events: a row of kind, number, time, position, angle for each."""
+    """Take all waiting events; return a row of kind, number, time, position and angle for each."""
     rows = []
     while (state := await names.read_fields("events.state"))["kind"]:
         low, high = [await names.read(f"events.time_{half}") for half in ("low", "high")]
@@ -774,7 +780,8 @@ async def waiting_events(names: RegisterMap) -> NDArray[np.int64]:
 
 @cocotb.test(skip=not EVENTS)
 async def events_wait_for_the_processor(dut):
-    """A compare pulse that is wired to the probe gives one event of both kinds, at its clock."""
+    """If compare_out is wired to probe_in, each compare pulse gives one event of kind compare and
+    one of kind probe, at its clock."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("events.recorded.compare") == 0
@@ -809,12 +816,12 @@ async def events_wait_for_the_processor(dut):
     reading = np.array(machine.reading)[begin:, 0][rises]
     assert np.abs(found[:, 3] + zero - reading).max() <= 1
     assert await names.read("events.lost") == 0
-    # The latch has the last event.
+    # The latch holds the values of the last event.
     await names.read("probe.time")
     assert await names.read("probe.position") == found[-1, 3]
     assert await names.read("probe.edges") == rises.size
-    # More events come than the queue holds: the first ones stay, and a number shows how many are
-    # lost.
+    # If more events come than the queue holds, the first events stay, and `events_lost` counts the
+    # others.
     await machine.turn(motion[60 * interval * int(CLOCKS_PER_COUNT) :])
     await ClockCycles(dut.clock, 100)
     more = int(np.count_nonzero(np.diff(compared) == 1)) - rises.size

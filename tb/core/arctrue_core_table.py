@@ -1,4 +1,5 @@
-"""A small turning table for the core's test: two heads with a known error, pins clock by clock.
+"""Simulates a small turning table for the core's test: the pins of two heads with a known error,
+clock by clock.
 
 All values are in counts of a short turn; angles of the table are real numbers, readings are
 rounded.
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 COUNTS_PER_REV = 600
-"""Counts of a turn: short, and no power of two."""
+"""Counts of a turn: a small number that is no power of two."""
 
 SEPARATION_COUNTS = 55.0
 """Separation of the heads: 33 degrees."""
@@ -21,7 +22,8 @@ HARMONICS = ((1, 6.0, 0.4), (2, 2.5, -1.1), (5, 0.8, 2.0))
 """Order, amplitude in counts, phase in radians of the error of the disc."""
 
 START_COUNTS = -130.0
-"""Start of the table: both heads pass their index in the first quarter turn, head 2 first."""
+"""Angle in counts at which the table starts: both heads pass their index in the first quarter turn,
+head 2 first."""
 
 _PHASE_PINS = (0b00, 0b01, 0b11, 0b10)  # A in bit 0, B in bit 1; A leads while counting up
 
@@ -53,7 +55,8 @@ def motion(turns: float, clocks_per_count: float) -> NDArray[np.float64]:
 
 
 def pins(reading: int, index_scatter: Sequence[int] = (0,)) -> int:
-    """Return A, B and Z in bits 0 to 2; ``index_scatter`` has counts of each turn's index mark."""
+    """Return A, B and Z in bits 0 to 2; ``index_scatter`` has the displacement, in counts, of the
+    index mark in each turn."""
     turn = (reading + COUNTS_PER_REV // 2) // COUNTS_PER_REV
     at_index = reading - turn * COUNTS_PER_REV == index_scatter[turn % len(index_scatter)]
     return _PHASE_PINS[reading % 4] | (0b100 if at_index else 0)
@@ -62,9 +65,9 @@ def pins(reading: int, index_scatter: Sequence[int] = (0,)) -> int:
 def harmonics_from_capture(samples: NDArray[np.int64]) -> list[tuple[int, float, float]]:
     """Return order, amplitude (counts) and phase (rad) of the error as a function of the reading.
 
-    R2 - R1 - separation is the error at R2 less the error at R1: plain least squares on ``samples``
-    (n, 2). The fit has one order more than the disc, which absorbs the use of the reading for the
-    angle.
+    R2 - R1 - separation is the error at R2 minus the error at R1; ordinary least squares fits it to
+    ``samples`` (n, 2). The fit has one order more than the disc; this order absorbs the difference
+    between reading and angle.
     """
     turn = 2.0 * np.pi / COUNTS_PER_REV
     orders = sorted({order for order, _, _ in HARMONICS} | {3})

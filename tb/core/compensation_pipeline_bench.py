@@ -1,4 +1,4 @@
-"""cocotb tests of compensation_pipeline against its model and against equation (9)."""
+"""Compares compensation_pipeline with its model and with equation (9) in cocotb tests."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ FOLD = int(os.environ.get("FOLD", "1"))
 LATENCY = PIPELINE_LATENCY + FOLD - 1
 COSINE_WIDTH = int(os.environ.get("COSINE_WIDTH", "18"))
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
-# Sum of the amplitudes; default: 250 arcsec of a turn, as the paper's table has.
+# SUM_COUNTS: sum of the amplitudes in counts; the default is 250 arcsec, like the paper's table.
 ARCSEC_250 = 250 / 1_296_000
 SUM_COUNTS = float(os.environ.get("SUM_COUNTS", "0"))
 COUNTS_PER_REV = int(os.environ.get("COUNTS_PER_REV", str(2**24)))
 RATE_ONE = 1 << 24
 RATE_MAX = 2**32 - 1
-# Speed of the ramp at RATE_MAX, whole units of 2⁻¹¹ count a clock.
+# RAMP_UNITS: speed of the ramp at RATE_MAX, in whole units of 2⁻¹¹ count a clock.
 RAMP_UNITS = 255
 UNIT = 2**CORRECTION_FRACTION
 
@@ -72,7 +72,7 @@ async def start(dut: Any, ramp_rate: int = RATE_MAX) -> None:
 
 
 async def align(dut: Any) -> None:
-    """Wait until the clock before the one whose angle is accepted."""
+    """Wait until the next clock is one in which the pipeline accepts an angle."""
     while True:
         await RisingEdge(dut.clock)
         if dut.accept.value == 1:
@@ -96,7 +96,7 @@ async def write(dut: Any, address: int | None, data: int) -> None:
 
 
 async def load(dut: Any, bank: Coefficients) -> None:
-    """Write the idle bank and swap; return when the idle bank is filled again."""
+    """Write ``bank`` into the idle bank and swap; return when the idle bank is filled again."""
     for address, data in bank_words(bank):
         await write(dut, address, data)
     await write(dut, None, bank.offset % 2**32)
@@ -147,9 +147,9 @@ async def settle(dut: Any) -> None:
 
 @cocotb.test()
 async def a_turn_of_angles(dut: Any) -> None:
-    """The outputs for angles evenly over a turn equal the model and are near equation (9).
+    """The outputs for angles evenly spread over a turn equal the model's and are near equation (9).
 
-    In a folded pipeline, angles that are not accepted come between them.
+    In a folded pipeline, angles that are not accepted come between the accepted ones.
     """
     rng = np.random.default_rng(LANES)
     sum_counts = SUM_COUNTS or ARCSEC_250 * COUNTS_PER_REV
@@ -161,7 +161,7 @@ async def a_turn_of_angles(dut: Any) -> None:
     )
     position = (position + 2**31) % 2**32 - 2**31
 
-    # Swap where the correction is about 0, so that the ramp to it is short.
+    # Swap where the new correction is about 0, so that the ramp is short.
     tried = rng.integers(0, COUNTS_PER_REV, 20_000)
     corrections = compensate(tried, tried, bank, COSINE_WIDTH, ROTATION).correction
     nearest = int(np.argmin(np.abs(corrections)))
@@ -203,7 +203,8 @@ async def a_turn_of_angles(dut: Any) -> None:
     error = np.minimum(error, 2.0**32 - error)
     bound = correction_bound_counts(bank, COSINE_WIDTH)
     if ROTATION == "table":
-        # Half a count for the single rounding, and the table's error at every amplitude.
+        # The bound is half a count for the single rounding, plus the error of the cosine table
+        # times the sum of the amplitudes.
         bound = 0.5 + float(np.abs(bank.amplitudes_counts).sum()) * error_bound()
     dut._log.info(
         f"largest deviation from equation (9): {error.max():.3f}, bound {bound:.3f} counts"
@@ -218,7 +219,7 @@ async def a_turn_of_angles(dut: Any) -> None:
 
 @cocotb.test()
 async def latencies_of_table_1(dut: Any) -> None:
-    """The phase takes 5 clocks, the harmonics 20, the compensation 4, in all 29; the delay line
+    """The phase takes 5 clocks, the harmonics 20, the compensation 4, together 29; the delay line
     takes 25.
 
     In a folded pipeline the reading waits FOLD - 1 clocks more for the last sums.
@@ -236,7 +237,7 @@ async def latencies_of_table_1(dut: Any) -> None:
         "corrected_referenced": dut.corrected_referenced,
         "correction": dut.correction,
     }
-    if FOLD == 1:  # In a folded pipeline they change with the lane.
+    if FOLD == 1:  # In a folded pipeline the phases change with the lane.
         watched |= {"phases": dut.phases, "pair_sums": dut.pair_sums}
     await align(dut)
     before = {name: signal.value for name, signal in watched.items()}
@@ -277,7 +278,7 @@ def banks_of_angles(
     """
     memory = CoefficientMemory(COUNTS_PER_REV, LANES)
     banks, bank = [memory.active], []
-    filled = LATENCY + 4 * LANES + 6  # clocks from a marker
+    filled = LATENCY + 4 * LANES + 6  # clocks from a marker to a filled idle bank
     asked, last, in_the_way = -1, -filled, False
     for clock, marker in enumerate(markers):
         if marker:
@@ -306,7 +307,8 @@ def banks_of_angles(
 
 @cocotb.test()
 async def swap_and_bypass_under_load(dut: Any) -> None:
-    """The angle moves in every clock; writes, swaps and `apply` come at random instants."""
+    """Each angle meets one bank, and the correction makes no step, while the angle moves in every
+    clock and writes, swaps and `apply` come at random instants."""
     rng = np.random.default_rng(7)
     choose = random.Random(7)
     largest = min(COUNTS_PER_REV / 8, 2000.0)
@@ -375,7 +377,7 @@ async def swap_and_bypass_under_load(dut: Any) -> None:
         angle, position, banks, bank, markers, applied, ramp_rate, fold=FOLD, rotation=ROTATION
     )
     # The pipeline had `apply` high before; with amplitudes of zero the state is the same, but the
-    # first clock is then no marker.
+    # first clock then has no marker.
     for name, column, expected in zip(
         ("angle", "position", "correction"), found.T, model[:3], strict=True
     ):
@@ -392,7 +394,8 @@ def check_continuity(
     applied: NDArray[np.bool_],
     ramp_rate: int,
 ) -> None:
-    """Check that the correction changes by at most |Δε| of the active coefficients plus the rate.
+    """Check that the correction changes per clock by at most |Δε| of the active coefficients plus
+    the rate of the ramp.
 
     In the first clock after a marker's hold, Δε is the change in two clocks.
     """
@@ -401,7 +404,8 @@ def check_continuity(
     for index, entry in enumerate(banks):
         met = np.flatnonzero(bank == index)
         if met.size:
-            # ε with the same bank at this angle and the one before: Δε has one bank only.
+            # Compute ε at this angle and at the angle before with the same bank, so that Δε
+            # contains no change of the bank.
             ideal[0, met] = error_of_words_counts(entry, angle[met])
             ideal[1, met] = error_of_words_counts(entry, angle[met - 1])
             bounds[met] = correction_bound_counts(entry) - 0.5
@@ -418,7 +422,7 @@ def check_continuity(
     moved[after_hold] += moved[after_hold - 1]
     allowed = moved[1:] + rate + 2 * bounds[1:] + 1 / UNIT
     assert np.all(np.abs(change) <= allowed), f"step in clock {np.argmax(np.abs(change) - allowed)}"
-    # The check requires a correction that changes.
+    # Check that the correction changes at all, so that the test above is meaningful.
     assert np.abs(change).max() > rate
 
 

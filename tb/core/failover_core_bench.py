@@ -1,8 +1,8 @@
-"""cocotb tests of the core with FAILOVER: each way in which a head fails, and its return.
+"""Tests the core with FAILOVER in cocotb: each way in which a head fails, and the head's return.
 
-Each test is a row of the table in docs/heads.md: what detects the fault, within which time, and the
-error of the output until then. The output makes no step in any clock, and the set without the head
-is right.
+Each test corresponds to a row of the table in docs/heads.md: the check that detects the fault, its
+time, and the error of the output until then. The output makes no step in any clock, and the mean
+without the head is right.
 """
 
 from __future__ import annotations
@@ -35,9 +35,11 @@ from tb.core.mean_core_bench import (
 )
 
 STEP_LIMIT = 40
-"""Limit of a step: the axis changes a difference of two heads by at most 36 counts (MOTION)."""
+"""Limit, in counts, of a step between heads; the axis changes a difference of two heads by at most
+36 counts (MOTION)."""
 MISSING = 24
-"""Limit of missing edges, below STEP_LIMIT, so that this check finds a dead head first."""
+"""Limit, in counts, of missing edges; it is below STEP_LIMIT, so that this check finds a dead head
+first."""
 LOAD_CLOCKS = 4 * (4 * LANES + 10) + 4
 """Largest number of clocks from a failure to the swap, as the header of prepared_sets states."""
 DECODER_CLOCKS = 20
@@ -51,14 +53,15 @@ LANES_ERROR = 2.0
 """Allowance in counts for the difference of E between the sets of this table; the harmonics of the
 disc have 2.1 counts together."""
 UNTIL_ZEROS = 190 + max(-place if place < 140 else COUNTS - place for place in PLACES)
-"""Counts from the start at -150 until every head has passed its index, which the axis and the disc
-move by up to 11. The error with three heads contains the axis and follows a whole turn."""
+"""Counts from the start at -150 until every head has passed its index; the axis and the disc
+displace an index by up to 11 counts. With three heads the mean's error contains the axis, so a
+whole turn is awaited."""
 if HEADS < 4:
     UNTIL_ZEROS = COUNTS + 150
 EVERYONE = tuple(range(1, HEADS + 1))
 TURNS_WITHOUT_A_HEAD = {"missing_edges"} if "QUICK" in os.environ else {"all"}
-"""Causes after which the mean of the other heads is compared over a whole turn; "all" means
-each."""
+"""Causes of failure after which the mean of the other heads is compared over a whole turn; "all"
+means every cause."""
 
 
 def set_of(missing: int) -> MeanSet:
@@ -68,7 +71,8 @@ def set_of(missing: int) -> MeanSet:
 
 
 async def guarded(dut: Any, **settings: int) -> Table:
-    """Return a turning table with all sets loaded, set 0 active, and failures watched for."""
+    """Return a turning table; all prepared sets are loaded, set 0 is active, and the checks for
+    failures are enabled."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("capability.failover") == 1
@@ -156,7 +160,8 @@ def share(head: int) -> float:
 
 @cocotb.test()
 async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
-    """A head whose A and B change in one clock, which loses two counts, is found immediately."""
+    """A head whose A and B change in one clock, so that it loses two counts, is found
+    immediately."""
     machine = await guarded(dut)
     head = HEADS
     began = len(machine.corrected)
@@ -178,7 +183,7 @@ async def a_dead_carrier_is_left_out(dut: Any) -> None:
     assert dut.interrupt.value == 0, "found at standstill"
     machine.moves = True
     began = len(machine.corrected)
-    # The slowest of the others may lag by the motion of the axis, 18 counts to each side.
+    # The slowest of the other heads may lag by the motion of the axis, 18 counts to each side.
     counts = MISSING + 18
     most = counts * CLOCKS_PER_COUNT + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
     off = share(1) * (counts + (LOAD_CLOCKS + DECODER_CLOCKS) / CLOCKS_PER_COUNT)
@@ -200,8 +205,8 @@ async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
-    """A slip by twice the limit is found for every motion of the axis; the slip takes two clocks a
-    count."""
+    """A slip of twice the step limit is found for every motion of the axis; the slip takes two
+    clocks per count."""
     machine = await guarded(dut)
     head = 3
     slip = 2 * STEP_LIMIT
@@ -226,8 +231,8 @@ async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
 
 @cocotb.test(skip=HEADS < 4)
 async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
-    """A slip of 12 counts changes the parity by 12 times the head's weight, whatever the place of
-    the axis. A parity beyond its limit raises the alarm."""
+    """A slip of 12 counts changes the parity by 12 times the head's weight at every position of the
+    axis; a parity beyond its limit raises the alarm."""
     machine = await guarded(dut, index=0)
     names = machine.registers
     weights = parity_weights(turn_rad(PLACES))
@@ -244,7 +249,7 @@ async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
     await names.update("alarm", sources=0x08)
     await ClockCycles(dut.clock, 20)
     assert (await names.read("heads_status.parity_beyond"), int(dut.alarm.value)) == (0, 0)
-    # This is the direction in which the magnitude of the parity grows.
+    # Slip in the direction in which the magnitude of the parity grows.
     slip = 12 if before * int(weights[head - 1]) >= 0 else -12
     machine.bursts[head - 1] = slip
     await ClockCycles(dut.clock, 100)
@@ -298,7 +303,7 @@ async def no_head_fails_without_a_fault(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
-    """Processor's words and a prepared set that use a dead head are both refused.
+    """The core refuses the processor's words and a prepared set if they use a dead head.
 
     Words without the head are accepted, and the head stays left out. After its index and a request
     for its return, the words of all heads are accepted again.
@@ -360,7 +365,8 @@ async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
 
 @cocotb.test()
 async def a_set_that_uses_the_failed_head_is_not_taken(dut: Any) -> None:
-    """A prepared set was written wrong: the active words stay, and the flag reports it."""
+    """If a prepared set uses the failed head, the active words stay, and a flag reports the
+    refusal."""
     machine = await guarded(dut)
     names = machine.registers
     head = 3

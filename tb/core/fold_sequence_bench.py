@@ -1,4 +1,4 @@
-"""cocotb test of fold_sequence: compares slots and strobes with a count of the clocks."""
+"""Compares the slots and strobes of fold_sequence with a count of the clocks in a cocotb test."""
 
 from __future__ import annotations
 

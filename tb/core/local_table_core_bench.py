@@ -1,8 +1,8 @@
-"""cocotb test of the core with LOCAL_TABLE: a scratch of the disc is removed from the pins'
-position.
+"""Tests in cocotb that the core with LOCAL_TABLE removes the errors of scratches on the disc from
+the position.
 
-A table of four windows is added to a sum of orders. In every clock the correction equals the
-models'.
+The correction is a local table of four windows plus a sum of orders. In every clock it equals the
+models' correction.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, p
 
 COUNTS = table.COUNTS_PER_REV
 HEIGHT = 9.0
-"""Largest height in counts of the scratches; each window has one."""
+"""Largest height, in counts, of the error of a scratch; each window has one scratch."""
 SIGNED = ("healed", "correction", "corrected_position")
 NAMES = ("angle_in", *SIGNED)
 LATENCY = PIPELINE_LATENCY + FOLD - 1
@@ -37,7 +37,7 @@ def coefficients() -> Coefficients:
 
 
 def scratches(sign: int) -> LocalTable:
-    """Return a smooth bump in each of four windows of a sixteenth of the turn, one over the
+    """Return a smooth bump in each of four windows of a sixteenth of the turn, one of them over the
     zero."""
     place = np.arange(POINTS // 4) / (POINTS // 4)
     bump = sign * HEIGHT * np.sin(np.pi * place) ** 2
@@ -72,13 +72,13 @@ async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None
         assert np.array_equal(later[:, 2], model.correction)
         assert np.array_equal(later[:, 3], model.corrected_position)
     else:
-        # Every FOLDth angle is accepted; the outputs show which ones.
+        # Every FOLDth angle is accepted; the outputs show which angles these are.
         same = [
             np.mean(later[start::FOLD, 2] == model.correction[start::FOLD]) for start in range(FOLD)
         ]
         assert sum(share == 1.0 for share in same) == 1, same
     if loaded is not None:
-        # The sum of orders has no such bump: the local table made it.
+        # The sum of orders has no bump this high, so the local table caused it.
         without = compensate(rows[:, 0], rows[:, 1], coefficients())
         added = (model.correction - without.correction) / 2.0**CORRECTION_FRACTION
         assert np.abs(added).max() > 0.9 * HEIGHT
@@ -91,7 +91,8 @@ def turns(number: float) -> NDArray[np.float64]:
 
 @cocotb.test()
 async def scratches_are_taken_away(dut: Any) -> None:
-    """Load a table, swap the lanes alone, load its inverse and switch it off, each with a swap."""
+    """The correction equals the model's after each swap: a table is loaded, only the lanes change,
+    the inverse table is loaded, the table is switched off."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["local_table"] == 1
@@ -105,7 +106,7 @@ async def scratches_are_taken_away(dut: Any) -> None:
         await names.command("swap")
         await settled(machine)
         await turn_and_compare(machine, dut, loaded)
-        # Only the lanes are swapped: the table stays.
+        # Only the lanes are swapped; the table stays active.
         await names.write_coefficients(coefficients())
         await names.command("swap")
         await settled(machine)
@@ -119,8 +120,8 @@ async def scratches_are_taken_away(dut: Any) -> None:
 
 @cocotb.test()
 async def words_of_the_table(dut: Any) -> None:
-    """Every word reads back; writes of parts of a word and accesses beyond the table are
-    refused."""
+    """Every word of the table can be read back; the core refuses writes of parts of a word, and
+    accesses beyond the table."""
     machine = await prepared(dut)
     bus = machine.bus
     first, place = registers.LOCAL_POINTS_ADDRESS, registers.LOCAL_PLACE_CHOICE_ADDRESS

@@ -1,7 +1,9 @@
-"""cocotb tests of the core with the weighted mean: all heads' pins in, the mean's position out.
+"""Tests the core with the weighted mean in cocotb: drives the pins of all heads and checks the
+position of the mean.
 
 The table has heads at known places, a disc with an error, and an axis that moves. Each head reads
-the motion in its own direction, so that no head is right, but their mean is right.
+the motion in its own direction, so that the reading of no head is right, but the mean of all
+readings is right.
 """
 
 from __future__ import annotations
@@ -28,19 +30,19 @@ CAPTURE_DEPTH = 64
 COUNTS = table.COUNTS_PER_REV
 CLOCKS_PER_COUNT = 6.0
 PLACES = {2: (0, 300), 3: (0, 190, 410), 4: (0, 55, 271, 501)}[HEADS]
-"""Counts by which each head reads ahead: 0/33/162.5/300.5 degrees with four."""
+"""Counts by which each head reads ahead of head 1; four heads stand at 0/33/162.5/300.5 degrees."""
 if os.environ.get("ANY_HEAD_MAY_FAIL"):
     PLACES = {3: PLACES, 4: (0, 107, 295, 430)}[HEADS]
-    """Counts for 0/64.3/177/257.9 degrees: any three heads have weights within the gateware's
-    range."""
+    """Places in counts; with four heads 0/64.3/177/257.9 degrees, where the weights of any three
+    heads are within the gateware's range."""
 DISC = ((2, 1.5, -1.1), (5, 0.6, 2.0))
 MOTION = ((1, 5.0, 0.3), (3, 4.0, 1.7))
-"""Order, radius in counts and phase of each circle of the axis in a turn."""
+"""Order per turn, radius in counts and phase of each circle of the axis' motion."""
 INTERRUPTS = [f"head{head}_{event}" for event in ("index", "fault") for head in (3, 4)]
 LATENCY = number_formats.PIPELINE_LATENCY + (HEADS > 2)
 PINS = [f"head{head}_{pin}" for head in range(1, HEADS + 1) for pin in "abz"]
 AHEAD = 4096
-"""Clocks whose readings are calculated in one step."""
+"""Number of clocks for which the bench calculates the readings in one step."""
 OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}
 
 
@@ -60,8 +62,8 @@ def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
-    """Return weights of ``heads`` (numbers) that suppress motion of the axis. The weight of the
-    carrier absorbs the rounding."""
+    """Return the words of a mean whose weights for the numbered ``heads`` suppress motion of the
+    axis. The weight of the carrier absorbs the rounding."""
     places = turn_rad([PLACES[head - 1] for head in heads])
     rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
     words = [0] * HEADS
@@ -73,7 +75,8 @@ def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
 
 
 def lanes_of(mean: MeanSet) -> Coefficients:
-    """Return E of the mean: each harmonic of the disc as the weighted sum of what the heads see."""
+    """Return E, the error of the mean: for each harmonic of the disc the weighted sum of the heads'
+    errors."""
     shares = np.array(mean.weights) / WEIGHT_ONE
     seen = [
         (n, a * np.exp(1j * p) * np.sum(shares * np.exp(1j * n * turn_rad(PLACES))))
@@ -101,7 +104,7 @@ class Table:
         self.corrected: list[int] = []
         self.output: list[int] = []
         self.stands: set[int] = set()
-        """Heads whose pins hold their levels."""
+        """Heads that simulate a dead head: their pins hold their levels."""
         self.shown: list[int] = [0] * HEADS
         self.moves = True
         self.slips: list[int] = [0] * HEADS
@@ -190,7 +193,7 @@ async def prepared(dut: Any) -> Table:
 
 
 async def load(machine: Table, mean: MeanSet) -> None:
-    """Load mean and lanes in one swap; return when the ramp is over."""
+    """Load the words of the mean and the lanes in one swap; return when the ramp is over."""
     names = machine.registers
     await names.write_coefficients(lanes_of(mean))
     await names.write_mean(mean)
@@ -200,21 +203,23 @@ async def load(machine: Table, mean: MeanSet) -> None:
 
 
 LARGEST_STEP = 2
-"""Largest step in counts a clock: one of the carrier, and one from the rounding of the others.
+"""Largest permitted step of the output, in counts a clock: one count of the carrier, and one from
+the rounding of the other heads.
 
 At six clocks per count, no head makes a further count during a marker's hold. Without the ramp a
 change of the carrier would step the output by the difference of the heads, 4 to 9 counts.
 """
 POSITION_CLOCKS = 5
-"""Clocks from the pins to a position."""
+"""Number of clocks from the pins to a head's position."""
 
 
 def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
     """Check that the output is the table's angle up to a constant, within the rounding to counts.
 
-    The rounding of a head is half a count times its weight; that of the output is another half. The
-    lanes are evaluated at the carrier's reading, up to 10 counts from the table's angle, which adds
-    10 times their slope, 0.035. Amplitudes and phases are rounded by less than 0.01.
+    The bound contains half a count times the weight for the rounding of each head, and half a count
+    for the rounding of the output. The lanes are evaluated at the carrier's reading, up to 10
+    counts from the table's angle, which adds 10 times their slope, 0.035. Amplitudes and phases are
+    rounded by less than 0.01.
     """
     slope = sum(2.0 * np.pi * n * a / COUNTS for n, a, _ in DISC)
     bound = sum(map(abs, mean.weights)) / WEIGHT_ONE * 0.5 + 0.5 + 10.0 * slope + 0.01
@@ -227,7 +232,8 @@ def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
 
 @cocotb.test()
 async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
-    """Head 1 alone errs by the axis' motion; the mean follows the table, for every carrier."""
+    """Head 1 alone has the error of the axis' motion; the mean follows the table with every
+    carrier."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read_fields("capability") == {
@@ -244,7 +250,7 @@ async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
     cocotb.start_soon(machine.run())
     await names.update("control", compensate=1, output_enable=1)
     await machine.turn(COUNTS + 150)
-    # At power-up the words are those of head 1 alone.
+    # At power-up the words of the mean select head 1 alone.
     error = machine.error(len(machine.corrected) - 3000, LATENCY + POSITION_CLOCKS)
     assert (error.max() - error.min()) / 2.0 > 6.0
     everyone = tuple(range(1, HEADS + 1))
@@ -273,7 +279,7 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
     await machine.turn(COUNTS + 150)
     await load(machine, mean_of((1, 2, 3, 4), 1))
     without = mean_of((2, 3, 4), 3)
-    # As in a failover, the words are ready, head 1 dies, and the swap follows at once.
+    # As in a failover, the words are written before head 1 fails, and the swap follows at once.
     await names.write_coefficients(lanes_of(without))
     await names.write_mean(without)
     began = len(machine.corrected)
@@ -288,8 +294,8 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_is_delayed(dut: Any) -> None:
-    """Each sample has the readings of all heads in one clock, but the last head's is ``delay``
-    clocks older.
+    """Each sample contains the readings of all heads in one clock; only the last head's reading is
+    ``delay`` clocks older.
 
     ``tb/top/arctrue_zynq_heads_bench.py`` captures all heads without a delay.
     """

@@ -1,7 +1,9 @@
-"""cocotb test of the core with MODULATORS: amplitudes follow the motion of the pins.
+"""Tests in cocotb that the amplitudes of a core with MODULATORS follow the motion that the pins
+show.
 
-The table turns up, reverses and turns down. In every clock the correction equals the models': the
-amplitude of each lane is the nominal one times the modulator of the last sweep.
+The table turns up, reverses and turns down. In every clock the correction equals the models'
+correction, in which the amplitude of each lane is the nominal amplitude times the modulator of the
+last sweep.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ UP_TURNS, DOWN_TURNS = 12.0, 1.5
 """Numbers of turns up and down; the turns up last longer than two windows of the speed, 2·2¹⁴
 clocks."""
 WRITE_CLOCKS = 6
-"""Clocks from a step of the sweep to the first read that sees its write."""
+"""Clocks from a step of the sweep to the first read that returns the step's write."""
 READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
 """Clocks from an angle to the read of its amplitude."""
 FIRST_LANE_STEP = 64
@@ -51,7 +53,8 @@ def bank() -> Coefficients:
         [1, 2, 3, 0], [5.0, 6.0, 4.0, 8.0], [0.4, -1.1, 2.0, 0.0], table.COUNTS_PER_REV, LANES
     )
     followed = ((1, "direction"), (2, "speed"), (3, "word_a"))
-    # No real table is this fast: its nominal speed is written to the register alone.
+    # The nominal speed of this table is written directly to the register, because no real table is
+    # as fast.
     conditions = Conditions(16 * WIDTH_COUNTS, DEAD_ZONE, nominal_deg_per_s=90.0)
     extension = Extension(conditions=conditions, modulators=followed)
     return Coefficients(
@@ -66,7 +69,7 @@ def bank() -> Coefficients:
 
 
 class Log:
-    """Inputs and outputs of the pipeline and the sweep, in each clock."""
+    """Recorded inputs and outputs of the pipeline and the sweep, in each clock."""
 
     INPUTS = ("angle_in", "healed", "sweep_step")
     SIGNED = ("healed", "correction", "corrected_position", "direction", "speed", "word_a")
@@ -130,8 +133,8 @@ async def set_up(machine: Machine) -> Coefficients:
 
 @cocotb.test()
 async def every_clock_is_the_models(dut: Any) -> None:
-    """The core equals the models from the end of the ramp on, over windows of the speed and a
-    reversal."""
+    """From the end of the ramp on, the core equals the models in every clock, over several windows
+    of the speed and a reversal."""
     machine = await prepared(dut)
     loaded = await set_up(machine)
     log = Log(dut)
@@ -164,8 +167,8 @@ async def every_clock_is_the_models(dut: Any) -> None:
         apart = np.flatnonzero(found != expected)
         assert not apart.size, (name, clock[apart[:5]], apart.size)
 
-    # The modulators follow the motion; the comparison above takes them from the core and cannot
-    # show this.
+    # Check that the modulators follow the motion, because the comparison above takes the modulators
+    # from the core.
     settled = turned_at + int(4 * WIDTH_COUNTS * CLOCKS_PER_COUNT)
     assert set(seen["direction"][:turned_at]) == {MODULATOR_ONE}
     assert set(seen["direction"][settled:]) == {-MODULATOR_ONE}
@@ -175,8 +178,8 @@ async def every_clock_is_the_models(dut: Any) -> None:
     # turn.
     speed = seen["speed"][turned_at - 1] / MODULATOR_ONE
     assert abs(speed * NOMINAL * CLOCKS_PER_COUNT - 1.0) < 0.02, speed
-    # The core's position is the reading that the table showed on the pins of head 1 a few clocks
-    # before, up to a constant.
+    # The core's position equals, up to a constant, the reading on the pins of head 1 a few clocks
+    # before.
     reading = np.array(machine.reading[-seen["healed"].size :])[:, 0]
     apart = [seen["healed"][20:] - reading[20 - lag : reading.size - lag] for lag in range(20)]
     assert sum(np.ptp(way) == 0 for way in apart) == 1, "the position is not that of the pins"

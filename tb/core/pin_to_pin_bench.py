@@ -1,4 +1,5 @@
-"""cocotb test of the whole core: the delay of an edge from head 1's pins to the output's pins."""
+"""Measures in cocotb the delay of an edge from head 1's pins to the output's pins through the whole
+core."""
 
 from __future__ import annotations
 

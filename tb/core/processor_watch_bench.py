@@ -1,4 +1,4 @@
-"""Test of the processor watch in VHDL: it reports silence exactly after the limit."""
+"""Tests that processor_watch reports a silent processor exactly after the limit."""
 
 from __future__ import annotations
 

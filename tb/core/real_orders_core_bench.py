@@ -1,7 +1,7 @@
-"""cocotb test of the core with REAL_ORDERS: lines of real orders are removed from the position.
+"""Tests in cocotb that the core with REAL_ORDERS removes lines of real orders from the position.
 
-The table turns forwards and backwards over several turns. In every clock the correction is the
-model's for the turn of the position.
+The table turns forwards and backwards over several turns. In every clock the correction equals the
+model's correction for the turn in which the position is.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def bank(orders: tuple[float, ...] = ORDERS) -> Coefficients:
 
 
 async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Play a motion; return the signals of every clock, (clocks, names)."""
+    """Play a motion; return the values of the signals NAMES in every clock, (clocks, names)."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(angle))
     while not turning.done():
@@ -65,9 +65,11 @@ async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDAr
 
 
 def compare(rows: NDArray[np.int64], loaded: Coefficients) -> None:
-    """Check that the correction of every accepted angle equals the model's for the angle's turn."""
+    """Check that the correction of every accepted angle equals the model's correction in the turn
+    of this angle."""
     seen, later = rows[:-LATENCY], rows[LATENCY:]
-    # The turn number comes two clocks after its angle: this is the number of the first row.
+    # The turn number comes two clocks after its angle, so row 2·FOLD has the turn number of the
+    # first angle.
     turns = turn_numbers(seen[:, 0], COUNTS, int(rows[2 * FOLD, 4]))
     model = compensate(seen[:, 0], seen[:, 1], loaded, turns=turns)
     same = [
@@ -87,8 +89,8 @@ async def settled(machine: Machine) -> None:
 
 @cocotb.test()
 async def lines_of_real_orders(dut: Any) -> None:
-    """Turn three turns forwards and four backwards; then turn with another bank, and with whole
-    orders."""
+    """The correction equals the model's over three turns forwards and four backwards, with another
+    bank, and with integer orders."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["real_orders"] == 1
@@ -136,13 +138,14 @@ async def rearm_keeps_the_turn(dut: Any) -> None:
         await ClockCycles(dut.clock, 200)
         await machine.turn(machine.now + turn)
         await machine.turn(machine.now + turn)
-        # Two turns of travel: at the same angle the number is two more.
+        # After two turns of travel the turn number at the same angle is larger by two.
         assert (await names.read("turn_number")) == before + 2
 
 
 @cocotb.test()
 async def words_of_turn_steps(dut: Any) -> None:
-    """Words read back; other lanes, partial writes and writes of the turn number are refused."""
+    """Words of turn steps can be read back; the core refuses other lanes, partial writes, and
+    writes of the turn number."""
     machine = await prepared(dut)
     bus = machine.bus
     first = registers.TURN_STEPS_ADDRESS

@@ -1,4 +1,4 @@
-"""cocotb tests of compensation_pipeline with REAL_ORDERS, against its model clock by clock."""
+"""Compares compensation_pipeline with REAL_ORDERS to its model, clock by clock, in cocotb tests."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from tb.core.compensation_pipeline_bench import (
 TURN = 1 << PHASE_STEP_WIDTH
 SWEEP_CLOCKS = 18 * LANES
 HALF_ORDERS = (0.5, 71.4, 3.0, 0.398, 70.4, 7.875, 12.5, 1.0)
-"""Orders of a belt, a gear with a side line, whole orders, and the cage of a bearing."""
+"""Orders of a belt, of a gear with a side line, of a bearing's cage, and integer orders."""
 
 
 def bank_of(
     seed: int, orders: tuple[float, ...] = HALF_ORDERS, largest_counts: int = 60
 ) -> Coefficients:
-    """Return lanes of these orders, word for word as in a file."""
+    """Return lanes of these orders, with the words that a coefficient file would contain."""
     rng = np.random.default_rng(seed)
     of_lanes = [orders[lane % len(orders)] for lane in range(LANES)]
     steps = tuple(round(order % 1 * TURN) for order in of_lanes)
@@ -65,7 +65,7 @@ async def write(dut: Any, address: int, data: int, *, turn_step: bool) -> None:
 
 
 async def load(dut: Any, bank: Coefficients) -> int:
-    """Write and swap; return the clocks until the new bank is in use."""
+    """Write all words of ``bank`` and swap; return the clocks until the new bank is in use."""
     for address, data in bank_words(bank):
         await write(dut, address, data, turn_step=False)
     for address, data in turn_step_words(bank):
@@ -96,7 +96,8 @@ async def begin(dut: Any) -> None:
 
 
 async def play(dut: Any, total: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Play angles over many turns, one every FOLD clocks; return their settled outputs."""
+    """Drive the angles of many turns, one every FOLD clocks; return the outputs after the
+    latency."""
     await align(dut)
     seen = []
     for clock in range(FOLD * total.size + LATENCY):
@@ -120,7 +121,7 @@ def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
 
 @cocotb.test()
 async def both_ways_and_tremble(dut: Any) -> None:
-    """At one count a clock every correction equals the model's, and this is the line itself."""
+    """At one count a clock every correction equals the model's, and the model equals the line."""
     await begin(dut)
     bank = bank_of(1)
     dut.angle.value = dut.position.value = 0
@@ -275,8 +276,8 @@ async def swaps_at_any_moment(dut: Any) -> None:
 
 @cocotb.test()
 async def read_back_and_fill(dut: Any) -> None:
-    """Words read back; after a swap the other bank gives the same correction, in the next turns
-    too."""
+    """All words can be read back; after a swap the other bank gives the same correction, in the
+    next turns too."""
     await begin(dut)
     bank = bank_of(7)
     await load(dut, bank)

@@ -6,7 +6,7 @@ from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
 UNFOLDED = ("illegal_accesses_are_refused", "interrupt_of_a_swap_and_its_ramp")
-"""Tests in which the pipeline's lanes and latency matter.
+"""Names of the tests whose results depend on the pipeline's lanes and latency.
 
 ``tb/top/test_arctrue_zynq_top.py`` takes edges through this core to corrected edges.
 """
@@ -18,7 +18,7 @@ UNFOLDED = ("illegal_accesses_are_refused", "interrupt_of_a_swap_and_its_ramp")
     ids=["lanes_and_latency", "all"],
 )
 def test_core(testcase: tuple[str, ...] | None) -> None:
-    """Every lane has a pipeline; ``make test-large`` runs all tests, here and in
+    """In this core every lane has its own pipeline; ``make test-large`` runs all tests, here and in
     ``test_folded_core``."""
     simulate(
         "arctrue_core",
@@ -31,7 +31,7 @@ def test_core(testcase: tuple[str, ...] | None) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("tests", ["quick", pytest.param("all", marks=pytest.mark.large)])
 def test_folded_core(tests: str) -> None:
-    """The core has one pipeline for four lanes, and registers that state it.
+    """The core works with one pipeline for four lanes, and its registers state this fold.
 
     The quick tests leave out what other benches show: edges that are corrected
     (``test_core_with_a_table``), turns that a slow processor misses (``tb/sampler``), and an index
@@ -46,7 +46,8 @@ def test_folded_core(tests: str) -> None:
 
 
 def test_core_with_events() -> None:
-    """Events of probe and compare wait for the processor with EVENTS, and a register states it."""
+    """With EVENTS, events of probe and compare wait for the processor, and a register states that
+    the queue is built."""
     generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "EVENTS": "true"}
     simulate(
         "arctrue_core",
@@ -58,7 +59,7 @@ def test_core_with_events() -> None:
 
 
 def test_core_with_a_table() -> None:
-    """The data path works with ROTATION = table, and a register states it."""
+    """The data path works with ROTATION = table, and a register states this rotation."""
     generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 2, "ROTATION": "table"}
     simulate(
         "arctrue_core",

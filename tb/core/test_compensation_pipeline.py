@@ -1,4 +1,5 @@
-"""The whole pipeline in VHDL equals its model bit by bit, and the model equals equation (9)."""
+"""Tests that the whole pipeline in VHDL equals its model bit by bit, and that the model equals
+equation (9)."""
 
 from __future__ import annotations
 
@@ -79,7 +80,8 @@ def test_another_width_of_the_cosine() -> None:
 
 
 def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
-    """The corrections equal bit for bit those of the model and of the unfolded pipeline."""
+    """The corrections of every fold equal, bit for bit, the corrections of the model and of the
+    unfolded pipeline."""
     found = []
     for fold in FOLDS:
         file = tmp_path / f"{fold}.npy"
@@ -101,7 +103,7 @@ def test_lanes_with_a_table(fold: int) -> None:
 
 @pytest.mark.parametrize("fold", [1, 4])
 def test_swap_and_latencies_with_a_table(fold: int) -> None:
-    """The numbers of clocks are the same as with the CORDIC."""
+    """With the table rotation, swaps and latencies take as many clocks as with the CORDIC."""
     run("latencies_of_table_1", lanes=8, fold=fold, rotation="table")
     run(
         "swap_and_bypass_under_load",
@@ -179,7 +181,7 @@ def test_reset_under_load(fold: int) -> None:
     [(1, 2, 1024), (4, 4, 2048), pytest.param(1, 4, 2048, marks=pytest.mark.large)],
 )
 def test_real_orders(fold: int, lanes: int, counts_per_rev: int) -> None:
-    """Phases that continue from turn to turn equal the model in every clock."""
+    """Phases of real orders, which continue from turn to turn, equal the model in every clock."""
     simulate(
         TOPLEVEL,
         "tb.core.real_orders_pipeline_bench",

@@ -1,4 +1,4 @@
-"""The whole core leaves a failed head out of the mean of three and of four heads."""
+"""Tests that the whole core leaves a failed head out of the mean of three and of four heads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WAYS_AND_RETURN = (
     "the_parity_shows_a_slip_at_once",
     "a_head_comes_back_after_its_index",
 )
-"""Ways in which a head fails, and its return after an illegal step.
+"""Names of the tests of each way in which a head fails, and of its return after an illegal step.
 
 ``sim/tests/instrument/test_failover.py`` has a head that steps against the others;
 ``tb/mean/test_head_failover.py`` compares each decision and each refusal with the model.

@@ -1,4 +1,4 @@
-"""Test of the order of events in a folded pipeline."""
+"""Runs the bench of fold_sequence, which orders the events in a folded pipeline."""
 
 from __future__ import annotations
 

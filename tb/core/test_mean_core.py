@@ -1,4 +1,4 @@
-"""Test of the whole core with the weighted mean of two to four heads."""
+"""Runs the bench of the whole core with the weighted mean of two to four heads in GHDL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Test of the whole core with lanes that follow the motion."""
+"""Runs the bench of the whole core with lanes that follow the motion in GHDL."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from tb.support.simulation import simulate
 
 @pytest.mark.parametrize("rotation", ["table", pytest.param("cordic", marks=pytest.mark.large)])
 def test_modulated_core(rotation: str) -> None:
-    """``tb/conditions`` compares modulated lanes that use the CORDIC with the model in every
-    clock."""
+    """The core with MODULATORS equals the models; ``tb/conditions`` also compares modulated lanes
+    that use the CORDIC."""
     simulate(
         "arctrue_core",
         "tb.core.modulated_core_bench",

@@ -1,4 +1,4 @@
-"""An edge takes the number of clocks from pin to pin that the documents state."""
+"""Tests that an edge takes as many clocks from pin to pin as the documents state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Test of the processor watch in GHDL."""
+"""Runs the bench of processor_watch in GHDL."""
 
 from tb.support.simulation import simulate
 

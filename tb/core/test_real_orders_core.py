@@ -1,4 +1,4 @@
-"""Test of the whole core with lanes of real orders.
+"""Runs the bench of the whole core with lanes of real orders in GHDL.
 
 ``test_compensation_pipeline.py`` compares a pipeline for each lane with the model in every clock.
 """

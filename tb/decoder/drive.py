@@ -1,4 +1,5 @@
-"""Drive a part of the decoder clock by clock, and compare its outputs with a model's."""
+"""Drives a part of the decoder clock by clock, and compares its outputs with the outputs of a
+model."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from arctrue.gateware.latest import outputs
 
 
 def edge_ports(edges: CountedEdges) -> dict[str, NDArray[np.int64]]:
-    """Return the elements of the record counted_edge in every clock, each (clocks,)."""
+    """Return the elements of the port counted_edge (a record) in every clock, each (clocks,)."""
     moves = outputs(0, edges.step != 0)[:-1]
     up = outputs(1, edges.up)[:-1]
     return {
@@ -37,7 +38,7 @@ async def follows(
     """Drive ``inputs``, each (clocks,); after every clock the outputs must be ``expected``.
 
     ``expected`` has one more value: element t is the output during clock t. ``at_once``, (clocks,),
-    are outputs that depend on the inputs of their own clock, checked outside resets.
+    are outputs that depend on the inputs of the same clock; they are checked outside resets.
     """
     unregistered = {name: values.tolist() for name, values in (at_once or {}).items()}
     columns = {name: values.astype(np.uint64).tolist() for name, values in inputs.items()}

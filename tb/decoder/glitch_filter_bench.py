@@ -1,4 +1,4 @@
-"""Compare the VHDL glitch filter with its model, with random pulses, lengths and resets."""
+"""Compares the VHDL glitch filter with its model, for random pulses, filter lengths and resets."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ CLOCKS = 6000
 
 @cocotb.test()
 @cocotb.parametrize(
-    # Mean number of clocks between changes of a level, and filter lengths to choose from.
+    # Each row has the mean number of clocks between changes of a level, and the filter lengths to
+    # choose from.
     (("holds", "lengths"), [(1.5, [0, 1, 2]), (4, [1, 2, 3, 4, 5]), (200, [1, 100, 254, 255])])
 )
 async def follows_the_model(dut, holds: float, lengths: list[int]) -> None:

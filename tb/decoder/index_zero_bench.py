@@ -1,4 +1,4 @@
-"""Compare the VHDL index_zero with its model, on the marks of the decoder's scenarios."""
+"""Compares the VHDL index_zero with its model, for the index marks of the decoder's scenarios."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ from tb.decoder.drive import edge_ports, follows
 
 SETTINGS = ("counts_per_rev", "index_tolerance", "rearm", "zero_again", "heal", "other_head_agrees")
 NAMES = [*SCATTERED, *FAULTY, *RANDOM_SEEDS]
-# This scenario is long only to test the spacing of edges, which index_zero ignores.
+# The left-out scenario is long only to test the spacing of edges, which index_zero ignores.
 NAMES.remove("edges_65535_clocks_apart")
 
 
 @cocotb.test()
 @cocotb.parametrize(name=NAMES)
 async def follows_the_model(dut: Any, name: str) -> None:
-    """The bench drives the levels without synchroniser and filter."""
+    """The outputs equal the model's; the bench drives the levels directly, without synchroniser and
+    filter."""
     given = stimuli(name)
     column = given.columns
     a, b, z = column["a"], column["b"], column["z"]

@@ -1,4 +1,4 @@
-"""Compare the VHDL synchroniser with its model."""
+"""Compares the VHDL input synchroniser with its model."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ async def delays_every_pin_by_its_stages(dut) -> None:
     await FallingEdge(dut.clock)
     got = []
     for word in levels.tolist():
-        # The registers start with zeros.
+        # The registers of the synchroniser start with zeros.
         got.append(int(dut.synchronised.value))
         dut.asynchronous.value = word
         await FallingEdge(dut.clock)

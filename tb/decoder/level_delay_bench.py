@@ -1,4 +1,5 @@
-"""cocotb tests of level_delay: outputs equal the inputs of the set number of clocks before."""
+"""Tests in cocotb that the outputs of level_delay equal its inputs the set number of clocks
+before."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ LONGEST = 255
 
 @cocotb.test()
 async def every_delay(dut: Any) -> None:
-    """Random levels in every clock pass through all 256 delays one after the other."""
+    """The outputs equal the delayed inputs for all 256 delays, with random levels in every
+    clock."""
     choose = random.Random(1)
     dut.levels.value = 0
     dut.delay.value = 0

@@ -1,4 +1,4 @@
-"""Compare the VHDL plausibility check with its model."""
+"""Compares the VHDL plausibility check with its model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ def levels(random: np.random.Generator, chance: float) -> tuple[np.ndarray, np.n
 
 @cocotb.test()
 async def faults_of_unrelated_edges(dut: Any) -> None:
-    """Levels and counted edges are unrelated, which covers every combination."""
+    """The faults equal the model's for levels and counted edges that are unrelated, which covers
+    every combination."""
     random = np.random.default_rng(12)
     reset = random.random(CLOCKS) < 0.001
     reset[:3] = True
@@ -52,7 +53,8 @@ async def faults_of_unrelated_edges(dut: Any) -> None:
 
 @cocotb.test()
 async def a_period_ahead(dut: Any) -> None:
-    """Levels run ahead of constant edges: the fault comes at the fourth count, not at the third."""
+    """If levels change while no edge is counted, the fault comes at the fourth count, not at the
+    third."""
     for name in ("a", "b", "comes", "moves", "up", "down", "breaks_order", "misplaced", "clear"):
         getattr(dut, name).value = 0
     dut.stands.value = 1

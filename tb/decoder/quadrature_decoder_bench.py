@@ -1,4 +1,4 @@
-"""Compare the VHDL decoder with its model, in every clock of every scenario."""
+"""Compares the VHDL decoder with its model, in every clock of every scenario."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ from arctrue.gateware.quadrature_decoder import (
     quadrature_decoder,
 )
 
-# Generics that the design was built with.
+# Generics with which the design was built.
 STAGES = int(os.environ["SYNCHRONISER_STAGES"])
 RESET_POSITION = int(os.environ["RESET_POSITION"])
 DEFAULT_GENERICS = (STAGES, RESET_POSITION) == (2, 0)
 
 OUTPUTS = [field.name for field in fields(DecoderTrace)]
-# This is longer than any pipeline or filter: after so many constant clocks no output changes.
+# IDLE_CLOCKS is longer than any pipeline or filter: after so many clocks with constant inputs no
+# output changes.
 IDLE_CLOCKS = 400
 
 
 def checked_clocks(given: Stimuli) -> np.ndarray:
-    """Return the clocks in which outputs are read: all but those after IDLE_CLOCKS without a
-    change."""
+    """Return the clocks in which outputs are read; clocks after IDLE_CLOCKS without a change of the
+    inputs are left out."""
     inputs = np.column_stack(list(given.columns.values()))
     changes = np.concatenate([[True], (np.diff(inputs, axis=0) != 0).any(axis=1)])
     last_change = np.maximum.accumulate(np.where(changes, np.arange(len(inputs)), 0))
@@ -74,7 +75,7 @@ async def follows_the_model(dut, name: str) -> None:
     model = quadrature_decoder(inputs, STAGES, RESET_POSITION)
     clock = got["clock"].astype(np.int64)
     for output in OUTPUTS:
-        # Only bits are compared, so that the sign of an output has no effect.
+        # The comparison uses the bits of an output, so that its sign has no effect.
         bits = np.uint64(2 ** len(getattr(dut, output)) - 1)
         expected = getattr(model, output)[clock + 1].astype(np.uint64) & bits
         wrong = np.flatnonzero(got[output] != expected)
@@ -85,7 +86,7 @@ async def follows_the_model(dut, name: str) -> None:
 
 
 async def wait(clocks: int) -> None:
-    """Wait for some clocks, much faster than counting the edges of the clock one by one."""
+    """Wait for ``clocks`` clocks with a timer, which is much faster than to await each edge."""
     await Timer(10 * clocks, "ns")
 
 
@@ -118,7 +119,8 @@ async def begin(dut, counts_per_rev: int) -> None:
 
 @cocotb.test(skip=not DEFAULT_GENERICS)
 async def long_turn_at_an_edge_every_clock(dut) -> None:
-    # Neither a power of two nor a multiple of 4; two whole turns between three index marks.
+    # The counts of a turn are neither a power of two nor a multiple of 4; the motion has two whole
+    # turns between three index marks.
     turn = 70_001
     await begin(dut, turn)
     Clock(dut.a, 40, unit="ns", impl="gpi").start()
@@ -131,7 +133,8 @@ async def long_turn_at_an_edge_every_clock(dut) -> None:
         dut.z.value = 1
         await RisingEdge(dut.index_strobe)
         await FallingEdge(dut.clock)
-        # The mark is reported after the next step; the position has then advanced by one more step.
+        # The decoder reports the mark after the next step; the position has then advanced by one
+        # more step.
         seen.append(dut.index_position.value.to_signed())
         assert dut.position.value.to_signed() == seen[-1] + 2
         assert dut.angle.value.to_unsigned() == 2

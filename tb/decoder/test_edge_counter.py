@@ -1,4 +1,4 @@
-"""Test of the edge counter in GHDL."""
+"""Runs the bench of the edge counter in GHDL."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Test of the glitch filter in GHDL."""
+"""Runs the bench of the glitch filter in GHDL."""
 
 from tb.support.simulation import simulate
 

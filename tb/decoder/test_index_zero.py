@@ -1,4 +1,4 @@
-"""Test of index_zero in GHDL."""
+"""Runs the bench of index_zero in GHDL."""
 
 from tb.support.simulation import simulate
 

@@ -1,4 +1,4 @@
-"""Test of the input synchroniser in GHDL."""
+"""Runs the bench of the input synchroniser in GHDL."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A head's levels in VHDL are delayed by any number of clocks up to 255."""
+"""Tests that the VHDL delays a head's levels by any number of clocks up to 255."""
 
 from tb.support.simulation import simulate
 

@@ -1,4 +1,4 @@
-"""Test of the plausibility check in GHDL."""
+"""Runs the bench of the plausibility check in GHDL."""
 
 from tb.support.simulation import simulate
 

@@ -1,4 +1,4 @@
-"""Test of the quadrature decoder in GHDL."""
+"""Runs the bench of the quadrature decoder in GHDL."""
 
 import pytest
 

@@ -1,4 +1,5 @@
-"""Test of the witness of the index in GHDL."""
+"""Runs the bench of zero_witness, which compares an index mark with the counts of the other head,
+in GHDL."""
 
 from tb.support.simulation import simulate
 

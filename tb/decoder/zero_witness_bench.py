@@ -1,4 +1,5 @@
-"""Test of the VHDL zero_witness: its verdict on each mark, from the counts of the other head."""
+"""Tests the VHDL zero_witness: whether it accepts each mark correctly from the counts of the other
+head."""
 
 from __future__ import annotations
 
@@ -16,8 +17,8 @@ BETWEEN_MARKS = 12
     (("turn", "tolerance", "start"), [(40, 2, -20), (2**24, 0, 2**31 - 5), (9, 3, -(2**31))])
 )
 async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start) -> None:
-    """Successive marks are one turn apart up to a few counts, at the same place, or two turns
-    apart."""
+    """The output is right for successive marks that are one turn apart up to a few counts, at the
+    same place, or two turns apart."""
     random = np.random.default_rng(turn)
     marks = np.arange(20, CLOCKS - 10, BETWEEN_MARKS)
     turns = random.choice([-2, -1, -1, -1, 0, 1, 1, 1, 2], marks.size)

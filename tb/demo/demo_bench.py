@@ -1,8 +1,8 @@
-"""Run the demo inside the simulator: the bench plays the table, and the firmware does its normal
-work.
+"""Runs the demo inside the simulator: the bench plays the edges of the table's heads, and the
+firmware does its normal work.
 
-The bench types the settings on the firmware's console and lets its main loop run. It waits, records
-the output of the console, and ends when a corrected turn has been recorded.
+The bench types the settings on the firmware's console, runs the firmware's main loop, records the
+output of the console, and ends when a corrected turn has been recorded.
 """
 
 from __future__ import annotations
@@ -26,24 +26,25 @@ BUS_INPUTS = (
     *("awvalid", "awaddr", "wvalid", "wdata", "wstrb"),
     *("bready", "arvalid", "araddr", "rready"),
 )
-# Number of times a turn that the firmware checks the core without an interrupt. On the device the
-# timer wakes the firmware every millisecond, which is longer than a turn of this table.
+# LOOKS_A_TURN: number of times per turn that the firmware checks the core without an interrupt. On
+# the device the timer wakes the firmware every millisecond, which is longer than a turn of this
+# table.
 LOOKS_A_TURN = 64
-# The output is a few clocks behind the pipeline.
+# OUTPUT_CLOCKS: the output is a few clocks behind the pipeline.
 OUTPUT_CLOCKS = 100
 # Number of recorded turns: the judged turn and a little more.
 RECORDED_TURNS = 1.01
 
 
 class Clocks:
-    """Counts clocks with the same zero as the played edges: the clock in which ``run`` is first
-    seen."""
+    """Counts clocks; clock 0, as for the played edges, is the clock in which the player first sees
+    ``run``."""
 
     def __init__(self) -> None:
         self._start_ns: float | None = None
 
     def start(self) -> None:
-        # Called on a rising edge; the player sees `run` at the next one.
+        # This line runs on a rising edge; the player sees `run` at the next rising edge.
         self._start_ns = float(get_sim_time("ns")) + CLOCK_NS
 
     def now(self) -> int:
@@ -66,7 +67,7 @@ class Operator:
         self.stage = "firmware: reading a captured turn over AXI while the table turns on"
 
     async def report(self) -> None:
-        """Report for ever; the test starts this as a parallel task."""
+        """Report the progress for ever; the test starts this coroutine as a parallel task."""
         while True:
             BenchStage(self.stage, self.clocks.now()).write(self._files.progress)
             await Timer(1000 * CLOCK_NS, "ns")
@@ -82,7 +83,8 @@ class Operator:
         assert answer.splitlines()[-1].startswith("ok"), f"{line!r} was answered {answer!r}"
 
     async def look(self, pause_clocks: int) -> None:
-        """Run the firmware's main loop once, then sleep until there is a reason to continue."""
+        """Run the firmware's main loop once, then sleep until an interrupt or until
+        ``pause_clocks`` have passed."""
         self._note(await self.processor.work())
         await self.processor.sleep(pause_clocks * CLOCK_NS)
 

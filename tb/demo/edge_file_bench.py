@@ -1,4 +1,4 @@
-"""Play a file of pin changes, and halt the player once on the way."""
+"""Plays a file of pin changes into a recorder, and halts the player once on the way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Play the edges of both heads and record the decoders' outputs at intervals."""
+"""Plays the edges of both heads and records the decoders' outputs at intervals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Measure when each unit of the compensation answers a step of the angle."""
+"""Measures after how many clocks the output of each unit of the compensation changes after a step
+of the angle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run one simulation of the demo: ``python -m tb.demo.simulator PART FOLDER``."""
+"""Runs one simulation of the demo: ``python -m tb.demo.simulator PART FOLDER``."""
 
 from __future__ import annotations
 

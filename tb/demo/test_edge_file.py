@@ -1,4 +1,4 @@
-"""The recorder writes exactly the file that the player plays."""
+"""Tests that the recorder writes exactly the file that the player plays."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The real decoders show the counts of the simulated table."""
+"""Tests that the VHDL decoders show the counts of the simulated table."""
 
 from pathlib import Path
 

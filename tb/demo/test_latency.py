@@ -1,4 +1,4 @@
-"""Test of the latencies of Table 1, as the demo measures them."""
+"""Tests that the demo measures the latencies of Table 1 of the paper."""
 
 import json
 from pathlib import Path

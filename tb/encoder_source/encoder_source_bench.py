@@ -1,4 +1,5 @@
-"""Decode the signals of two to four heads of encoder_source and compare them with float64."""
+"""Decodes the signals of two to four heads of encoder_source and compares the counts with a
+calculation in float64."""
 
 from __future__ import annotations
 
@@ -24,8 +25,8 @@ CLOCKS = 7_800
 """Number of clocks: two turns of 3,200 clocks, and the time before the first index."""
 
 BOUND_COUNTS = 1.6
-"""Largest deviation, counts: the true angle is truncated (1), reading (0.5) and coefficients (0.1)
-are rounded."""
+"""Largest permitted deviation in counts: 1 for the truncation of the true angle, 0.5 and 0.1 for
+the rounding of reading and coefficients."""
 
 LEVELS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
@@ -39,7 +40,7 @@ def decoded(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def expected(true_counts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return R = θ + ε(θ), equation (2)."""
+    """Return the reading R = θ + ε(θ), equation (2), in counts."""
     turn = true_counts / COUNTS_PER_REV
     error = sum(
         amplitude * np.cos(2 * np.pi * (order * turn + phase))
@@ -63,7 +64,7 @@ async def all_heads_show_one_disc(dut: object) -> None:
         for head, levels in heads.items():
             for name, values in levels.items():
                 values[number] = int(getattr(dut, f"head{head}_{name}").value)
-    # True angle that the pins show in clock k; the sum has one step in the first clock.
+    # Compute the true angle that the pins show in clock k; the sum has one step in the first clock.
     true_counts = STEP * (np.arange(1, CLOCKS + 1) - LATENCY)
     index_clocks = {}
     for head, start in enumerate(AHEAD[:HEADS], start=1):

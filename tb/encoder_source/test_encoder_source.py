@@ -1,4 +1,5 @@
-"""Test of the second board that replaces the encoder, in GHDL."""
+"""Runs the bench of encoder_source, the design of the second board that replaces the encoder, in
+GHDL."""
 
 import pytest
 

@@ -1,7 +1,7 @@
-"""The core's processor in the simulator: the firmware's C sources, compiled for this machine.
+"""Simulates the core's processor: runs the firmware's C sources, compiled for this machine.
 
-Every register access of the C code is an AXI4-Lite access in the simulation; its calculations take
-no simulated time.
+Every register access of the C code is an AXI4-Lite access in the simulation; the C code's
+calculations take no simulated time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Answer = TypeVar("Answer")
 
 
 class BusError(RuntimeError):
-    """The core answered an access with an error."""
+    """Raised if the core answers an access with an error."""
 
 
 class SimulatedCore:
@@ -38,9 +38,10 @@ class SimulatedCore:
         self._on_capture = on_capture
         self.words_moved = 0
         self.banks: list[NDArray[np.int32]] = []
-        """Each bank that was read, in words of the capture memory."""
+        """Words of the capture memory of each bank that was read."""
         self.error: BusError | None = None
-        """First error of an access; it is kept here because C code passes no exceptions on."""
+        """First error of an access; it is stored here because an exception cannot pass through C
+        code."""
         ffi, _ = firmware()
         self._calls = (
             ffi.callback("core_read_word", self._read),
@@ -114,16 +115,16 @@ class Processor:
 
     @property
     def phase(self) -> str:
-        """Phase of the application."""
+        """Return the phase of the firmware's application."""
         return self._firmware.phase
 
     @property
     def swaps(self) -> int:
-        """Banks swapped by the application since its start."""
+        """Return the number of banks that the application has swapped since its start."""
         return int(self._firmware.application.swaps)
 
     async def settled(self) -> bool:
-        """True when the firmware's own coefficients are active and their ramp has ended."""
+        """Tell whether the firmware's own coefficients are active and their ramp has ended."""
         library = self._firmware.library
         status = await self._call(lambda: library.core_status(self.core.access))
         return bool(self.swaps and status.compensating and not status.ramp_busy)

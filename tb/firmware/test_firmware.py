@@ -1,4 +1,4 @@
-"""Test of the firmware with the VHDL; this is also the demo at a sixteenth of its counts."""
+"""Tests the firmware together with the VHDL; the run is the demo with a sixteenth of its counts."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from arctrue.studies.demo.run import run_demo
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import PinEvents
 
-# There is one lane fewer than the disc has orders: the smallest order is not corrected, and is
-# below the limit.
+# The core has one lane fewer than the disc has orders; the smallest order is not corrected, and its
+# amplitude is below the limit.
 SETTINGS = DemoSettings(counts_per_rev=1 << 12, lanes=3, disc_scale=32.0, sample_period_clocks=20)
 HEAD_SEPARATION_DEG = 33.0
 TOLD_DECIMALS = 2e-9
-"""Two units of the ninth decimal, in which the console prints arcsec and rad."""
+"""Tolerance: two units of the ninth decimal, to which the console prints arcsec and rad."""
 
 
 def calibrate_in_numpy(counts: NDArray[np.int64]) -> Calibration:
-    """Calibrate the same capture, counts (2, n), with the Python calibration."""
+    """Calibrate a capture, counts (2, n), with the Python calibration."""
     samples = counts.shape[1]
     capture = Capture(
         run=np.zeros(samples, dtype=np.int64),
@@ -51,7 +51,7 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
     assert [harmonic.order for harmonic in result.harmonics] == [1, 2, 3]
     assert any("reading a captured turn" in line for line in lines)
 
-    # The console shows the results of the C code, which equal those of numpy.
+    # The console shows the results of the C code, which equal the results of numpy.
     files = DemoFiles(tmp_path)
     reported = result.turns[0]
     counts = np.load(files.capture)

@@ -1,4 +1,4 @@
-"""cocotb test of cordic_rotation against its model, one angle a clock."""
+"""Compares cordic_rotation with its model in a cocotb test, with one angle in each clock."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ LATENCY = CORDIC_ITERATIONS - 1
 
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
-    """Angles are the ends of the first quadrant, angles evenly over it, and random ones."""
+    """The outputs equal the model's for the ends of the first quadrant, for angles evenly spread
+    over it, and for random angles."""
     rng = np.random.default_rng(2)
     ends = np.concatenate(
         [np.arange(64), QUARTER // 2 + np.arange(-32, 32), QUARTER - 1 - np.arange(64)]
@@ -46,5 +47,5 @@ async def equals_the_model(dut: Any) -> None:
         f"folded {angles[wrong[0]]}: {found[wrong[0]]}, expected {expected[wrong[0]]} "
         f"({wrong.size} of {angles.size} differ)"
     )
-    # All 2⁵ constants of the first six iterations are used.
+    # Check that the angles select all 2⁵ constants of the first six iterations.
     assert np.unique(angles >> 13).size == QUARTER >> 13 or ANGLES < 20_000

@@ -1,4 +1,4 @@
-"""The generics of the run, and the other values that the tests use."""
+"""Defines the generics of the run, and further values for which the tests run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ CORDIC_ITERATIONS = int(os.environ.get("CORDIC_ITERATIONS", number_formats.CORDI
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
 
 DEFAULT = (number_formats.COSINE_WIDTH, number_formats.CORDIC_ITERATIONS)
-# Widths below and above the default, fewer and more iterations, and the ends of both ranges.
+# Further values are widths below and above the default, fewer and more iterations, and the ends of
+# both ranges.
 OTHERS = ((14, 12), (20, 18), (18, 11), (8, 8), (24, 24), (8, 24))
 
 
@@ -22,5 +23,5 @@ def generics(width: int, iterations: int) -> dict[str, int]:
 
 
 def environment(**values: int | str) -> dict[str, str]:
-    """Return the values as text."""
+    """Return the values as text, for environment variables."""
     return {name: str(value) for name, value in values.items()}

@@ -1,4 +1,4 @@
-"""cocotb tests of harmonic_lane against its model."""
+"""Compares harmonic_lane with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ async def run(
     amplitude: NDArray[np.int64],
     partner: NDArray[np.int64],
 ) -> NDArray[np.int64]:
-    """Return the products; every input comes in its own clock and changes with every clock."""
+    """Drive the inputs, which change in every clock, each at its own clock of the pipeline; return
+    the products."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     last = phase.size - 1
     seen = []
@@ -54,11 +55,13 @@ def compare(found: NDArray[np.int64], expected: NDArray[np.int64]) -> None:
 
 @cocotb.test()
 async def products(dut: Any) -> None:
-    """Amplitudes include the ends of s13.11; the partner is added where the generic asks for it."""
+    """Products equal the model's, with amplitudes up to the ends of s13.11; the lane adds the
+    partner if the generic requires it."""
     rng = np.random.default_rng(3)
     phase = phases(ANGLES)
     amplitude = rng.integers(-LARGEST, LARGEST, phase.size)
-    # Both ends of s13.11 at the phases where the cosine is largest, and elsewhere.
+    # The amplitudes are at both ends of s13.11, at the phases with the largest cosine and at
+    # others.
     amplitude[: phase.size // 4 : 2] = -LARGEST
     amplitude[1 : phase.size // 4 : 2] = LARGEST - 1
     partner = harmonic_lane(
@@ -84,7 +87,8 @@ async def products(dut: Any) -> None:
 
 @cocotb.test()
 async def cosines(dut: Any) -> None:
-    """With an amplitude of one unit the product is the cosine, which is kept for the plot."""
+    """With an amplitude of one unit the product equals the cosine; the test stores it for the
+    plot."""
     phase = phases(ANGLES, seed=4)
     found = await run(
         dut,
@@ -99,8 +103,8 @@ async def cosines(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """The product comes 19 clocks after its phase, 20 with a partner; the amplitude comes 16 after
-    it."""
+    """The product comes 19 clocks after its phase (20 with a partner); the lane reads the amplitude
+    16 clocks after the phase."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     dut.phase.value = 0
     dut.amplitude.value = 1000

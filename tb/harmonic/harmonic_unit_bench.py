@@ -1,4 +1,4 @@
-"""cocotb tests of harmonic_unit against its model."""
+"""Compares harmonic_unit with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -36,11 +36,12 @@ def pairs(dut: Any) -> list[int]:
 
 @cocotb.test()
 async def pair_sums(dut: Any) -> None:
-    """Phases and amplitudes of every lane change with every clock."""
+    """Pair sums equal the model's while phases and amplitudes of every lane change in every
+    clock."""
     rng = np.random.default_rng(LANES)
     phases = rng.integers(0, 2**PHASE_WIDTH, (ANGLES, LANES), dtype=np.int32)
     amplitudes = rng.integers(-LARGEST, LARGEST, (ANGLES, LANES))
-    # The largest possible sums of both signs.
+    # These inputs give the largest possible sums of both signs.
     phases[:4] = 0
     amplitudes[:2] = -LARGEST
     amplitudes[2:4] = LARGEST - 1
@@ -63,8 +64,8 @@ async def pair_sums(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """The clocks are counted at the ports: sums come 20 clocks after their phases, amplitudes 16
-    after."""
+    """Counted at the ports, sums come 20 clocks after their phases; the unit reads amplitudes 16
+    clocks after the phases."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     unit = 1 << 11
     dut.phases.value = flat(np.zeros(LANES, dtype=np.int64), PHASE_WIDTH)

@@ -1,4 +1,4 @@
-"""Phases that every test of the cosine should cover."""
+"""Makes phases that every test of the cosine should cover."""
 
 from __future__ import annotations
 

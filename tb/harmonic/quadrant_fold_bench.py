@@ -1,4 +1,4 @@
-"""cocotb tests of quadrant_fold against its model."""
+"""Compares quadrant_fold with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tb.harmonic.phases import phases
 
 @cocotb.test()
 async def every_quadrant(dut: Any) -> None:
-    """The folded phase and the sign come a clock later."""
+    """The folded phase and the sign equal the model's one clock later, in every quadrant."""
     given = phases(4000)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     dut.phase.value = 0

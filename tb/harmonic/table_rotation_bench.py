@@ -1,4 +1,5 @@
-"""cocotb test of table_rotation against its model, at every place that it distinguishes."""
+"""Compares table_rotation with its model in cocotb tests, at every angle that the entity
+distinguishes."""
 
 from __future__ import annotations
 
@@ -25,8 +26,8 @@ UNUSED_WIDTH = OFFSET_WIDTH - DIGITS_WIDTH
 
 @cocotb.test()
 async def every_place(dut: Any) -> None:
-    """All 2**17 values of the used bits come one per clock in random order; the bits below are
-    random."""
+    """The outputs equal the model's for all 2**17 values of the used bits, which come in random
+    order, one per clock; the bits below are random."""
     random = np.random.default_rng(5)
     places = random.permutation(1 << (ADDRESS_WIDTH + DIGITS_WIDTH)).astype(np.int32)
     angles = (places << UNUSED_WIDTH) + random.integers(0, 1 << UNUSED_WIDTH, places.size)
@@ -48,7 +49,7 @@ async def every_place(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """A step of the angle shows after 15 clocks, not after 14."""
+    """A step of the angle appears at the output after 15 clocks, not after 14."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.folded.value = 0
     for _ in range(LATENCY + 2):

@@ -1,4 +1,5 @@
-"""The rotation in VHDL equals its model bit by bit, with the default and other generics."""
+"""Tests that the CORDIC rotation in VHDL equals its model bit by bit, with the default and other
+generics."""
 
 import pytest
 

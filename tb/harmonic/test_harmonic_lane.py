@@ -1,4 +1,5 @@
-"""One term of equation (9) in VHDL equals its model; a picture shows its error and the bounds."""
+"""Tests that one term of equation (9) in VHDL equals its model; a picture shows the term's error
+and the bounds."""
 
 from pathlib import Path
 
@@ -28,7 +29,8 @@ def test_other_generics(width: int, iterations: int, add_partner: str) -> None:
 
 @pytest.mark.parametrize("add_partner", ["false", "true"])
 def test_from_the_table(add_partner: str, tmp_path: Path) -> None:
-    """The bound is the sum of the errors in the header of table_rotation."""
+    """The error of the cosine from the table stays within the sum of the errors that the header of
+    table_rotation states."""
     file = tmp_path / "cosines.npz"
     generics = {"ADD_PARTNER": add_partner, "ROTATION": "table"}
     simulate(

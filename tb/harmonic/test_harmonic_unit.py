@@ -1,4 +1,5 @@
-"""The pair sums of all lanes in VHDL equal their model, also for odd numbers of lanes."""
+"""Tests that the pair sums of all lanes in VHDL equal their model, also for odd numbers of
+lanes."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The fold in VHDL equals its model."""
+"""Tests that quadrant_fold in VHDL equals its model."""
 
 from tb.support.simulation import simulate
 

@@ -1,4 +1,4 @@
-"""Compare outputs recorded in GHDL with those of the compiled netlist, bit by bit in every
+"""Compares the outputs recorded in GHDL with those of the compiled netlist, bit by bit in every
 clock."""
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ def differences(
     settled: int,
     undefined: Container[str] = (),
 ) -> list[str]:
-    """Return the differences, a line a port; unknown bits of GHDL are ignored until ``settled``.
+    """Return the differences, one line for each port; unknown bits of GHDL are ignored before the
+    clock ``settled``.
 
     ``noted`` has every output as GHDL writes it, high bit first. Ports in ``undefined`` may have
-    unknown bits at any time: their known bits are compared.
+    unknown bits at any time; then only their known bits are compared.
     """
     found = []
     for name, texts in noted.items():
@@ -51,7 +52,8 @@ def _agrees(text: str, value: int, may_be_unknown: bool) -> bool:
 def compare(
     replay: Replay, folder: Path, settled: int, undefined: Container[str] = ()
 ) -> list[str]:
-    """Replay the inputs that GHDL was given in ``folder``, and return the differences."""
+    """Replay in the netlist the inputs that ``folder`` contains for GHDL; return the differences of
+    the outputs."""
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     noted = json.loads((folder / "noted.json").read_text(encoding="utf-8"))
     outputs = {port.name for port in replay.ports if not port.is_input}

@@ -1,4 +1,5 @@
-"""Run the whole core with turning heads and a busy processor; record every input and output."""
+"""Runs the whole core with moving encoders and a busy processor, and records every input and
+output."""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ COMMANDS = (
 )
 
 LATCHES = (*(f"head{head}.index" for head in range(1, HEADS + 1)), "snapshot.time", "probe.time")
-"""Registers whose low word latches the other words of their group."""
+"""Registers with a low word that latches the other words of the group when it is read."""
 
 Access = tuple[bool, int, int, int]
 """Write flag, address, word and strobe of an access."""
@@ -77,7 +78,7 @@ def set_up() -> Iterator[Access]:
         ("interrupt_enable", 0x7FFF if HAS_FURTHER else 0x7FF),
         ("pulse_widths", 3 << 16 | 2),
         # The table reaches this place during the 40 reads below, before a random access can disarm
-        # it.
+        # the comparison.
         ("compare.first", 40),
         ("compare.interval", 8),
     ):
@@ -121,7 +122,7 @@ def accesses(draw: random.Random) -> Iterator[Access]:
     """Yield legal and illegal accesses of a processor, for ever."""
     yield from set_up()
     yield from coefficients(draw)
-    # A latch is not reset: before its first read it holds a value from before the reset.
+    # A latch is not reset: until its first read it holds a value from before the reset.
     for path in LATCHES:
         yield False, address(path), 0, 0
     while True:
@@ -152,7 +153,7 @@ def accesses(draw: random.Random) -> Iterator[Access]:
 
 
 class Master:
-    """Makes one access at a time, with random stalls of every channel."""
+    """Bus master that makes one access at a time, with random stalls of every channel."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -167,7 +168,7 @@ class Master:
         }
 
     def next_clock(self, accepted: dict[str, bool]) -> None:
-        """Drive the next clock; ``accepted`` has the channels with a handshake in the last
+        """Drive the next clock; ``accepted`` tells which channels had a handshake in the last
         clock."""
         given = self.inputs
         for channel in CHANNELS:
@@ -191,8 +192,8 @@ class Master:
 
 
 class Heads:
-    """Encoders that move up and down over their index marks, with occasional wrong levels of A and
-    B."""
+    """Simulates encoders that move up and down over their index marks, with occasional wrong levels
+    of A and B."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -218,7 +219,8 @@ class Heads:
 
 
 class Beside:
-    """External instruments: edges that request a sample, and edges that latch the position."""
+    """Simulates external instruments: edges of sync_in that request a sample, and edges of probe_in
+    that latch the position."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -250,7 +252,7 @@ async def note_everything(dut) -> None:
     for clock in range(CLOCKS):
         reset = int(clock < 80 or CLOCKS // 2 <= clock < CLOCKS // 2 + 80)
         if reset:
-            # The bus is silent; the current access is dropped.
+            # The master is silent during a reset and drops the current access.
             master = Master(draw)
         else:
             master.next_clock(accepted)
@@ -262,7 +264,7 @@ async def note_everything(dut) -> None:
         last = list(row)
         inputs.append(row)
         await RisingEdge(dut.clock)
-        # These levels before the edge are the ones that the edge samples.
+        # The rising edge samples these levels, which are stable before the edge.
         levels = {name: str(getattr(dut, f"s_axil_{name}").value) == "1" for name in SAID}
         given = {name: bool(master.inputs[f"s_axil_{name}"]) for name in GIVEN}
         accepted = {

@@ -1,4 +1,5 @@
-"""Make a netlist with random initial registers, as in a chip that loads no initial values."""
+"""Gives the registers of a netlist random initial values, as in a chip that loads no initial
+values."""
 
 from __future__ import annotations
 

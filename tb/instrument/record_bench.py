@@ -1,4 +1,4 @@
-"""Drive every input of any entity from a file, clock by clock, and record every output."""
+"""Drives every input of any entity from a file, clock by clock, and records every output."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A compiled netlist that reads its inputs clock by clock and returns its outputs.
+"""Compiles a netlist to a program that reads its inputs clock by clock and returns its outputs.
 
-The program is the same for every entity: its ports are read from the header that Verilator writes.
-Data are words of 32 bits, low word first, port after port in the header's order.
+One program text serves every entity, because it reads the entity's ports from the header that
+Verilator writes. Data are words of 32 bits, low word first, port after port in the header's order.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ from arctrue.instrument.build import (
 from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"
-# The model runs for some thousand clocks, so that the compilation is the longest part.
+# Do not optimise, because the model runs for only some thousand clocks and the compilation takes
+# most of the time.
 OPTIMISE = "-O0"
 MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")
@@ -90,7 +91,7 @@ int main(int, char **arguments) {{
 
 @dataclass(frozen=True)
 class Port:
-    """A port of the compiled entity; ``member`` is its name in Verilator's model."""
+    """Port of the compiled entity; ``member`` is its name in Verilator's model."""
 
     name: str
     member: str
@@ -116,7 +117,7 @@ def ports_of(header: Path) -> list[Port]:
 
 @dataclass(frozen=True)
 class Replay:
-    """One compiled entity."""
+    """Compiled entity that replays inputs."""
 
     program: Path
     ports: tuple[Port, ...]
@@ -126,7 +127,7 @@ class Replay:
     ) -> dict[str, list[int]]:
         """Return the outputs after each clock; ``inputs`` has an unsigned value for every clock.
 
-        ``seed``, above 0, is that of the netlist's random numbers, if it has any.
+        ``seed``, above 0, starts the random initial values of the netlist, if it has any.
         """
         wanted = [port for port in self.ports if port.is_input]
         unlike = {port.name for port in wanted} ^ set(inputs)
@@ -163,7 +164,8 @@ def compiled(
     generics: Mapping[str, int | str],
     change: Callable[[str], str] | None = None,
 ) -> Replay:
-    """Return ``entity`` as a compiled netlist; ``change`` breaks the netlist's text on purpose."""
+    """Return ``entity`` as a compiled netlist; ``change`` introduces an error into the netlist's
+    text on purpose."""
     texts = [f"{name}={value}" for name, value in generics.items()]
     texts += [*tool_versions().values(), *VERILATOR_FLAGS, OPTIMISE, PROGRAM]
     texts += [change(f"of {entity}") if change else ""]
@@ -199,8 +201,7 @@ def _compile(entity: str, folder: Path, log: Path) -> None:
         ),
         encoding="utf-8",
     )
-    # One compilation is enough for all files, because the headers take longer than the files
-    # themselves.
+    # Compile all files at once, because the headers take longer than the files themselves.
     everything = folder / "everything.cpp"
     parts = [*sorted(verilated.glob("*.cpp")), main]
     everything.write_text("".join(f'#include "{part}"\n' for part in parts), encoding="utf-8")

@@ -1,4 +1,5 @@
-"""Measure GHDL's clocks a second for the core while both heads turn and every lane works."""
+"""Measures how many clocks of the core GHDL simulates per second while the table turns and every
+lane is active."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Random inputs of the units for their comparison, within the range of each port."""
+"""Makes random inputs of the units for the comparison of netlist and VHDL, within the range of each
+port."""
 
 from __future__ import annotations
 
@@ -22,21 +23,22 @@ from arctrue.generated.number_formats import (
 
 Stimulus = dict[str, list[int]]
 LANES = 3
-"""Number of lanes: odd, so that one pair is half empty."""
+"""Number of lanes: odd, so that one pair has only one lane."""
 FOLD = 2
 DEPTH = 8
 
 
 @dataclass(frozen=True)
 class Case:
-    """An entity with its generics and inputs; outputs are known from ``settled`` on."""
+    """Entity with its generics and inputs; its outputs have no unknown bits from the clock
+    ``settled`` on."""
 
     entity: str
     generics: dict[str, int | str]
     stimulus: Callable[[np.random.Generator], Stimulus]
     settled: int
     in_core: bool = False
-    """True if the cores in ``test_equal.py`` contain the unit with the same generics."""
+    """Whether the cores in ``test_equal.py`` contain the unit with the same generics."""
 
     def __str__(self) -> str:
         return "-".join([self.entity, *(f"{name}{value}" for name, value in self.generics.items())])
@@ -107,7 +109,8 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
     clocks = 1500
     turn = COUNTS_PER_REV_MAX - 12345
     pairs = (LANES + 1) // 2
-    # Some sums are far outside and are clipped; most are small, so that the ramp ends.
+    # Some sums are far beyond the limit and are clipped; most sums are small, so that the ramp
+    # ends.
     small = [word >> 20 for word in bits(random, PAIR_WIDTH, clocks * pairs)]
     large = bits(random, PAIR_WIDTH, clocks * pairs)
     which = random.random(clocks * pairs) < 0.05
@@ -129,7 +132,7 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         "referenced": pulses(random, 0.5, clocks),
         "counts_per_rev": [turn] * clocks,
         "ramp_rate": held(bits(random, 32, clocks // 100), 100),
-        # Ramps without and with a bound of the acceleration.
+        # The ramps have no limit of the acceleration in some runs and a limit in others.
         "ramp_acceleration": held([0, 2**32 - 1, 2**29, 0, 2**31], clocks // 5),
         "first_sums": [1] * clocks,
         "last_sums": [1] * clocks,
@@ -141,7 +144,7 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
 def changes_of_carrier(random: np.random.Generator, swap_marker: list[int]) -> Stimulus:
     """Return the mean's part of the correction; the carrier changes with some of the swaps only."""
     clocks = len(swap_marker)
-    # Terms below a count let the ramp end; some reach the bound of weighted_mean.
+    # Most terms are below a count, so that the ramp ends; some reach the limit of weighted_mean.
     most = 3 * 2**17 + 1 << MEAN_TERM_FRACTION
     large = random.random(clocks) < 0.05
     terms = np.where(
@@ -157,8 +160,8 @@ def changes_of_carrier(random: np.random.Generator, swap_marker: list[int]) -> S
 
 
 def folded_error_compensation(random: np.random.Generator) -> Stimulus:
-    """Return inputs in which the pair sums of an angle come over FOLD clocks, with a constant
-    reading."""
+    """Return inputs in which the pair sums of an angle come in FOLD consecutive clocks, while the
+    reading is constant."""
     given = error_compensation(random)
     clocks = len(given["reset"])
     for name in (
@@ -287,8 +290,8 @@ def further_heads(random: np.random.Generator, reference: np.ndarray) -> Stimulu
 
 def coefficient_memory(random: np.random.Generator, apart: int = 60) -> Stimulus:
     clocks = 60 * apart
-    # A write may wait while the idle bank is filled; the next write must come after the waiting
-    # one.
+    # A write may wait while the idle bank is filled; the next write must come after the acknowledge
+    # of the waiting write.
     slots = random.random(clocks // apart) < 0.8
     offsets = random.random(clocks // apart) < 0.2
     first = [1] + [0] * (apart - 1)
@@ -324,12 +327,12 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def modulated_coefficient_memory(random: np.random.Generator) -> Stimulus:
-    """Return inputs where a swap waits for a whole sweep, and a write waits for the swap."""
+    """Return inputs with which a swap waits for a whole sweep, and a write waits for the swap."""
     return coefficient_memory(random, 3 * SWEEP_CLOCKS)
 
 
 def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:
-    """Return inputs that also write turn steps, each long after the write before it."""
+    """Return inputs that also write turn steps, each long after the previous write."""
     stimulus = coefficient_memory(random, 400)
     write = np.array(stimulus["write_enable"])
     of_turn_step = random.random(write.size) < 0.4
@@ -342,8 +345,8 @@ def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def table_conditions(random: np.random.Generator) -> Stimulus:
-    """Return a table that moves to and fro, and writes of registers at the start and now and
-    then."""
+    """Return readings of a table that moves to and fro, and writes of registers at the start and at
+    random later clocks."""
     clocks = 24_000
     place = np.cumsum(held(random.integers(-1, 2, clocks // 800).tolist(), 800))
     place = place // 3

@@ -1,4 +1,5 @@
-"""The compiled netlist equals the VHDL: same inputs, same outputs in every clock."""
+"""Tests that the compiled netlist equals the VHDL: equal inputs give equal outputs in every
+clock."""
 
 from __future__ import annotations
 
@@ -15,14 +16,16 @@ from tb.instrument.replay import Replay, compiled
 from tb.instrument.stimuli import CASES, Case
 from tb.support.simulation import simulate
 
-# The pipeline and the answers of the bus are known from the reset on.
+# CORE_SETTLED: clock from which the pipeline and the answers of the bus have no unknown bits after
+# the first reset.
 CORE_SETTLED = 80
-# The bench's second reset ends at clock 3,080; the output is switched on again some 300 clocks
-# later, and new coefficients are swapped in 100 clocks after that. The coefficients and the levels
-# of A and B survive a reset on purpose.
+# CORE_FORGOTTEN: clock from which older values have no effect. The bench's second reset ends at
+# clock 3,080; the output is switched on again some 300 clocks later, and new coefficients are
+# swapped in 100 clocks after that. Until then, outputs may depend on older values, because the
+# coefficients and the levels of A and B survive a reset on purpose.
 CORE_FORGOTTEN = 3500
 POWER_UPS = range(1, 9)
-"""Seeds of the registers' values before the first reset."""
+"""Seeds of the random values that the registers have before the first reset."""
 
 ERROR_COMPENSATION = next(case for case in CASES if case.entity == "error_compensation")
 
@@ -34,7 +37,7 @@ def wish_for_outputs(replay: Replay, folder: Path) -> None:
 
 
 def simulated(case: Case, replay: Replay, folder: Path) -> None:
-    """Write GHDL's outputs into ``folder``."""
+    """Simulate the case in GHDL and write the recorded outputs into ``folder``."""
     random = np.random.default_rng(zlib.crc32(case.entity.encode()))
     stimulus = case.stimulus(random)
     (folder / "inputs.json").write_text(json.dumps(stimulus), encoding="utf-8")
@@ -80,7 +83,8 @@ def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
             "ARCTRUE_HEADS": str(generics.get("HEADS", 2)),
         },
     )
-    # Registers that the map calls undefined before their first event are read too.
+    # The accesses also read registers that, according to the map, are undefined before their first
+    # event.
     assert not compare(replay, tmp_path, CORE_SETTLED, undefined={"s_axil_rdata"})
     noted = json.loads((tmp_path / "noted.json").read_text(encoding="utf-8"))
     unknown = [word for word in noted["s_axil_rdata"][CORE_SETTLED:] if set(word) - {"0", "1"}]
@@ -98,12 +102,13 @@ def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
 def does_the_same_from_random_registers(
     noted: dict[str, list[str]], replay: Replay, folder: Path, generics: dict[str, int | str]
 ) -> None:
-    """The values of registers at power-up have no influence after the reset and the set-up."""
+    """After the reset and the set-up, the outputs do not depend on the values that the registers
+    had at power-up."""
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     usual = replay.outputs(inputs, folder)
     at_random = compiled("arctrue_core", generics, with_random_registers)
-    # All values before the core settles are compared, because two draws may give equal outputs in
-    # the first clock.
+    # Compare all values until the core settles, because two draws may give equal outputs in the
+    # first clock.
     begun = {tuple(tuple(values[:CORE_SETTLED]) for values in usual.values())}
     for seed in POWER_UPS:
         other = at_random.outputs(inputs, folder, seed)
@@ -111,7 +116,7 @@ def does_the_same_from_random_registers(
         for name in usual:
             # Payloads of the bus are undefined until their handshakes are high. With more than two
             # heads the words of the mean, which survive a reset, decide when a capture is ready,
-            # and therefore how fast it is read.
+            # and therefore how fast the master reads the capture.
             is_handshake = name.startswith("s_axil") and name.endswith(("ready", "valid"))
             is_known = is_handshake and generics.get("HEADS", 2) == 2
             begin = CORE_SETTLED if is_known else CORE_FORGOTTEN
@@ -125,7 +130,7 @@ def test_a_broken_netlist_is_noticed(tmp_path: Path) -> None:
     case = ERROR_COMPENSATION
 
     def one_minus(text: str) -> str:
-        # The last addition of the netlist becomes a subtraction.
+        # Change the last addition of the netlist to a subtraction.
         head, plus, tail = text.rpartition(" + ")
         return head + " - " + tail if plus else text
 

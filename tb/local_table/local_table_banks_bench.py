@@ -1,4 +1,5 @@
-"""cocotb tests of local_table_banks: writes, swaps and the following copy, clock by clock."""
+"""Tests local_table_banks in cocotb, clock by clock: writes, swaps, and the copy that follows a
+swap."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from tb.local_table.local_table_bench import random_table
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
 COPY_CLOCKS = LATENCY + 2 * POINTS + 1
-"""Longest wait of an access in clocks, as the header of the entity states."""
+"""Longest time, in clocks, that an access waits, as the header of the entity states."""
 STEADY = 3
 """Number of clocks from a new counts_per_rev to the windows of the new turn."""
 
@@ -45,14 +46,14 @@ class Unit:
         for _ in range(STEADY):
             await FallingEdge(self.dut.clock)
         self.dut.reset.value = 0
-        # Another test of this simulation may have left a table.
+        # Clear the table, because an earlier test of this simulation may have left one.
         await self.access(place=True, address=0, word=0)
         await self.swap(takes=True)
         await self.access(place=True, address=0, word=None)
         self.angles, self.tables, self.values = [], [], []
 
     async def clock(self) -> None:
-        """Run one clock with an angle, and log the value that comes with it."""
+        """Run one clock with an angle, and log the output value of this clock."""
         near = self.random.integers(0, 3)
         tables = [self.active, self.next]
         table = tables[near] if near < 2 else None
@@ -75,7 +76,8 @@ class Unit:
             await self.clock()
 
     async def access(self, *, place: bool, address: int, word: int | None) -> tuple[int, int]:
-        """Read, or write ``word``; return the answer and the clocks that it took."""
+        """Read a word, or write ``word``; return the answer and the number of clocks that the
+        access took."""
         dut = self.dut
         dut.of_place.value, dut.address.value = int(place), address
         dut.write_data.value = (word or 0) & 0xFFFF_FFFF
@@ -115,7 +117,7 @@ class Unit:
         return points, place
 
     def judge(self) -> None:
-        """Check that every value is the model's, LATENCY clocks after its angle."""
+        """Check that every output value equals the model's value LATENCY clocks after its angle."""
         expected = np.zeros(len(self.angles), dtype=np.int64)
         angles = np.array(self.angles)
         for table in {id(one): one for one in self.tables if one is not None}.values():
@@ -132,7 +134,8 @@ def shapes() -> Iterator[tuple[int, int]]:
 
 @cocotb.test()
 async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
-    """Three tables come one after the other; other swaps between them change nothing."""
+    """A table acts from its swap on, and later swaps without a new table keep it; three tables are
+    loaded one after the other."""
     unit = Unit(dut, 1)
     await unit.start()
     await unit.swap(takes=False)
@@ -149,7 +152,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
         points, place = await unit.idle_words(places)
         assert points == [int(table.points[n]) & 0xFFFF_FFFF for n in places]
         assert place == table.place_words(), "the idle bank got the same words"
-    # Only one word is written: all other points of the table must come from the copy.
+    # Write only one word; all other points of the table must come from the copy.
     changed = LocalTable(
         table.counts_per_rev, table.starts, table.width, table.fraction, table.points.copy()
     )
@@ -164,7 +167,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_waits_for_a_swap(dut: Any) -> None:
-    """While `hold` is high nothing is written; a reset drops the request."""
+    """While `hold` is high, no word is written; a reset drops a write that waits."""
     unit = Unit(dut, 2)
     await unit.start()
     table = random_table(unit.random, 1, 2)

@@ -1,4 +1,4 @@
-"""Test of the local table in GHDL."""
+"""Runs the benches of the local table in GHDL."""
 
 import pytest
 

@@ -1,4 +1,5 @@
-"""cocotb tests of head_failover: its decisions and refusals equal the model clock by clock.
+"""Compares the decisions and refusals of head_failover with its model, clock by clock, in cocotb
+tests.
 
 The bench simulates banks and prepared sets: a load ends with its swap, or is refused, as
 prepared_sets decides by ``may_activate``.
@@ -46,25 +47,26 @@ async def start(dut: Any, return_after: int) -> None:
 
 
 class Banks:
-    """Simulates idle and active words of the mean, and the loading of prepared sets; one call a
-    clock."""
+    """Simulates idle and active words of the mean, and the loading of prepared sets; the bench
+    calls it once per clock."""
 
     def __init__(self, choose: random.Random) -> None:
         self.choose = choose
         self.used, self.idle = ALL, ALL
         self.carrier_used = True
         self.loading = 0
-        """Clocks until a set is written; then it is swapped or given up."""
+        """Clocks until a prepared set is written; then the set is swapped or refused."""
         self.waits = False
         """Whether a swap was allowed and has not come yet."""
         self.of_set = False
         self.number = 0
         self.quiet = 0
         """Clocks since the idle words changed; a swap needs a bus access and comes more than 3
-        clocks later."""
+        clocks after the change."""
 
     def words_of(self, number: int) -> int:
-        """Return the words of a set; one set in ten uses the head that is missing in it."""
+        """Return the words of a set; one set in ten wrongly uses the head that it should leave
+        out."""
         words = ALL & ~(1 << number >> 1)
         return ALL if self.choose.random() < 0.1 else words
 
@@ -107,12 +109,13 @@ class Banks:
 
 @cocotb.test()
 async def decisions_equal_the_model(dut: Any) -> None:
-    """Faults, swaps, sets and requests are random; no active words use a head that is left out."""
+    """The decisions equal the model's for random faults, swaps, sets and requests; active words
+    never use a head that is left out."""
     choose = random.Random(HEADS)
     happened: Counter[str] = Counter()
     for return_after in (0, RETURN_AFTER):
         await start(dut, return_after)
-        # Entity and model have passed four clocks of reset and one of the register.
+        # Entity and model have now run four clocks of reset and one clock of the register.
         model = HeadFailover(HEADS, return_after, INTERVAL_BITS)
         await RisingEdge(dut.clock)
         model.number = dut.number.value.to_unsigned()
@@ -139,7 +142,7 @@ async def decisions_equal_the_model(dut: Any) -> None:
                 getattr(dut, name).value = int(getattr(shown, name))
             dut.loaded.value, dut.refused.value = int(shown.loaded), int(shown.refused)
             await RisingEdge(dut.clock)
-            # These values were set before this edge and belong to the clock that ends.
+            # These values were set before this edge and belong to the clock that ends at it.
             found = (
                 *(int(dut.load.value), dut.number.value.to_unsigned()),
                 *(dut.left_out.value.to_unsigned(), int(dut.changed.value)),

@@ -1,4 +1,5 @@
-"""cocotb tests of head_mean: carriers change while the table turns, and the count continues."""
+"""Tests in cocotb that the count of head_mean continues while carriers change and the table
+turns."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ CLOCKS = 4000
 
 @dataclass
 class Seen:
-    """The outputs of one clock."""
+    """Outputs of the entity in one clock."""
 
     angle: int
     position: int
@@ -57,11 +58,11 @@ def outputs(dut: Any) -> Seen:
 
 
 def motion(rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return positions (clocks, heads) in counts: to and fro over several turns, at most a count a
-    clock.
+    """Return positions (clocks, heads) in counts: the heads move to and fro over several turns, at
+    most one count per clock.
 
-    The heads differ by up to some hundred counts, which change with the angle, and each counts from
-    its own place.
+    The positions of the heads differ by up to some hundred counts; the difference changes with the
+    angle, and each head counts from its own zero.
     """
     steps = np.cumsum(np.where(np.sin(np.arange(CLOCKS) / 320.0) > -0.3, 0.9, -0.9))
     places = rng.uniform(0.0, 2.0 * np.pi, HEADS)
@@ -103,7 +104,7 @@ async def the_count_goes_on_from_carrier_to_carrier(dut: Any) -> None:
     rng = np.random.default_rng(HEADS)
     await start(dut)
     position = motion(rng)
-    # Position of each head's index; the offsets of the sets align the heads again.
+    # Position of each head's index; the offsets of the sets align the heads.
     index = position[0] - rng.integers(0, COUNTS, HEADS)
     angle = (position - index) % COUNTS
     zeros = (position[0] - index) % COUNTS
@@ -149,8 +150,8 @@ def compare(
     position: NDArray[np.int64],
     swaps: list[int],
 ) -> None:
-    """Check each clock's outputs against sets and readings, and constants against the first
-    clock."""
+    """Check the outputs of each clock against sets and readings, and check that constant outputs
+    keep the values of the first clock."""
     between = 0
     for clock in range(10, CLOCKS - MEAN_LATENCY):
         mean, now = sets[clock], seen[clock]

@@ -1,4 +1,5 @@
-"""cocotb tests of head_watch against its model, and of its three ways to find a head."""
+"""Compares head_watch with its model in cocotb tests, and tests its three ways to find a failed
+head."""
 
 from __future__ import annotations
 
@@ -85,8 +86,8 @@ async def flags_from_before_watching_fail_no_head(dut: Any) -> None:
 
 @cocotb.test()
 async def missing_edges_equal_the_model(dut: Any) -> None:
-    """Entity and model find a standing head in the same clock, and none while the table
-    trembles."""
+    """Entity and model find a head that stands still in the same clock, and find no head while the
+    table trembles."""
     rng = np.random.default_rng(HEADS)
     await start(dut)
     limit = 48
@@ -107,7 +108,7 @@ async def missing_edges_equal_the_model(dut: Any) -> None:
         dut.steps.value = flat(np.abs(steps), 1)
         dut.steps_up.value = flat((steps > 0).astype(np.int64), 1)
         await RisingEdge(dut.clock)
-        # A head that is dead after this clock is in `failed` after the next one.
+        # `failed` shows a head that is dead after this clock one clock later.
         found = model.clock(steps, limit, watching=True)
         dead = sum(1 << head for head in np.flatnonzero(found))
         failed, causes = shown(dut)
@@ -120,7 +121,8 @@ async def missing_edges_equal_the_model(dut: Any) -> None:
 
 
 def readings(rng: np.random.Generator, clocks: int) -> NDArray[np.int64]:
-    """Return differences (clocks, heads) that swing, with steps of one head and at times of two."""
+    """Return differences (clocks, heads) that change periodically, with steps of one head and
+    sometimes of two heads."""
     phase = np.arange(clocks)[:, np.newaxis] / 900.0 + rng.uniform(0, 6.0, HEADS)
     rows = 40.0 * np.sin(phase)
     for clock in range(500, clocks, 700):
@@ -133,7 +135,8 @@ def readings(rng: np.random.Generator, clocks: int) -> NDArray[np.int64]:
 
 @cocotb.test()
 async def steps_equal_the_model(dut: Any) -> None:
-    """Steps of all sizes with restarts between them give the same head in the same clock."""
+    """Entity and model find the same head in the same clock, for steps of all sizes with restarts
+    between the steps."""
     rng = np.random.default_rng(10 + HEADS)
     await start(dut)
     limit = 32
@@ -142,7 +145,7 @@ async def steps_equal_the_model(dut: Any) -> None:
     rows = readings(rng, 12_000)
     later: list[int] = [0, 0]
     names: set[int] = set()
-    # Model and entity begin together at a restart.
+    # Model and entity start together at a restart.
     for clock, row in enumerate(rows):
         restart = clock < 3 or clock % 2500 == 1700
         dut.restart.value = int(restart)
@@ -160,7 +163,8 @@ async def steps_equal_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def a_step_of_twice_the_limit_is_always_found(dut: Any) -> None:
-    """No other head is found, while the axis changes each difference by less than the limit."""
+    """A step of twice the limit is always found at the right head, while the axis changes each
+    difference by less than the limit."""
     rng = np.random.default_rng(3)
     await start(dut)
     limit = 32

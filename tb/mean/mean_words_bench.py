@@ -1,4 +1,4 @@
-"""cocotb tests of mean_words: a written set is swapped as a whole, and read back."""
+"""Tests in cocotb that mean_words swaps a written set as a whole and returns it when read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HEAD1_ALONE = {**dict.fromkeys(range(CHOICE), 0), CHOICE: 1 << 4}
 
 
 def stored(address: int, data: int) -> int:
-    """Return the read-back of a written word, as 32 bits."""
+    """Return the 32 bits that a read returns for a written word."""
     if address < CHOICE:
         if address % HEADS_MAX >= HEADS:
             return 0
@@ -33,7 +33,8 @@ def stored(address: int, data: int) -> int:
 
 
 def activated(words: dict[int, int]) -> dict[int, int]:
-    """Return the active words: the former idle words, with weight 0 for heads not in use."""
+    """Return the active words after a swap: the former idle words, with weight 0 for heads that are
+    not in use."""
     used = words[CHOICE] >> 4
     unused = [HEADS_MAX + head for head in range(HEADS) if not used >> head & 1]
     return {**words, **dict.fromkeys(unused, 0)}
@@ -56,7 +57,8 @@ def flat_words(words: dict[int, int]) -> int:
 
 @cocotb.test()
 async def swaps_are_whole(dut: Any) -> None:
-    """Writes, reads and swaps are random; a write waits while a swap is held."""
+    """Each swap activates one whole set while writes, reads and swaps are random; a write waits
+    while a swap is held."""
     choose = random.Random(HEADS)
     for name in ("reset", "write_enable", "write_address", "write_data", "hold_writes"):
         getattr(dut, name).value = 0
@@ -81,7 +83,7 @@ async def swaps_are_whole(dut: Any) -> None:
         address = choose.randrange(16)
         dut.read_address.value = address
         await RisingEdge(dut.clock)
-        # These values were set before this edge and belong to the clock that ends.
+        # These values were set before this edge and belong to the clock that ends at it.
         assert dut.active_words.value.to_unsigned() == flat_words(active)
         assert dut.idle_words.value.to_unsigned() == flat_words(idle)
         assert dut.next_words.value.to_unsigned() == flat_words(idle if swap else active)
@@ -105,7 +107,7 @@ async def swaps_are_whole(dut: Any) -> None:
 
 @cocotb.test()
 async def a_reset_keeps_the_words(dut: Any) -> None:
-    """A reset also drops a write that waits."""
+    """A reset keeps the stored words and drops a write that waits."""
     for name in ("reset", "swap_comes", "hold_writes", "read_address"):
         getattr(dut, name).value = 0
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())

@@ -1,4 +1,5 @@
-"""cocotb tests of parity_sum: equal to its model in every bit, and its limit."""
+"""Tests in cocotb that parity_sum equals its model in every bit, and reports a parity beyond the
+limit."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ HEADS = int(os.environ.get("HEADS", "4"))
 
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
-    """Words are random or at both ends; each set lasts for two calculations of the parity."""
+    """The parity equals the model's for random words and words at both ends; each set lasts for two
+    calculations of the parity."""
     rng = np.random.default_rng(HEADS)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     over = 0

@@ -1,5 +1,5 @@
-"""cocotb tests of prepared_sets: the entity loads a complete set even if the processor writes at
-the same time."""
+"""Tests in cocotb that prepared_sets loads a complete set even if the processor writes at the same
+time."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ async def access(dut: Any, number: int, word: int, data: int | None = None) -> i
 
 
 class Bank:
-    """Simulates the idle and the active bank behind the entity; one call a clock."""
+    """Simulates the idle and the active bank to which the entity writes."""
 
     def __init__(self, dut: Any, choose: random.Random) -> None:
         self.dut = dut
@@ -75,7 +75,8 @@ class Bank:
         self.clock = 0
 
     async def run(self) -> None:
-        """Serve writes and swaps in three clocks or more each; no write while a swap waits."""
+        """Serve each write and each swap in three clocks or more; serve no write while a swap
+        waits."""
         dut = self.dut
         while True:
             asked = dut.swap_out.value == 1
@@ -115,7 +116,7 @@ class Bank:
 
 
 async def fill(dut: Any, choose: random.Random) -> dict[int, dict[Place, int]]:
-    """Write random sets and read them back."""
+    """Write random prepared sets and read them back; return their words."""
     sets: dict[int, dict[Place, int]] = {}
     for number in range(HEADS + 1):
         words = {word: choose.getrandbits(32) for word in WORDS}
@@ -154,7 +155,8 @@ async def every_set_is_loaded_whole(dut: Any) -> None:
 
 @cocotb.test()
 async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) -> None:
-    """Writes, swaps and loads are random: each acknowledged write arrives, each set is whole.
+    """Each acknowledged write of the processor is stored, and each swapped set is whole, while
+    writes, swaps and loads are random.
 
     The entity does not swap words while `may_activate` is low; `refused` reports this.
     """
@@ -167,8 +169,8 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
     under_way: tuple[Place, int] | None = None
     for _ in range(20_000):
         busy = dut.busy.value == 1
-        # A read after an edge gives the value before it, so that `busy` shows a load two clocks
-        # later.
+        # A read after an edge gives the value before the edge, so that `busy` shows a load two
+        # clocks later.
         pause = max(pause - 1, 0)
         load = not busy and not pause and choose.random() < 0.01
         swap = under_way is None and choose.random() < 0.02

@@ -1,4 +1,5 @@
-"""Sets, returns and refusals of the failover in VHDL equal the model."""
+"""Tests that the failover in VHDL chooses sets, takes heads back and refuses words as the model
+does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Carrier, offsets and words of the mean in VHDL are swapped whole, and the count continues."""
+"""Tests that the VHDL swaps carrier, offsets and words of the mean as a whole, and that the count
+continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The failed head and the parity of all heads in VHDL equal the models."""
+"""Tests that the VHDL finds the failed head, and computes the parity of all heads, as the models
+do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Complete sets of words in VHDL are stored, loaded whole, and swapped."""
+"""Tests that the VHDL stores complete sets of words, loads each as a whole, and swaps it."""
 
 from __future__ import annotations
 

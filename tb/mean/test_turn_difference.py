@@ -1,4 +1,4 @@
-"""The difference of two angles in VHDL is that of the shorter way round."""
+"""Tests that the VHDL gives the difference of two angles in the shorter direction."""
 
 from tb.support.simulation import simulate
 

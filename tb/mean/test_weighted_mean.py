@@ -1,4 +1,4 @@
-"""The mean's term in VHDL equals its model, for two to four heads."""
+"""Tests that the term of the weighted mean in VHDL equals its model, for two to four heads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cocotb tests of weighted_mean against its model."""
+"""Compares weighted_mean with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
 
 
 def some_readings(rng: np.random.Generator, counts_per_rev: int) -> NDArray[np.int64]:
-    """Return readings of heads that nearly agree, mainly at the zero, and of heads that do not
+    """Return readings: of heads that nearly agree, mainly around the zero, and of heads that do not
     agree."""
     true = rng.integers(-40, 40, 150)
     near = rng.integers(-300, 300, (150, HEADS)) + true[:, np.newaxis]
@@ -64,7 +64,7 @@ def some_readings(rng: np.random.Generator, counts_per_rev: int) -> NDArray[np.i
 
 
 def drive(dut: Any, readings: NDArray[np.int64], mean: MeanSet) -> None:
-    """Drive one clock's readings, (heads,), and the words that belong to them."""
+    """Drive the readings of one clock, (heads,), and the words of the mean for these readings."""
     fractions = np.array(mean.offsets) % (1 << HEAD_OFFSET_FRACTION)
     dut.readings.value = flat(readings, ANGLE_WIDTH)
     dut.carrier_reading.value = int(readings[mean.carrier - 1])
@@ -75,7 +75,8 @@ def drive(dut: Any, readings: NDArray[np.int64], mean: MeanSet) -> None:
 
 
 async def compare(dut: Any, readings: NDArray[np.int64], means: list[MeanSet], counts: int) -> None:
-    """Compare with the model; readings and words change with every clock, as in a swap."""
+    """Compare the outputs with the model's; readings and words change with every clock, as in a
+    swap."""
     dut.counts_per_rev.value = counts
     seen = []
     last = len(readings) - 1
@@ -102,7 +103,8 @@ async def terms_equal_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def words_belong_to_their_readings(dut: Any) -> None:
-    """Another set comes in every clock."""
+    """Each output uses the words that came with its readings, although another set comes in every
+    clock."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     await RisingEdge(dut.clock)
     rng = np.random.default_rng(10 + HEADS)

@@ -1,4 +1,4 @@
-"""cocotb tests of phase_lane against its model."""
+"""Compares phase_lane with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ async def compare(
     step: NDArray[np.int64],
     offset: NDArray[np.int64],
 ) -> None:
-    """Compare with the model; every input changes with every clock."""
+    """Compare the phases with the model's; every input changes with every clock."""
     await start(dut)
     seen = []
     last = angle.size - 1
@@ -61,8 +61,8 @@ async def random_words(dut: Any) -> None:
 
 @cocotb.test()
 async def extremes(dut: Any) -> None:
-    """The words are single bits, all bits and the borders between the parts of the
-    multiplication."""
+    """The phases equal the model's for words with a single bit, with all bits, and at the borders
+    between the parts of the multiplication."""
     angles = [0, 1, 2**14 - 1, 2**14, 2**23, 2**24 - 1]
     steps = [0, *(2**bit for bit in range(48)), *(2**bit - 1 for bit in range(1, 49))]
     offsets = [0, 2**24 - 1]
@@ -74,8 +74,8 @@ async def extremes(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_five_clocks(dut: Any) -> None:
-    """The clocks are counted at the ports: the phase comes 5 clocks after angle and step, 3 after
-    the offset."""
+    """Counted at the ports, the phase comes 5 clocks after angle and step, and 3 clocks after the
+    offset."""
     await start(dut)
     dut.angle.value = 1
     dut.phase_step.value = 2**40

@@ -1,4 +1,4 @@
-"""cocotb tests of phase_unit against its model."""
+"""Compares phase_unit with its model in cocotb tests."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ async def start(dut: Any) -> None:
 
 @cocotb.test()
 async def every_lane_has_its_own_words(dut: Any) -> None:
-    """All words change with every clock; the offsets come two clocks after their angle."""
+    """The phase of every lane is computed with the lane's own words; all words change in every
+    clock, and offsets come two clocks after their angle."""
     rng = np.random.default_rng(LANES)
     angle = rng.integers(0, 2**24, ANGLES)
     steps = rng.integers(0, 2**48, (ANGLES, LANES))
@@ -57,7 +58,7 @@ async def every_lane_has_its_own_words(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_five_clocks(dut: Any) -> None:
-    """The clocks are counted at the ports, for all lanes at once."""
+    """Counted at the ports, the phases of all lanes come five clocks after their angle."""
     await start(dut)
     dut.phase_steps.value = flat(np.full(LANES, 2**24), PHASE_STEP_WIDTH)
     for _ in range(10):

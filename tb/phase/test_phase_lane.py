@@ -1,4 +1,4 @@
-"""The phase of one lane in VHDL equals its model, and takes 5 clocks."""
+"""Tests that the phase of one lane in VHDL equals its model and takes 5 clocks."""
 
 from tb.support.simulation import simulate
 

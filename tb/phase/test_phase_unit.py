@@ -1,4 +1,4 @@
-"""The phases of all lanes in VHDL equal their model."""
+"""Tests that the phases of all lanes in VHDL equal their model."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Turn numbers in VHDL equal their model."""
+"""Tests that turn numbers in VHDL equal their model."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""cocotb tests of turn_counter against its model and against a count without wraps."""
+"""Compares turn_counter with its model, and with a count without wraps, in cocotb tests."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ async def start(dut: Any, first: int = 0) -> None:
 
 
 async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return select and turn number of every angle; between accepted angles there are others."""
+    """Drive the angles; return select and turn number of each. Angles that are not accepted come
+    between them."""
     rng = np.random.default_rng(0)
     selects, turns = [], []
     clocks = FOLD * angles.size + 2
@@ -41,8 +42,8 @@ async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], 
         await RisingEdge(dut.clock)
         selects.append(int(dut.turn_select.value))
         turns.append(dut.turn.value.to_signed())
-    # Values are read before the edge that ends a clock. The select is constant from the clock after
-    # its angle to the next angle.
+    # The bench reads values before the edge that ends a clock. The select is constant from the
+    # clock after its angle to the next accepted angle.
     first = np.arange(angles.size) * FOLD
     for later in range(1, FOLD + 1):
         assert np.array_equal(np.array(selects)[first + 1], np.array(selects)[first + later])
@@ -62,7 +63,8 @@ async def check(dut: Any, total: NDArray[np.int64]) -> None:
 
 @cocotb.test()
 async def forwards_and_backwards(dut: Any) -> None:
-    """Steps of up to FOLD counts, and much larger ones, go both ways and over several turns."""
+    """The turn number is right for steps of up to FOLD counts and for much larger steps, in both
+    directions over several turns."""
     rng = np.random.default_rng(1)
     for way in (1, -1):
         await check(dut, np.cumsum(way * rng.integers(0, FOLD + 1, 2000)) + 3)
@@ -77,8 +79,8 @@ async def tremble_on_the_wrap(dut: Any) -> None:
 
 @cocotb.test()
 async def jumps_take_the_shorter_way(dut: Any) -> None:
-    """The zero moves, so that the angle jumps anywhere; a jump of exactly half a turn is no
-    wrap."""
+    """If the zero moves, the angle jumps and the turn number follows the shorter way; a jump of
+    exactly half a turn is no wrap."""
     rng = np.random.default_rng(3)
     angles = rng.integers(0, COUNTS_PER_REV, 2000)
     half = COUNTS_PER_REV // 2

@@ -1,4 +1,5 @@
-"""The output's edges enter the decoder, which must return every count and one zero a turn."""
+"""Tests the quadrature output with the decoder, which must recover every count and one index per
+turn from the output's edges."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from arctrue.gateware.quadrature_output import LATENCY as OUTPUT_LATENCY
 
 DECODER_LATENCY = 4
-"""Clocks of the decoder in addition to its filter: synchroniser 2, decoding 2."""
+"""Latency of the decoder in clocks, without its filter: synchroniser 2, decoding 2."""
 
 REST = 60
 RESETS = 8
@@ -24,7 +25,7 @@ class LoopBack:
     counts_per_rev: int
     minimum_spacing: int
     clocks_a_count: int
-    """Least number of clocks between two counts of the position."""
+    """Smallest number of clocks between two counts of the position."""
     filter_length: int = 1
     clocks: int = 8000
     start: int = 0
@@ -74,8 +75,7 @@ async def loses_no_count(dut, name: str) -> None:
     dut.minimum_spacing.value = case.minimum_spacing
     dut.filter_length.value = case.filter_length
 
-    # A reset keeps the levels. They are made the levels of the first position, so that no edge
-    # comes.
+    # A reset keeps the levels, so first set the levels of the first position; then no edge comes.
     dut.reset.value = 1
     for _ in range(4):
         await FallingEdge(dut.clock)
@@ -97,12 +97,13 @@ async def loses_no_count(dut, name: str) -> None:
 
     latency = OUTPUT_LATENCY + DECODER_LATENCY + case.filter_length
     got = np.array(received)
-    # Element i was read after the edge that took sample RESETS + i: that sample is one clock old.
+    # Element i was read after the edge that took sample RESETS + i, so it belongs to the sample one
+    # clock before.
     then = np.arange(RESETS, len(sent)) + 1 - latency
     expected = position[np.maximum(then, 0)]
     slack = np.abs(got - (expected - position[0]))
-    # The output has a hysteresis of one count, and may need two clocks a count to catch up after a
-    # reversal.
+    # The output has a hysteresis of one count, and may need two clocks per count to catch up after
+    # a reversal.
     assert slack.max() <= 1, f"clock {RESETS + int(slack.argmax())}: off by {slack.max()} counts"
     assert got[-1] == position[-1] - position[0]
 

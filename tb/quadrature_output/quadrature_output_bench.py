@@ -1,4 +1,4 @@
-"""Compare the VHDL quadrature output with its model, in every clock of every scenario."""
+"""Compares the VHDL quadrature output with its model, in every clock of every scenario."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ async def follows_the_model(dut, name: str) -> None:
         getattr(dut, key).value = column[0] % 2**32
     dut.reset.value = 1
     dut.clear.value = 0
-    # This is longer than the pipeline of the entity, so that nothing of an earlier scenario
-    # remains.
+    # The reset is longer than the pipeline of the entity, so that no edge of an earlier scenario
+    # remains in the pipeline.
     for _ in range(8):
         await FallingEdge(dut.clock)
 
@@ -44,7 +44,7 @@ async def follows_the_model(dut, name: str) -> None:
                 getattr(dut, key).value = column[clock] % 2**32
         await FallingEdge(dut.clock)
 
-    # The model starts with the same clocks of reset.
+    # The model gets the same number of reset clocks.
     resets = 8
     inputs = {key: [column[0]] * resets + column for key, column in columns.items()}
     inputs["reset"][:resets] = [1] * resets

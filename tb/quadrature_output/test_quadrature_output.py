@@ -1,4 +1,4 @@
-"""Test of the quadrature output in GHDL, alone and looped back into the decoder."""
+"""Runs the benches of the quadrature output in GHDL: alone, and looped back into the decoder."""
 
 from tb.support.simulation import simulate
 

@@ -1,4 +1,5 @@
-"""cocotb tests of register_access: the register block with its bus port and guard."""
+"""Tests register_access in cocotb: the register block with its bus port, and the guard that refuses
+illegal addresses."""
 
 from __future__ import annotations
 
@@ -77,10 +78,10 @@ async def prepared(
     for latching in (
         *model_map.GROUPS,
         *model_map.WIDE,
-    ):  # what they latch is undefined before the first read
+    ):  # the words that they latch are undefined before the first read
         await bus.read(latching)
         model.read(latching)
-    # The coefficients keep what an earlier test wrote: they survive reset.
+    # Coefficients survive a reset and keep the values that an earlier test wrote.
     await bus.write(model_map.OFFSET, 0)
     await bus.write_words(model_map.COEFFICIENTS, [0] * (4 * LANES))
     for word in range(16):
@@ -118,8 +119,8 @@ def set_places() -> list[int]:
 
 
 def random_address(generator: random.Random) -> int:
-    """Return an address of any kind: registers, holes between them, both windows and beyond their
-    ends."""
+    """Return an address of any kind: in registers, in gaps between registers, in both windows, or
+    beyond the windows' ends."""
     kind = generator.randrange(15)
     if kind < 5:
         return generator.choice(ADDRESSES)
@@ -148,7 +149,8 @@ def random_address(generator: random.Random) -> int:
 
 @cocotb.test()
 async def random_accesses_as_the_model(dut):
-    """3,000 legal and illegal accesses with byte strobes and stalls get the model's answers."""
+    """The answers to 3,000 legal and illegal accesses, with byte strobes and stalls, equal the
+    model's."""
     generator = random.Random(10)
     bus, model = await prepared(dut, generator, stall=0.3)
     refused = accepted = 0
@@ -182,8 +184,8 @@ async def random_accesses_as_the_model(dut):
 
 @cocotb.test()
 async def every_word_of_the_map(dut):
-    """Each of the 1,024 register words, each coefficient word and the ends of both windows
-    answer."""
+    """The core answers accesses to each of the 1,024 register words, to each coefficient word, and
+    at the ends of both windows as the model does."""
     generator = random.Random(11)
     bus, model = await prepared(dut, generator)
     change_inputs(dut, generator, model)
@@ -244,8 +246,8 @@ async def commands_act_for_one_clock(dut):
 
 @cocotb.test()
 async def snapshot_is_one_clock(dut):
-    """Inputs change in every clock and reads stall, but all values of a snapshot come from one
-    clock."""
+    """All values of a snapshot come from one clock, although inputs change in every clock and reads
+    stall."""
     generator = random.Random(14)
     bus, _ = await prepared(dut, generator, stall=0.4)
     parts = {port: (width, generator.getrandbits(24)) for port, width in driven_ports().items()}
@@ -283,7 +285,8 @@ async def snapshot_is_one_clock(dut):
 
 @cocotb.test()
 async def bursts_keep_their_order(dut):
-    """Capture reads come back-to-back and stalled, with writes of coefficients between them."""
+    """Reads of the capture and writes of coefficients keep their order, back to back and with
+    stalls."""
     generator = random.Random(15)
     bus, _ = await prepared(dut, generator, stall=0.4)
     dut.status.value = model_map.CAPTURE_READY
@@ -308,8 +311,8 @@ async def bursts_keep_their_order(dut):
 
 @cocotb.test()
 async def answers_after_their_clocks_in_turn(dut):
-    """Answers come after the clocks that the headers of register_access and axi_lite_access
-    state."""
+    """Each answer comes after the number of clocks that the headers of register_access and
+    axi_lite_access state."""
     bus, _ = await prepared(dut, random.Random(20))
     seen: list[dict[str, int]] = []
     names = ("awvalid", "wvalid", "arvalid", "bvalid", "rvalid")
@@ -342,14 +345,15 @@ async def answers_after_their_clocks_in_turn(dut):
     kinds = "".join("w" * now["bvalid"] + "r" * now["rvalid"] for now in seen)
     assert kinds in ("wr" * words, "rw" * words), f"answers came as {kinds}"
     clocks = [n for n, now in enumerate(seen) if now["bvalid"] or now["rvalid"]]
-    # One clock more than a read or a write takes.
+    # Wait one clock more than a read or a write takes.
     assert {later - earlier for earlier, later in pairwise(clocks)} == {4, 5}
 
 
 @cocotb.test()
 async def interrupts_set_enable_and_clear(dut):
     bus, _ = await prepared(dut, random.Random(16))
-    # Bits with a level as source are set only by its rising edge; the other bits have strobes.
+    # A bit with a level as source is set only by the level's rising edge; the other bits are set by
+    # strobes.
     for bit in range(16):
         dut.interrupt_status.value = 1 << bit
         await ClockCycles(dut.clock, 1)
@@ -377,12 +381,12 @@ async def interrupts_set_enable_and_clear(dut):
 
 @cocotb.test()
 async def no_event_is_lost_in_the_clock_of_its_clear(dut):
-    """One event comes at each clock around the clear: for exactly one of these clocks the line must
-    stay high.
+    """An event comes at a different clock around the clear in each run; in exactly one of these
+    runs the interrupt line must stay high.
 
     After an event before the clear, the line is low at the end. With an event after the clear, the
-    line falls and rises again. With an event in the clock of the clear, it never falls. If the
-    clear had priority, no event would keep the line high.
+    line falls and rises again. With an event in the clock of the clear, the line never falls. If
+    the clear had priority, no event would keep the line high.
     """
     bus, _ = await prepared(dut, random.Random(17))
     await bus.write(0x0A0, 1)
@@ -427,7 +431,7 @@ async def reset_restores_every_register(dut):
 
 @cocotb.test()
 async def named_access(dut):
-    """The Python class RegisterMap reads and writes the registers over the bus."""
+    """The Python class RegisterMap reads and writes registers by name over the bus."""
     bus, _ = await prepared(dut, random.Random(19))
     registers = bus.registers()
     dut.core_configuration.value = 4 | 18 << 8 | 100 << 16

@@ -1,6 +1,7 @@
-"""The register map as a processor sees it, written by hand from its description.
+"""Models the register map as a processor sees it; the tables were written by hand from the map's
+description.
 
-Nothing here comes from the SystemRDL source or from files generated from it.
+No value comes from the SystemRDL source or from files generated from it.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from dataclasses import dataclass, field
 WORD = 0xFFFF_FFFF
 
 CONSTANTS = {0x000: 0x41524354, 0x004: 0x000800}
-"""Value by address."""
+"""Values of constant registers by address."""
 
 READ_WRITE = {
     0x010: (WORD, 0, None),
@@ -39,7 +40,8 @@ READ_WRITE = {
     0x184: (0xFFFFFF, 0, "compare_interval"),
     0x1B8: (0x3, 1, "events_recorded"),
 }
-"""Existing bits, value after reset and port that shows the value, by address."""
+"""Registers that can be written, by address: existing bits, value after reset, and the port that
+shows the value."""
 
 COMMAND = 0x024
 OFFSET = 0x04C
@@ -77,14 +79,14 @@ READ_ONLY = {
     0x1B0: (0xFFFFFF, "events_angle"),
     0x1B4: (0xFFFF, "events_lost"),
 }
-"""Existing bits and driving port, by address."""
+"""Read-only registers by address: existing bits and the port that drives them."""
 
 WIDE = {
     0x0D0: "head1_index",
     0x0F0: "head2_index",
     0x140: "capture_header_start_time",
 }
-"""64-bit port by the address of the low word, whose read latches the high word."""
+"""Ports of 64 bits by the address of the low word; a read of the low word latches the high word."""
 
 SNAPSHOT = {
     0x100: (WORD, "snapshot_time", 0),
@@ -127,11 +129,11 @@ CONDITIONS = 0x02100
 FURTHER_HEAD_READ = {*range(9), 10, 11}
 """Words of a further head that may be read; only the first may be written."""
 DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
-"""Words of the window of the heads."""
+"""Numbers of words in the window of the heads."""
 FAILOVER = {35, 36, *range(40, 47)}
 PARITY_VALUE = 44
-"""Further such words of a core with failover; the core refuses weights of heads that are not
-built."""
+"""Further words of the window that only a core with failover has; PARITY_VALUE is the word of the
+parity's value. The core refuses weights of heads that are not built."""
 LOCAL_PLACE = 0x01840
 LOCAL_PLACE_WORDS = 7
 LOCAL_POINTS = 0x10000
@@ -143,7 +145,7 @@ SET_BYTES = 0x1000
 CAPTURE_WORDS = 32_768
 
 CAPTURE_READY = 1 << 2
-"""Bit in ``status``."""
+"""Bit of the register ``status`` that shows a captured bank."""
 
 
 def driven_ports() -> dict[str, int]:
@@ -157,7 +159,8 @@ def driven_ports() -> dict[str, int]:
 
 @dataclass
 class RegisterModel:
-    """Answers reads and writes by the description; an answer is a pair (accepted, word)."""
+    """Answers reads and writes as the description of the map states; an answer is a pair (accepted,
+    word)."""
 
     lanes: int
     capture_depth: int
@@ -227,7 +230,7 @@ class RegisterModel:
         return False, 0
 
     def coefficient_exists(self, address: int) -> bool:
-        """Tell whether ``address`` is a coefficient word of a lane that is built."""
+        """Tell whether ``address`` is a coefficient word of a built lane."""
         return COEFFICIENTS <= address < COEFFICIENTS + 16 * self.lanes
 
     def heads_words(self, *, write: bool) -> set[int]:
@@ -267,8 +270,8 @@ class RegisterModel:
         return self.has_real_orders and 0 <= address - TURN_STEPS < 8 * self.lanes
 
     def mean_exists(self, address: int) -> bool:
-        """Tell whether ``address`` is a word of the mean for a head that is built, or the
-        choice."""
+        """Tell whether ``address`` is a word of the mean for a built head, or the word that chooses
+        carrier and heads."""
         word = (address - MEAN) // 4
         built = 0 <= word < 8 and word % 4 < self.heads
         return self.has_mean and (built or word == 8)

@@ -1,4 +1,4 @@
-"""The AXI4-Lite master of the test benches, and the register map over it."""
+"""Defines the AXI4-Lite master of the test benches, and the register map that uses it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MASTER_DRIVES = (
 
 
 class BusError(Exception):
-    """An access was not answered with OKAY."""
+    """Raised if the answer to an access is not OKAY."""
 
 
 def stalls(generator: random.Random, share: float) -> Iterator[bool]:
@@ -39,7 +39,7 @@ def stalls(generator: random.Random, share: float) -> Iterator[bool]:
 
 
 class Bus:
-    """Words over AXI4-Lite; every access runs through the same master."""
+    """Reads and writes words over AXI4-Lite; all accesses use one master."""
 
     def __init__(self, master: Any) -> None:
         self.master = master
@@ -69,7 +69,7 @@ class Bus:
         return (await self.master.write(address + lanes[0], data)).resp
 
     async def read_words(self, address: int, count: int) -> list[int]:
-        """Return ``count`` words, read back to back; raise BusError."""
+        """Return ``count`` words, read back to back; raise BusError if an answer is not OKAY."""
         answer = await self.master.read(address, 4 * count)
         if answer.resp != AxiResp.OKAY:
             raise BusError(f"read of {count} words at 0x{address:05X}: {answer.resp!r}")
@@ -79,7 +79,7 @@ class Bus:
         ]
 
     async def write_words(self, address: int, words: Sequence[int]) -> None:
-        """Write words in order, back to back; raise BusError."""
+        """Write words in order, back to back; raise BusError if an answer is not OKAY."""
         answer = await self.master.write(
             address, b"".join(word.to_bytes(4, "little") for word in words)
         )
@@ -87,7 +87,7 @@ class Bus:
             raise BusError(f"write of {len(words)} words at 0x{address:05X}: {answer.resp!r}")
 
     def registers(self) -> RegisterMap:
-        """Return named access over this bus."""
+        """Return a register map that accesses registers by name over this bus."""
         return RegisterMap(self.read_words, self.write_words)
 
 
@@ -95,7 +95,7 @@ async def start(dut: Any, *, period_ns: int = 10, reset_clocks: int = 8) -> Bus:
     """Start the clock, reset ``dut`` and return the bus on its ports ``s_axil_*``.
 
     Reset is held and the master's signals are zero before the master is made, because the master
-    must not see 'U'.
+    must not read undefined levels ('U').
     """
     for name in MASTER_DRIVES:
         getattr(dut, f"s_axil_{name}").value = 0

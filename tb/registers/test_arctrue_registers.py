@@ -86,8 +86,8 @@ def test_field_refuses_what_does_not_fit(value: int) -> None:
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler")
 def test_c_header_compiles_and_places_the_registers() -> None:
-    """The C header compiles as the firmware includes it: C11, no warning, addresses of the
-    model."""
+    """The C header compiles as the firmware includes it (C11, without a warning), and its addresses
+    equal the model's."""
     program = """
     #include <stddef.h>
     #include "arctrue_registers.h"
@@ -108,7 +108,7 @@ def test_c_header_compiles_and_places_the_registers() -> None:
 
 
 def check_windows(generics: dict[str, int | str], environment: dict[str, str]) -> None:
-    """Check every address of a core that is built with these generics."""
+    """Compare the answers of a core with these generics with the model's at every address."""
     simulate(
         "arctrue_registers_harness",
         "tb.registers.arctrue_registers_bench",
@@ -129,7 +129,7 @@ def check_windows(generics: dict[str, int | str], environment: dict[str, str]) -
     ],
 )
 def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) -> None:
-    """Every address is answered or refused as the map says for the heads that are built."""
+    """The core answers or refuses every address as the register map states for the built heads."""
     check_windows(
         {"HEADS": heads, "MEAN": "true", "FAILOVER": str(failover).lower()},
         {"HEADS": str(heads), **({"FAILOVER": "yes"} if failover else {})},
@@ -146,6 +146,6 @@ def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) ->
     ids=" ".join,
 )
 def test_windows_of_the_local_table_and_of_real_orders(built: tuple[str, ...]) -> None:
-    """Points, place, turn steps and turn number are answered if built; their neighbours are
-    refused."""
+    """The core answers accesses to points, place, turn steps and turn number if these are built,
+    and refuses accesses to the addresses next to them."""
     check_windows(dict.fromkeys(built, "true"), dict.fromkeys(built, "yes"))

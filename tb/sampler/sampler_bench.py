@@ -1,7 +1,9 @@
-"""Compare the VHDL sampler with its model in every clock, with a random processor.
+"""Compares the VHDL sampler with its model in every clock, while a simulated processor accesses it
+at random.
 
-The processor reads random words at random times and releases a bank after a random hold. A shadow
-of the memory, filled from the RAM's write port, has the content of a READY bank at its hand-over.
+The processor reads random words at random times and releases a bank after a random time. The bench
+copies all writes at the RAM's write port to a shadow memory, which shows the content of a READY
+bank at its hand-over.
 """
 
 from __future__ import annotations
@@ -43,13 +45,15 @@ TRACED = (
     "trigger",
 )
 SHADOW: dict[int, list[int]] = {}
-"""Words of the memories by depth; like the memories they last from one test to the next.
+"""Words of the memories by depth; like the memories, they keep their content from one test to the
+next.
 
-With more than two heads the words of heads 3 and 4 are above those of heads 1 and 2.
+With more than two heads, the higher bits of a word hold heads 3 and 4, the lower bits heads 1 and
+2.
 """
 HEADS = int(os.environ.get("HEADS", "2"))
 FURTHER = 64
-"""Bits of a pair of heads in a word of the shadow."""
+"""Number of bits that one pair of heads has in a word of the shadow."""
 WIDTH = {"turn_position1": 32, "turn_position2": 32}
 
 
@@ -62,7 +66,7 @@ class Seen:
     headers: dict[int, tuple[int, ...]] = field(default_factory=dict)
     further_flags: dict[int, int] = field(default_factory=dict)
     banks: dict[int, list[int]] = field(default_factory=dict)
-    """Words of the bank, from the shadow, by the clock of its hand-over."""
+    """Words of each bank, read from the shadow, by the clock of the bank's hand-over."""
     reads: int = 0
 
 
@@ -79,7 +83,7 @@ class Processor:
     def releases(self, ready: bool) -> bool:
         if not ready:
             self.release_in = None
-            # A release without a bank must do nothing.
+            # A release while no bank is READY must have no effect.
             return self.random.random() < 0.02
         if self.release_in is None:
             self.release_in = self.random.randint(*self.hold)
@@ -87,7 +91,7 @@ class Processor:
         return self.release_in < 0
 
     def reads(self, bank: list[int]) -> tuple[int, int] | None:
-        """Return the word address to read now and whether the word is of heads 3 and 4; None for no
+        """Return the word address to read now, and whether heads 3 and 4 are read; None for no
         read.
 
         ``bank`` has the samples of the READY bank.
@@ -114,8 +118,8 @@ def drive_further_heads(dut, columns: dict[str, list[int]], clock: int) -> None:
 
 
 def further_heads(columns: dict[str, list[int]], clock: int) -> tuple[int, int]:
-    """Return both positions as one word and the flags of heads 3 and 4, different in every
-    clock."""
+    """Return the positions of heads 3 and 4 as one word, and their flags; both are different in
+    every clock."""
     head3 = (5 * columns["turn_position1"][clock] + 11 * clock) % 2**32
     head4 = (columns["turn_position2"][clock] ^ 0x0F0F_3355) % 2**32
     return head3 | head4 << 32, columns["flags"][clock] ^ (1 << clock // 40 % 8)
@@ -130,7 +134,7 @@ def drive(dut, name: str, value: int) -> None:
 
 
 async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int) -> Seen:
-    """Play the scenario, with every check that needs the present clock."""
+    """Play the scenario, and make every check that needs the present clock."""
     seen = Seen()
     processor = Processor(scenario, seed)
     shadow = SHADOW.setdefault(scenario.depth, [0] * (2 * scenario.depth))
@@ -150,7 +154,7 @@ async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int)
     handles = [getattr(dut, name) for name in TRACED]
     header = [getattr(dut, name) for name in HEADER]
     for clock in range(len(columns["reset"]) + 1):
-        # Outputs of this clock, before its inputs change.
+        # Read the outputs of this clock before its inputs change.
         outputs = tuple(int(handle.value) for handle in handles)
         seen.outputs.append(outputs)
         ready, bank = outputs[3], outputs[4]

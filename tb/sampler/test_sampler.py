@@ -1,4 +1,4 @@
-"""Test of the sampler in GHDL, for banks of several depths."""
+"""Runs the bench of the sampler in GHDL, for banks of several depths."""
 
 import pytest
 
@@ -17,8 +17,8 @@ def test_sampler(depth: int) -> None:
 
 
 def test_four_heads() -> None:
-    """Heads 3 and 4 are sampled in the same clocks, have their own flags, and are read
-    separately."""
+    """Heads 3 and 4 are sampled in the same clocks as heads 1 and 2, have their own flags, and are
+    read separately."""
     simulate(
         "sampler",
         "tb.sampler.sampler_bench",

@@ -1,4 +1,5 @@
-"""Compare the queue of events, clock by clock, with a list that follows the entity's header."""
+"""Compares the queue of events, clock by clock, with a Python list that behaves as the entity's
+header states."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ async def every_event_is_shown_or_counted_as_lost(dut: Any) -> None:
     for begin in (0, 3 * CLOCKS // 4):
         reset[begin : begin + RESET_CLOCKS] = True
     for strobe in strobes.values():
-        strobe[reset] = False  # The inputs give no event during a reset.
+        strobe[reset] = False  # no strobe comes during a reset
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     await FallingEdge(dut.clock)
     queue: list[tuple[int, int, int, int, int]] = []

@@ -1,4 +1,4 @@
-"""Compare alarm and driver enable, clock by clock, with the header's description."""
+"""Compares alarm and driver enable, clock by clock, with the description in the entity's header."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ async def at_random(dut) -> None:
 @cocotb.test()
 @cocotb.parametrize(kind=range(KINDS), ends=[True, False])
 async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
-    """A clear also ends the release if the fault ends a clock later; otherwise the release
-    stays."""
+    """A clear ends the release of the drivers, even if the fault ends one clock later; if the fault
+    lasts longer, the release stays."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.enable.value, dut.clear.value, dut.present.value = 1, 0, 0

@@ -1,4 +1,4 @@
-"""Test every setting of the inputs with every state of the pins."""
+"""Tests every setting of input_selection with every state of the pins."""
 
 from __future__ import annotations
 

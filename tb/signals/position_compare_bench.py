@@ -1,4 +1,5 @@
-"""Compare the strobes of position_compare with the places that a position reaches."""
+"""Compares the strobes of position_compare with the clocks in which the position reaches a
+place."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ LATENCY = 2
 
 
 def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]:
-    """Return the clocks in which a place is reached; ``position`` from the arming on."""
+    """Return the clocks in which a place is reached; ``position`` starts at the arming."""
     reached: list[int] = []
     below = position[0] < first
     place = None
@@ -51,7 +52,8 @@ def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]
     )
 )
 async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
-    """The position trembles, goes up and down, and passes its wrap."""
+    """A strobe comes at every multiple of the interval while the position trembles, goes up and
+    down, and passes its wrap."""
     random = np.random.default_rng(7)
     way = np.repeat([1, -1, -1, 1], CLOCKS // 4)
     steps = way * (random.random(CLOCKS) < 0.4) - way * (random.random(CLOCKS) < 0.15)
@@ -87,8 +89,8 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1], interval=[0, 10])
 async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interval: int) -> None:
-    """The table stands at the armed place, leaves it by a count and trembles: one strobe, on
-    leaving."""
+    """If the table stands at the armed place, leaves this place by a count and trembles, one strobe
+    comes, on leaving."""
     way = [0] * 30 + [sense] * 10 + [0] * 10 + [sense] * 10
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
@@ -113,8 +115,8 @@ async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interv
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1])
 async def catches_up_after_a_jump(dut, sense: int) -> None:
-    """A jump over seven further places gives one strobe for each, every third clock, and no other
-    one."""
+    """A jump over seven further places gives one strobe for each, every third clock, and no further
+    strobe comes."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0
@@ -141,8 +143,8 @@ async def catches_up_after_a_jump(dut, sense: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(at_once=[False, True])
 async def disarmed_it_is_silent(dut, at_once: bool) -> None:
-    """Disarming works while the entity tracks, and in the clock of an arming; the next arming
-    starts again."""
+    """After a disarming, no strobe comes, also if it comes in the clock of an arming; the next
+    arming starts the comparison again."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0

@@ -1,4 +1,5 @@
-"""The probe's values are those of the stated clock; an edge in a reset latches nothing."""
+"""Tests that an edge of the probe latches the values of the stated clock, and that an edge in a
+reset latches nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Test of pulses of a chosen width, also from consecutive strobes."""
+"""Tests that pulse_output makes pulses of the chosen width, also from consecutive strobes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Test of the small units between the core and its pins, in GHDL."""
+"""Tests the small units between the core and its pins in GHDL."""
 
 import pytest
 

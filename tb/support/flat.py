@@ -1,4 +1,5 @@
-"""Flat ports: words side by side, the first in the low bits."""
+"""Converts between lists of words and flat ports, which contain the words side by side, the first
+in the low bits."""
 
 from __future__ import annotations
 

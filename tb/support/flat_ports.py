@@ -1,7 +1,7 @@
-"""Make flat ports for cocotb, which cannot access the elements of a record.
+"""Makes flat ports for cocotb, because cocotb cannot access the elements of a record.
 
-If an entity has record ports, its simulation runs a wrapper that is written here. The wrapper has
-the same generics and ports, but the record port ``s_axil_request`` becomes ``s_axil_awvalid``,
+If an entity has record ports, the simulation runs a wrapper that this module writes. The wrapper
+has the same generics and ports, but the record port ``s_axil_request`` becomes ``s_axil_awvalid``,
 ``s_axil_awaddr`` and so on, one port an element. The entity is the wrapper's instance ``unit``.
 """
 
@@ -20,7 +20,8 @@ def flat_name(record_port: str, element: str) -> str:
     """Return the name of an element's port: the name of the bus without the direction, then the
     element.
 
-    A record port named in one word is no bus: its elements keep their own names.
+    If the name of a record port has one word, the port is no bus, and its elements keep their own
+    names.
     """
     bus = record_port.rpartition("_")[0]
     return f"{bus}_{element}" if bus else element

@@ -1,10 +1,10 @@
-"""Run one cocotb test module on one VHDL top level in GHDL.
+"""Runs one cocotb test module on one VHDL top level in GHDL.
 
 A pytest function calls :func:`simulate`; a failing cocotb test of the module fails that pytest
 function. VHDL assertions of severity ``error`` or worse fail it too.
 
 GHDL 2.0 looks for cocotb's finish only after timers. If the VHDL makes its own clock, the last
-await of a cocotb test must be one of a ``Timer``; otherwise GHDL runs for ever.
+await of a cocotb test must be a ``Timer``; otherwise GHDL runs for ever.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def _files_by_entity() -> dict[str, Path]:
 
 @functools.cache
 def vhdl_sources(toplevel: str) -> tuple[Path, ...]:
-    """Return the VHDL files that ``toplevel`` needs: one entity or package a file, named like
-    it."""
+    """Return the VHDL files that ``toplevel`` needs: each file contains one entity or package and
+    has its name."""
     files = _files_by_entity()
     needed: set[str] = set()
     waiting = [toplevel]
@@ -81,7 +81,7 @@ def _flat(toplevel: str) -> str | None:
 
 
 def _suffix() -> str:
-    """Return a suffix, so that runs with coverage use their own folders."""
+    """Return a suffix for folder names, so that runs with coverage use their own folders."""
     return "-coverage" if COVERAGE in os.environ else ""
 
 
@@ -131,7 +131,7 @@ def _known_sources(library: Path) -> dict[str, str]:
 
 
 def _bring_in(library: Path, sources: Iterable[Path], version: str) -> None:
-    """Make the files known to GHDL.
+    """Make the source files known to GHDL.
 
     A library with an older version of a file, or with units of another GHDL, is cleared first.
     """
@@ -159,7 +159,7 @@ def _version(backend: Backend) -> str:
 
 @functools.cache
 def _built(toplevel: str, backend: Backend) -> Ghdl:
-    """Return a runner for ``toplevel``, whose compiled units are in the work folder."""
+    """Compile ``toplevel`` into the work folder; return a runner for it."""
     runner = get_runner("ghdl")
     assert isinstance(runner, Ghdl)
     os.environ["GHDL_BACKEND"] = backend
@@ -197,14 +197,14 @@ def simulate(
 ) -> Path:
     """Build ``toplevel`` and run the cocotb tests of ``test_module`` (a dotted name) on it.
 
-    Where ``toplevel`` has record ports, the tests run on its wrapper of ``flat_ports``.
+    If ``toplevel`` has record ports, the tests run on the wrapper that ``flat_ports`` makes.
     ``generics`` are integers, enumerations or strings. ``testcase`` names one or more cocotb tests
-    of the module; without it all run. ``environment`` reaches the cocotb
-    process as variables. Returns the folder in which the simulation ran.
-    Raises AssertionError with the names of the cocotb tests that failed.
+    of the module; if it is None, all tests run. ``environment`` reaches the cocotb process as
+    variables. Returns the folder in which the simulation ran. Raises AssertionError with the names
+    of the cocotb tests that failed.
     """
     os.environ["GHDL_BACKEND"] = backend
-    # A run that crashes can leave the previous run's results behind: remove them first.
+    # Remove the previous run's results, because a run that crashes would leave them in place.
     folder = _work_folder(toplevel, backend)
     runner = _built(toplevel, backend)
     results = runner.test(

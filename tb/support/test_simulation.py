@@ -1,4 +1,5 @@
-"""All workers share one library of compiled VHDL, which never contains a file's old text."""
+"""Tests that all workers share one library of compiled VHDL, which never contains a file's old
+text."""
 
 from __future__ import annotations
 
@@ -26,14 +27,14 @@ CACHES = (
 
 
 def forget() -> None:
-    """Clear the caches, so that this process is like another worker."""
+    """Clear the caches, so that this process behaves like another worker."""
     for cached in CACHES:
         cached.cache_clear()
 
 
 @pytest.fixture
 def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Return a source tree with one entity."""
+    """Yield a source tree with one entity."""
     (tmp_path / "rtl").mkdir()
     monkeypatch.setattr(simulation, "ROOT", tmp_path)
     monkeypatch.setattr(simulation, "GENERATED_VHDL", tmp_path / "generated")
@@ -48,7 +49,7 @@ def write(tree: Path, statement: str) -> None:
 
 
 def steps_of(worker: str, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Return the steps of GHDL when ``worker`` builds the entity."""
+    """Build the entity as ``worker``; return the steps that GHDL ran."""
     seen: list[str] = []
     run = simulation._ghdl
 

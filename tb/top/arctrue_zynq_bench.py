@@ -1,4 +1,5 @@
-"""cocotb tests of the device's top level: AXI3 of the processor, pins in, pins out, LEDs.
+"""Tests the device's top level in cocotb: the processor's AXI3, the input and output pins, and the
+LEDs.
 
 The primitive PS7 is a model; the core itself has its own tests.
 """
@@ -33,9 +34,10 @@ CLOCK_NS = 10
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
-PIPELINE_CLOCKS = 100  # more than the latency from pins to edges: 5 + 29 + 6
+PIPELINE_CLOCKS = 100  # clocks; more than the latency from pins to edges: 5 + 29 + 6
 RESET_CLOCKS = 64  # minimum duration of the core's reset
-RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4  # after the processor's release: synchroniser, hold
+# clocks after the processor's release of the reset: synchroniser and hold
+RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4
 
 DNA = 0x1_23456789_ABCDEF  # identifier in the model dna_port.vhd
 DNA_CLOCKS = 118 * 8  # latency in the header of chip_dna
@@ -50,7 +52,7 @@ OUTPUT_STEP = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
 
 class Device:
-    """Drives the top level with a turning table and decodes its output."""
+    """Drives the top level with a turning table and decodes the output's signals."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -76,7 +78,7 @@ class Device:
         return level
 
     def lit(self) -> tuple[int, ...]:
-        """Return the LEDs: alive, capture, fault, compensation."""
+        """Return the levels of the LEDs alive, capture, fault and compensation."""
         return tuple(int(getattr(self.dut, name).value) for name in LEDS)
 
     def show(self, reading1: int, reading2: int) -> None:
@@ -85,7 +87,7 @@ class Device:
             self.drive(name, levels >> place & 1)
 
     async def turn(self, angle: NDArray[np.float64]) -> None:
-        """Play a motion, one angle in counts a clock."""
+        """Play a motion: each clock has its angle in counts."""
         before = None
         for pair in table.readings(angle).tolist():
             if pair != before:
@@ -94,7 +96,7 @@ class Device:
             await FallingEdge(self.clock)
 
     async def follow_the_output(self) -> None:
-        """Count the edges of the output like a servo drive does."""
+        """Count the edges of the output as a servo drive would."""
         before = OUTPUT_STEP[self.level("out_a"), self.level("out_b")]
         while True:
             await FallingEdge(self.clock)
@@ -105,7 +107,8 @@ class Device:
             before = now
 
     async def let_go(self) -> None:
-        """End the reset between clock edges, and wait until the fabric has seen it."""
+        """End the processor's reset between clock edges, and wait until the fabric's reset has
+        ended."""
         await Timer(3, "ns")
         self.ps7.fabric_resetn.value = 1
         await ClockCycles(self.clock, RESET_RELEASE_CLOCKS)
@@ -121,7 +124,8 @@ class Device:
 
 
 async def started(dut: Any) -> Device:
-    """Start the clock, reset as after power-up, then release; the table is at its start."""
+    """Start the clock, hold the reset as after power-up, and release it; the table is at its
+    start."""
     device = Device(dut)
     device.ps7.fabric_resetn.value = 0
     device.show(*table.readings(np.array([table.START_COUNTS]))[0].tolist())
@@ -139,7 +143,7 @@ async def registers_over_axi3(dut: Any) -> None:
     found = await names.check_identity()
     assert (found["lanes"], found["capture_depth"]) == (LANES, CAPTURE_DEPTH)
     assert await names.read("pipeline.fold") == FOLD
-    # One burst writes the coefficient window, and another one reads it back.
+    # One burst writes the coefficient window, and a second burst reads it back.
     words = [(n * 0x0101_0101 + 7) % 2**21 for n in range(4 * LANES)]
     assert await axi.write_burst(BASE + registers.COEFFICIENTS_ADDRESS, words) == OKAY
     read = await axi.read_burst(BASE + registers.COEFFICIENTS_ADDRESS, 4 * LANES)
@@ -159,7 +163,8 @@ async def registers_over_axi3(dut: Any) -> None:
 
 @cocotb.test()
 async def from_edges_to_corrected_edges(dut: Any) -> None:
-    """The output moves by as many counts as R - e(R), equations (8) and (9) in float64."""
+    """The output moves by as many counts as R - e(R) of equations (8) and (9), computed in
+    float64."""
     device = await started(dut)
     names = device.registers
     await device.configure()
@@ -186,7 +191,8 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
     wanted = [expected(reading) - expected(readings[0]) for reading in readings]
     deviation = np.subtract(travelled, travelled[0]) - wanted
     dut._log.info("output less equation: %s counts", np.round(deviation, 2).tolist())
-    # Half a count for each of two roundings; the coefficients' own error is far below.
+    # The bound is half a count for each of two roundings; the rounding error of the coefficients is
+    # far smaller.
     assert np.abs(deviation).max() <= 1.01
     plain = np.subtract(readings, readings[0]) - wanted
     assert np.abs(plain).max() > 8, "the motion does not show the correction"
@@ -195,8 +201,8 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
 
 @cocotb.test()
 async def interrupt_and_capture(dut: Any) -> None:
-    """A captured turn raises only IRQF2P(0); the bank comes over AXI3; clearing ends the
-    interrupt."""
+    """A captured turn raises only IRQF2P(0), the bank can be read over AXI3, and clearing the event
+    ends the interrupt."""
     device = await started(dut)
     names = device.registers
     await device.configure()
@@ -212,7 +218,8 @@ async def interrupt_and_capture(dut: Any) -> None:
     capture = await names.read_capture()
     travelled = capture.samples[:, 0] - capture.samples[0, 0]
     assert travelled[-1] >= table.COUNTS_PER_REV > travelled[-2]
-    # Both readings of a sample come from one clock: the table has shown each pair.
+    # Both readings of a sample come from one clock, so the table must have shown each pair of
+    # readings.
     shown = set(map(tuple, table.readings(motion).tolist()))
     assert set(map(tuple, capture.samples.tolist())) <= shown
     await names.command("capture_release")
@@ -226,8 +233,9 @@ async def interrupt_and_capture(dut: Any) -> None:
 async def i2c_wires_are_open_drain(dut: Any) -> None:
     """The processor or the thermometer pulls a wire low; only its pull-up makes it high.
 
-    Nothing drives it high: where the processor's value is 1 the thermometer still pulls it low,
-    with no conflict ('X'). The wires are independent, and the processor sees the level of each.
+    Nothing drives a wire high: while the processor's value is 1, the thermometer can still pull the
+    wire low without a conflict ('X'). The wires are independent, and the processor sees the level
+    of each.
     """
     device = await started(dut)
     wires = ("scl", "sda")
@@ -267,7 +275,8 @@ async def two_general_purpose_pins_are_on_the_i2c_wires(dut: Any) -> None:
 
 @cocotb.test()
 async def the_chip_is_identified(dut: Any) -> None:
-    """The identifier is complete when it is reported as known, and is read again after a reset."""
+    """The identifier of the chip is complete when it is reported as known, and the fabric reads it
+    again after a reset."""
     device = await started(dut)
     names = device.registers
     for _ in range(2):
@@ -325,7 +334,7 @@ async def leds_show_the_state(dut: Any) -> None:
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
     """In a reset while the table turns, A and B keep their levels, Z is low, LEDs are off and
-    registers are reset; after it the core works again."""
+    registers are reset; after the reset the core works again."""
     device = await started(dut)
     names = device.registers
     for wait_ns in (1, 4, 6, 9):  # before and after both edges of the clock
@@ -335,8 +344,8 @@ async def reset_in_the_middle(dut: Any) -> None:
         await RisingEdge(device.clock)
         await Timer(wait_ns, "ns")
         device.ps7.fabric_resetn.value = 0
-        # An edge that was on its way still comes; then the levels stay constant and do not drop to
-        # 0.
+        # An edge that was already in the pipeline still comes; then the levels stay constant and do
+        # not drop to 0.
         await ClockCycles(device.clock, 8)
         held = [device.level(name) for name in ("out_a", "out_b")]
         reset_lasts = 0

@@ -1,4 +1,5 @@
-"""cocotb tests of the device with four heads: each head's pins reach its column of the capture."""
+"""Tests in cocotb, for the device with four heads, that each head's pins reach the head's column of
+the capture."""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ async def turn(dut: Any, clock: Any, angle: np.ndarray[Any, np.dtype[np.float64]
 
 @cocotb.test()
 async def each_head_has_its_pins(dut: Any) -> None:
-    """Rows of both captures, read in bursts over AXI3, are readings of all heads at one time."""
+    """Each row of both captures, read in bursts over AXI3, has the readings of all heads at one
+    time."""
     assert HEADS == 4
     ps7 = dut.device.device.processor.ps7_primitive
     clock, axi = ps7.fabric_clock, Axi3Master(ps7)
@@ -73,8 +75,8 @@ async def each_head_has_its_pins(dut: Any) -> None:
     await turn(dut, clock, angle[half:])
     assert await names.read("status.capture_ready") == 1
     bank = await names.read_capture(HEADS)
-    # The number may differ by the sample that ends the turn, and by the error of head 1, which is
-    # less than the counts between two samples.
+    # The number of samples may differ by the sample that ends the turn, and because of the error of
+    # head 1, which is less than the counts between two samples.
     assert abs(len(bank.samples) - COUNTS * CLOCKS_PER_COUNT / SAMPLE_PERIOD) <= 2
     known = {tuple(row) for row in (readings(angle) % COUNTS).tolist()}
     assert all(tuple(row) in known for row in (bank.samples % COUNTS).tolist())

@@ -1,4 +1,5 @@
-"""A master on M_AXI_GP0 of the PS7 model: AXI3 bursts of up to 16 beats, with IDs."""
+"""Simulates a master on M_AXI_GP0 of the PS7 model, which sends AXI3 bursts of up to 16 beats, with
+IDs."""
 
 from __future__ import annotations
 
@@ -15,11 +16,12 @@ LONGEST_WAIT = 4000  # clocks; a beat takes about 4, the core answers within 10
 
 
 class BusError(Exception):
-    """A beat was not answered with OKAY."""
+    """Raised if the answer to a beat is not OKAY."""
 
 
 def bursts(address: int, words: int) -> Iterator[tuple[int, int]]:
-    """Yield address and beats of the bursts for ``words`` words: none crosses 4 KiB."""
+    """Yield address and number of beats of the bursts for ``words`` words; no burst crosses a
+    boundary of 4 KiB."""
     while words:
         beats = min(words, BEATS, (PAGE_BYTES - address % PAGE_BYTES) // 4)
         yield address, beats
@@ -30,8 +32,8 @@ def bursts(address: int, words: int) -> Iterator[tuple[int, int]]:
 class Axi3Master:
     """Sends one burst at a time in each direction; every answer must have the ID of its burst.
 
-    The fabric's side changes only with the rising edge: the levels at the falling edge are those
-    that the next rising edge samples.
+    The fabric's signals change only with the rising edge, so the next rising edge samples the
+    levels that they have at the falling edge.
     """
 
     def __init__(self, ps7: Any) -> None:
@@ -50,7 +52,7 @@ class Axi3Master:
         await FallingEdge(self.ps7.fabric_clock)
 
     async def _give(self, channel: str, **payload: int) -> None:
-        """Apply a payload until it is accepted."""
+        """Drive a payload on a channel until the fabric accepts it."""
         for name, value in payload.items():
             getattr(self.ps7, f"master_{channel}{name}").value = value
         valid = getattr(self.ps7, f"master_{channel}valid")
@@ -64,7 +66,7 @@ class Axi3Master:
         raise AssertionError(f"{channel} was not taken in {LONGEST_WAIT} clocks")
 
     async def _take(self, channel: str, *names: str) -> list[int]:
-        """Wait for a payload and take it."""
+        """Wait for a payload on a channel and accept it; return its fields."""
         ready = getattr(self.ps7, f"master_{channel}ready")
         ready.value = 1
         for _ in range(LONGEST_WAIT):
@@ -77,7 +79,7 @@ class Axi3Master:
         raise AssertionError(f"nothing came on {channel} in {LONGEST_WAIT} clocks")
 
     async def write_burst(self, address: int, words: Sequence[int]) -> int:
-        """Write one INCR burst of whole words and return its answer."""
+        """Write one INCR burst of whole words; return the answer to the burst."""
         identity = self._next_identity()
         await self._falling()
         await self._give("aw", addr=address, id=identity, len=len(words) - 1, size=2, burst=INCR)
@@ -101,7 +103,8 @@ class Axi3Master:
         return found
 
     async def read_words(self, address: int, count: int) -> list[int]:
-        """Return ``count`` words, read in the longest possible bursts; raise BusError."""
+        """Return ``count`` words, read in the longest possible bursts; raise BusError if an answer
+        is not OKAY."""
         words = []
         for first, beats in bursts(address, count):
             for place, (data, answer) in enumerate(await self.read_burst(first, beats)):
@@ -111,7 +114,7 @@ class Axi3Master:
         return words
 
     async def write_words(self, address: int, words: Sequence[int]) -> None:
-        """Write words in the longest possible bursts; raise BusError."""
+        """Write words in the longest possible bursts; raise BusError if an answer is not OKAY."""
         done = 0
         for first, beats in bursts(address, len(words)):
             answer = await self.write_burst(first, words[done : done + beats])

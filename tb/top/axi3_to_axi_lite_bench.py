@@ -1,4 +1,5 @@
-"""Compare AXI3 bursts of every kind with the beat addresses of the AXI specification (A3.4.1)."""
+"""Compares the accesses of AXI3 bursts of every kind with the beat addresses of the AXI
+specification (A3.4.1)."""
 
 from __future__ import annotations
 
@@ -16,8 +17,8 @@ from arctrue.generated.registers import MAP_BYTES
 BASE = 0x4000_0000
 FIXED, INCR, WRAP = 0, 1, 2
 OKAY, SLVERR, DECERR = 0, 2, 3
-BAD_WORDS = {0x0A4: SLVERR, 0x1A8: DECERR}  # the model slave refuses these, in every KiB
-LONGEST_WAIT = 4000  # clocks, 16 beats with nine stalls of ten take about 1000
+BAD_WORDS = {0x0A4: SLVERR, 0x1A8: DECERR}  # the model slave refuses these words in every KiB
+LONGEST_WAIT = 4000  # in clocks; 16 beats take about 1000 if nine of ten clocks are stalls
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,11 @@ class Burst:
     kind: int
     data: tuple[int, ...] = ()
     strobes: tuple[int, ...] = ()
-    last_at: int = -1  # WLAST, if not at the last beat
+    last_at: int = -1  # beat with WLAST, if it is not the last one
 
     def refused(self) -> int:
-        """Return the answer that the burst gets without any access; OKAY when it is allowed."""
+        """Return the answer with which the bridge refuses the burst without any access, or OKAY for
+        a permitted burst."""
         if self.kind > WRAP or self.size > 2:
             return SLVERR
         if self.kind == WRAP and (self.beats not in (2, 4, 8, 16) or self.address % 2**self.size):
@@ -41,7 +43,7 @@ class Burst:
         return OKAY if BASE <= self.address < BASE + MAP_BYTES else DECERR
 
     def addresses(self) -> list[int]:
-        """Return Address_N of the specification's equations."""
+        """Return the address of each beat, Address_N in the specification's equations."""
         number_bytes = 2**self.size
         aligned = self.address // number_bytes * number_bytes
         found = [self.address]
@@ -132,7 +134,7 @@ def random_burst(chance: random.Random) -> Burst:
 
 @dataclass
 class Channel:
-    """A sender of one channel: valid and payload stay constant until the handshake."""
+    """Sender of one channel; it keeps valid and payload constant until the handshake."""
 
     port: str
     stall: float
@@ -141,10 +143,11 @@ class Channel:
 
 
 class Machine:
-    """Master and slave round the bridge; ``clock`` runs all channels for one clock.
+    """Simulates master and slave on both sides of the bridge; ``clock`` runs all channels for one
+    clock.
 
-    Every port of the bridge changes only with the rising edge, so that the levels at the falling
-    edge, after the inputs are set, are those that the next rising edge samples.
+    Every port of the bridge changes only with the rising edge, so the next rising edge samples the
+    levels that the ports have at the falling edge, after the inputs are set.
     """
 
     def __init__(self, dut: Any, chance: random.Random, stall: float) -> None:
@@ -200,7 +203,8 @@ class Machine:
         return payload
 
     def send(self, sender: Channel, name: str) -> None:
-        """Show the next payload; record that the coming edge transfers it when ready is high."""
+        """Drive the next payload; if ready is high, record that the next rising edge transfers
+        it."""
         if not sender.valid and sender.waiting and self.chance.random() >= self.stall:
             sender.valid = True
             for part, value in sender.waiting[0].items():
@@ -300,7 +304,8 @@ async def run(machine: Machine, bursts: list[Burst]) -> None:
 
 @cocotb.test()
 async def every_kind_size_and_length(dut: Any) -> None:
-    """Bursts of all sizes, kinds and lengths run, with unaligned starts where these are allowed."""
+    """Bursts of all sizes, kinds and lengths give the right accesses, also with unaligned starts
+    where these are permitted."""
     await start(dut)
     chance = random.Random(1)
     for kind in (FIXED, INCR, WRAP):

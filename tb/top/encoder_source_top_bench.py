@@ -1,5 +1,5 @@
-"""The pins of encoder_source_top do not change during the reset; then all heads turn at a constant
-speed."""
+"""Tests that the pins of encoder_source_top do not change during the reset, and that all heads then
+count at a constant speed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEAST_EDGES = 30
 TAKEN_OVER = 4
 """Number of edges within which the output, once enabled, reaches the levels of the position."""
 SLOPE = (1864 + 2 * 78) * 2 * np.pi / 2**24
-"""Largest slope of ε, equation (2), with the amplitudes of encoder_source, in counts a count."""
+"""Largest slope of ε, equation (2), with the amplitudes of encoder_source, in counts per count."""
 
 
 async def note_edges(pin: Any, name: str, noted: list[tuple[float, str, int]]) -> None:
@@ -49,7 +49,7 @@ async def all_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
         edges = all_edges[TAKEN_OVER:]
         clocks = np.array([clock for clock, _, _ in edges])
         for (_, before, level_before), (_, name, level) in pairwise(edges):
-            # A and B never change together, and turn forward: after an edge of A they differ.
+            # A and B never change together and count forwards: after an edge of A they differ.
             assert name != before
             assert (level != level_before) == (name == "a")
         expected = COUNTS_A_CLOCK * (clocks[-1] - clocks[0])

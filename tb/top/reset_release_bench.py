@@ -1,4 +1,5 @@
-"""Test when the fabric's reset begins and ends, for a processor's reset at any time in a clock."""
+"""Tests when the fabric's reset begins and ends, for a processor's reset at any time within a
+clock."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ SYNCHRONISER_CLOCKS = 2
 
 
 async def edges_until(dut: Any, level: int) -> int:
-    """Return the number of rising edges of the clock until ``reset`` has the level."""
+    """Return the number of rising edges of the clock until ``reset`` has ``level``."""
     for edges in range(1, 200):
         await RisingEdge(dut.clock)
         await FallingEdge(dut.clock)
@@ -25,12 +26,13 @@ async def edges_until(dut: Any, level: int) -> int:
 
 @cocotb.test()
 async def held_from_power_up_without_any_edge(dut: Any) -> None:
-    """The pin is high from the first moment on: the reset is active all the same, and then ends."""
+    """If the reset pin is inactive (high) from power-up on, the fabric's reset is still active at
+    first, and then ends."""
     dut.asynchronous_reset_n.value = 1
     cocotb.start_soon(Clock(dut.clock, CLOCK_NS, unit="ns", impl="gpi").start())
     await Timer(1, "ns")
     assert int(dut.reset.value) == 1
-    # The first edge may come before the first one that is counted.
+    # The clock's first rising edge may come before edges_until starts to count.
     assert CLOCKS <= await edges_until(dut, 0) <= CLOCKS + SYNCHRONISER_CLOCKS + 1
 
 
@@ -39,7 +41,7 @@ async def begins_and_ends_with_the_clock(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.clock, CLOCK_NS, unit="ns", impl="gpi").start())
     for offset_ns in range(1, CLOCK_NS):
         if offset_ns == CLOCK_NS // 2:
-            continue  # the falling edge, where this test looks
+            continue  # the falling edge, at which this test reads `reset`
         dut.asynchronous_reset_n.value = 1
         while int(dut.reset.value):
             await FallingEdge(dut.clock)

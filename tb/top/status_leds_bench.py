@@ -1,4 +1,4 @@
-"""Compare the LEDs in each window with the random events of the window before."""
+"""Compares the LEDs in each window with the random events of the window before."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Programs that stand in for the tools of a flow: they record and check their calls.
+"""Writes fake programs in place of the tools of a flow; they record and check their calls.
 
-Each reads its files like the real tool, and fails if one is missing.
+Each program reads its input files like the real tool, and fails if a file is missing.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ PSS2.PS7.ALONE 01_33
 
 
 def add_database(folder: Path) -> Path:
-    """Write the database's folder of the family and return its path."""
+    """Write a small database for the chip's family; return the path of its folder."""
     family = folder / "prjxray-db" / "zynq7"
     (family / PART).mkdir(parents=True)
     (family / PART / "part.yaml").write_text("part", encoding="utf-8")
@@ -157,7 +157,7 @@ def add_database(folder: Path) -> Path:
 
 
 class Bench:
-    """A folder of fake programs, first in PATH, and the record of their calls."""
+    """Folder of fake programs, which is the first folder in PATH, and the record of their calls."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self.folder = folder

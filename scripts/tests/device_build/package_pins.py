@@ -1,7 +1,8 @@
-"""Pins of the clg400 package on the boards' connectors, from the package file of the XC7Z020.
+"""Lists the pins of the clg400 package on the boards' connectors, from the package file of the
+XC7Z020.
 
-Bank and function are those of AMD's xc7z020clg400pkg.txt; connectors are those of the boards'
-manuals.
+Bank and function are those of AMD's xc7z020clg400pkg.txt; the connectors are listed as in the
+boards' manuals.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ FURTHER_HEADS = {
     "head3": ("V13", "V15", "T15"),
     "head4": ("R16", "U17", "V17"),
 }
-"""Pins A, B and Z of each head: IO3 to IO8 of the Arduino (ChipKit) header."""
+"""Pins A, B and Z of heads 3 and 4: IO3 to IO8 of the Arduino (ChipKit) header."""
 HEADER_PAIRS = (
     {"U13", "V13"},
     {"V15", "W15"},
@@ -23,7 +24,7 @@ HEADER_PAIRS = (
     {"T16", "U17"},
     {"V17", "V18"},
 )
-"""Positive and negative pins of pairs 3, 10, 5, 19, 9 and 21 of bank 34. U13 is PUDC_B."""
+"""Positive and negative pins of pairs 3, 10, 5, 19, 9 and 21 of bank 34. Pin U13 is also PUDC_B."""
 LEDS = ("R14", "P14", "N16", "M14")
 OSCILLATOR = "H16"
 
@@ -38,7 +39,8 @@ SUPPLY_VOLTS = {34: 3.3, 35: 3.3}
 """Supply voltage of each bank on both boards."""
 
 # Numbers of the pins at the connector: 5, 6, 11 and 12 are ground and supply. The connectors of
-# both boards are at the same pins of the package, but have other names.
+# both boards are at the same pins of the package, but these pins have other names on the
+# connectors.
 PLACES = (1, 2, 3, 4, 7, 8, 9, 10)
 FIRST_PMOD = dict(zip(PLACES, FIRST_PMOD_PINS, strict=True))
 SECOND_PMOD = dict(zip(PLACES, SECOND_PMOD_PINS, strict=True))

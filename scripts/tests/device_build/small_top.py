@@ -1,4 +1,5 @@
-"""A small top level with the processor, and its netlist that the real GHDL and Yosys make."""
+"""Defines a small top level with the processor, and makes its netlist with the real GHDL and
+Yosys."""
 
 from __future__ import annotations
 
@@ -16,12 +17,12 @@ SMALL_TOP = Top(
     "small_zynq_top",
     100,
     {"PS7": 1, "BUFG": 1, "DSP48E1": 1, "RAMB18E1": 1, **LUT_RAMS},
-    vivado="",  # it goes through the open flow only
+    vivado="",  # this top level is built with the open flow only
     has_core=False,
 )
-# The processor side with one cell of each kind at its bus. A write goes to a block RAM with
-# contents and to memories of 16, 64 and 128 words in look-up tables. A DSP multiplies a word of the
-# block RAM, and a shift register requests an interrupt.
+# The VHDL contains the processor's wrapper and, on its bus, one cell of each kind. A write goes to
+# a block RAM with contents and to memories of 16, 64 and 128 words in look-up tables. A DSP
+# multiplies a word of the block RAM, and a shift register requests an interrupt.
 VHDL = """
 library ieee;
   use ieee.std_logic_1164.all;
@@ -126,7 +127,7 @@ PINS = "".join(
 
 
 def netlist_of_small_top(folder: Path) -> Path:
-    """Return the netlist mapped to the chip's cells."""
+    """Return the path of the netlist of the small top level, mapped to the chip's cells."""
     source = folder / "source"
     source.mkdir()
     (source / f"{SMALL_TOP.name}.vhd").write_text(VHDL, encoding="utf-8")

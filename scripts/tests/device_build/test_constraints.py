@@ -1,4 +1,4 @@
-"""Tests of the pin files against the ports of the top level and the pins of the package."""
+"""Tests that the pin files fit the ports of the top level and the pins of the package."""
 
 from __future__ import annotations
 
@@ -84,7 +84,8 @@ def test_every_port_has_a_pin_of_the_package(board: str) -> None:
     "path", [*(CONSTRAINTS / f"{name}.xdc" for name in DEVICE_BOARDS), TEMPLATE]
 )
 def test_an_open_input_is_pulled_low_and_the_bus_high(path: Path) -> None:
-    """The file that both flows read pulls only these inputs low and only the bus high."""
+    """The pin file, which both flows read, pulls only these inputs low, and pulls only the I2C bus
+    high."""
     pulled = {
         port: given["PULLTYPE"][0] for port, given in read_pins(path).items() if "PULLTYPE" in given
     }
@@ -112,7 +113,8 @@ def test_signals_are_where_the_page_says(board: str) -> None:
 
 
 def test_heads_3_and_4_are_on_the_header() -> None:
-    """This holds for each board, and for the second board that drives the first."""
+    """Heads 3 and 4 use the pins of the header on each board, and on the second board that drives
+    the first."""
     for board in DEVICE_BOARDS:
         pins = check_pins(pins_of_all_heads(CONSTRAINTS / f"{board}.xdc"), ports_of(HEADS))
         assert list(pins)[6:12] == [f"head{head}_{line}" for head in (3, 4) for line in "abz"]
@@ -195,14 +197,14 @@ def test_faults_are_named_with_their_line(fault: str, tmp_path: Path) -> None:
 
 
 def vivado_text() -> str:
-    """Return the text of all files for Vivado of the device, without comments."""
+    """Return the text of all files of the device that only Vivado reads, without comments."""
     text = "".join(path.read_text(encoding="utf-8") for path in vivado_files(TOP))
     return re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
 
 
 def test_vivado_names_ports_of_the_top_and_its_clock() -> None:
-    """A pattern of port names that matches nothing would leave a path untimed.
-    test_scoped_constraints tests the patterns of cells."""
+    """Every pattern of port names in Vivado's files matches a port; otherwise a path would be
+    untimed. test_scoped_constraints tests the patterns of cells."""
     text = vivado_text()
     ports = set(ports_of(TOP))
     patterns = " ".join(re.findall(r"get_ports \{?([\w* ]+)\}?\]", text)).split()
@@ -215,8 +217,8 @@ def test_vivado_names_ports_of_the_top_and_its_clock() -> None:
 
 
 def test_inputs_are_timed_and_their_skew_is_bounded() -> None:
-    """Vivado times a path from a pin only if it has an input delay. test_scoped_constraints tests
-    the bound of the skew."""
+    """Every timed input has an input delay, because Vivado times a path from a pin only then.
+    test_scoped_constraints tests the bound of the skew."""
     text = vivado_text()
     for port in ("head*", "sync_in", "probe_in"):
         assert f"set_input_delay -clock fabric_clock 0.000 [get_ports {port}]" in text
@@ -259,7 +261,8 @@ def test_asynchronous_pins_meet_synchronisers_that_are_marked() -> None:
     ],
 )
 def test_vivado_constraints_are_whole_tcl(top: str, expected: set[str]) -> None:
-    """A real Tcl parses braces and brackets; stand-ins for the commands record their own names."""
+    """A real Tcl interpreter parses Vivado's files without an error; fake commands record which
+    commands are called."""
     tcl = shutil.which("tclsh")
     assert tcl, "tclsh is missing: apt-get install tcl"
     files = " ".join(str(path) for path in vivado_files(top))

@@ -31,8 +31,8 @@ def init_features(letter: str, value: int) -> set[str]:
 
 
 def test_a_table_gives_the_bit_that_its_inputs_name() -> None:
-    """Output O6 is bit A6 … A1 of INIT, O5 bit A5 … A1 (UG474), at every address of random
-    tables."""
+    """At every address of random tables, output O6 is the bit of INIT with the number A6 … A1, and
+    O5 the bit with the number A5 … A1 (UG474)."""
     rng = np.random.default_rng(1)
     for _ in range(4):
         value = int.from_bytes(rng.bytes(8), "little")
@@ -46,7 +46,7 @@ def test_a_table_gives_the_bit_that_its_inputs_name() -> None:
 
 
 def test_an_input_that_changes_chooses_between_what_is_left() -> None:
-    """The first table is A3 xor A5 with the other inputs constant; the second passes B2 to its
+    """With constant inputs the first table reduces to A3 xor A5, and the second passes B2 to its
     output."""
     value = sum(1 << place for place in range(64) if (place >> 2 ^ place >> 4) & 1)
     constant = {"A1": "1'b1", "A2": "1'b0", "A4": "1'b1", "A6": "1'b1"}
@@ -94,7 +94,8 @@ def test_what_is_not_decoded_is_refused(features: set[str], pin: str, message: s
 
 
 def test_pins_of_blocks_are_after_their_inverters() -> None:
-    """A feature ``Z…`` is set if a pin is not inverted or a register is not used."""
+    """Pins of blocks are decoded after their inverters; a feature ``Z…`` is set if a pin is not
+    inverted or a register is not used."""
     text = dsp("one", frozenset({"ZIS_INMODE_INVERTED[1]", "AREG_2", "ZMREG[0]"}), str.lower, "p")
     assert ".INMODE({~inmode4, ~inmode3, ~inmode2, inmode1, ~inmode0})" in text
     assert ".AREG(2), .BREG(1), .CREG(1), .MREG(0)" in text
@@ -154,8 +155,8 @@ def grid_of_two(folder: Path, bits: dict[int, frozenset[int]]) -> Routes:
 
 
 def test_a_wire_is_followed_through_tiles_to_what_drives_it(tmp_path: Path) -> None:
-    """The driver of a wire is that of a feature, or without a feature the default that the database
-    documents."""
+    """The feature that is set determines the driver of a wire; if none is set, it is the database's
+    default."""
     driven = grid_of_two(tmp_path / "driven", {0x10: frozenset({1})})
     assert driven.source("RIGHT", "PIN") == Source(level=0)
     assert driven.features.unexplained() == []
@@ -176,8 +177,8 @@ def test_bits_and_wires_that_cannot_be_are_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("port", ["ARD", "BWR"])
 def test_an_address_is_handed_on_where_the_cascade_is_active(tmp_path: Path, port: str) -> None:
-    """The features ``CASCOUT_ARD_ACTIVE`` and ``_BWR_`` of Project X-Ray connect neighbouring block
-    RAMs."""
+    """A block RAM passes its address to its neighbour if Project X-Ray's feature
+    ``CASCOUT_ARD_ACTIVE`` or ``CASCOUT_BWR_ACTIVE`` is set."""
     family = tmp_path / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
@@ -212,7 +213,8 @@ def test_an_address_is_handed_on_where_the_cascade_is_active(tmp_path: Path, por
 
 
 def test_an_assignment_of_a_signal_to_itself_is_dropped() -> None:
-    """Verilator uses the first of two assignments, which would be the meaningless one here."""
+    """The assignment of a signal to itself is removed, because Verilator uses the first of two
+    assignments."""
     written = (
         "module core\n"
         "  (input clock,\n"
@@ -228,7 +230,7 @@ def test_an_assignment_of_a_signal_to_itself_is_dropped() -> None:
 
 
 def test_ports_of_the_processor_turn_round() -> None:
-    """An output of the PS7 is an input of the design."""
+    """The ports of the PS7 change direction: an output of the PS7 is an input of the design."""
     module = {
         "ports": {
             "led": {"direction": "output", "bits": [2]},
@@ -277,7 +279,8 @@ def test_a_bitstream_that_is_not_there_is_told(
 
 
 def test_a_wire_is_left_or_pulled_low_at_the_port_itself() -> None:
-    """GHDL writes the first assignments in this form; the plain assignment stays unchanged."""
+    """GHDL puts wires between the inout port and its driver; only the first assignment is replaced
+    by the driver's expression, all other lines stay."""
     written = (
         "  assign scl = n2_oport; //(module output)\n"
         "  assign n2_oport = n103_o; // (inout - port)\n"

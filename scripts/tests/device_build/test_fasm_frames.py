@@ -1,5 +1,5 @@
-"""Test of FASM to frames with a handmade database of one tile; docs/ has a comparison with Project
-X-Ray."""
+"""Tests the conversion of FASM to frames with a handmade database of one tile; docs/ has a
+comparison with Project X-Ray."""
 
 from __future__ import annotations
 

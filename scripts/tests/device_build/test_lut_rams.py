@@ -31,9 +31,9 @@ def address(levels: Levels, table: str, bits: int) -> int:
 
 @dataclass
 class Memory:
-    """One configured slice and the behaviour of its primitive.
+    """Configured slice, and the behaviour of the primitive that it implements.
 
-    ``tied`` states the pins that have a constant level or that of another pin; ``read`` and
+    ``tied`` states the pins that have a constant level or the level of another pin; ``read`` and
     ``write`` describe the primitive in terms of the slice's pins.
     """
 
@@ -60,8 +60,8 @@ def random_init(rng: np.random.Generator) -> int:
 
 
 def ram32m(rng: np.random.Generator) -> Memory:
-    """Return a RAM32M: 32 words of four times two bits; each two bits have their own data and read
-    address."""
+    """Return a RAM32M: 32 words of four times two bits; each pair of bits has its own data inputs
+    and read address."""
     memory = {letter: [int(bit) for bit in rng.integers(0, 2, 64)] for letter in LETTERS}
     features = {f"{letter}LUT.{mode}" for letter in LETTERS for mode in ("RAM", "SMALL")}
     features |= {f"{letter}LUT.DI1MUX.{letter}I" for letter in "ABC"} | {"WEMUX.CE"}
@@ -86,8 +86,8 @@ def ram32m(rng: np.random.Generator) -> Memory:
 
 
 def ram64x1d_twice(rng: np.random.Generator) -> Memory:
-    """Return two RAM64X1D with one write address: D and C store the data at DI, B and A those at
-    BI."""
+    """Return two RAM64X1D with one write address: D and C store the data at DI, B and A store the
+    data at BI."""
     inits = random_init(rng), random_init(rng)
     memory = [[init >> place & 1 for place in range(64)] for init in inits]
     features = {f"{letter}LUT.RAM" for letter in LETTERS} | {"BLUT.DI1MUX.BI"}
@@ -111,8 +111,8 @@ def same_address(tables: str) -> dict[str, str]:
 
 
 def ram128x1d(rng: np.random.Generator) -> Memory:
-    """Return a RAM128X1D: inputs D1 to D6 and CX are the write address and a read address, B1 to B6
-    and AX the other read address."""
+    """Return a RAM128X1D: inputs D1 to D6 and CX are the write address and one read address, B1 to
+    B6 and AX are the other read address."""
     init = random_init(rng) | random_init(rng) << 64
     memory = [init >> place & 1 for place in range(128)]
     features = {f"{letter}LUT.RAM" for letter in LETTERS} | {"WA7USED"}
@@ -135,7 +135,8 @@ def ram128x1d(rng: np.random.Generator) -> Memory:
 
 
 def ram256x1s(rng: np.random.Generator) -> Memory:
-    """Return a RAM256X1S, with one address for reading and writing: D's inputs, CX (and AX), BX."""
+    """Return a RAM256X1S, whose address for reading and writing is at D's inputs, CX (and AX), and
+    BX."""
     inits = [random_init(rng) for _ in LETTERS]
     init = sum(value << 64 * place for place, value in enumerate(inits))
     memory = [init >> place & 1 for place in range(256)]
@@ -178,8 +179,8 @@ endmodule
 
 
 def simulated(memories: list[Memory], rows: np.ndarray, folder: Path) -> list[str]:
-    """Return the outputs before every clock edge, from Verilator; ``rows`` has a level for every
-    free pin."""
+    """Return the outputs before every clock edge, from Verilator; each of ``rows`` has a level for
+    every free pin."""
     text = Text()
     place = 1
     outputs: list[str] = []
@@ -271,7 +272,8 @@ def test_a_ram_is_written_at_the_edge_that_the_slice_has() -> None:
 
 
 def test_the_pins_that_a_ram_depends_on_are_told() -> None:
-    """Data input 1 of A comes from DI through B unless a feature selects another source."""
+    """The program lists the pins on which a RAM depends; data input 1 of A comes from DI through B
+    unless a feature selects another source."""
     numbered = {f"{letter}{place}" for letter in "AD" for place in range(1, 7)}
     assert set(ram_pins(frozenset(SMALL | {"WEMUX.CE"}))) == numbered | {"CLK", "CE", "DI", "AX"}
     deep = frozenset({"DLUT.RAM", "WA7USED", "WA8USED"})
@@ -280,8 +282,8 @@ def test_the_pins_that_a_ram_depends_on_are_told() -> None:
 
 
 def slice_with_ram(folder: Path, undriven: str) -> Routes:
-    """Return the routes of a tile with one slice, whose table D is a RAM; all pins except
-    ``undriven`` are 1 by default."""
+    """Return the routes of a tile with one slice; table D of the slice is a RAM, and all pins
+    except ``undriven`` are 1 by default."""
     family = folder / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
@@ -325,7 +327,8 @@ def test_a_pin_of_a_ram_that_nothing_drives_is_refused(tmp_path: Path, pin: str)
 
 
 def test_a_ram_with_all_its_pins_driven_is_counted(tmp_path: Path) -> None:
-    """A RAM of 64 words does not use AX."""
+    """A slice whose RAM has all its pins driven counts as driven; a RAM of 64 words does not use
+    AX."""
     driven = check_pins_driven(slice_with_ram(tmp_path, "AX"))
     assert driven == Driven(blocks=0, slices=1)
     assert "and 1 slices with look-up tables as RAM, every pin driven" in str(driven)
@@ -345,5 +348,6 @@ def test_a_ram_with_all_its_pins_driven_is_counted(tmp_path: Path) -> None:
 def test_only_the_lowest_dsp_of_a_column_has_no_cascade(
     tile: str, name: str, pin: str, none: bool
 ) -> None:
-    """The DSP below drives the cascade inputs (UG479)."""
+    """A cascade input has no source only in the lowest DSP of a column, because the DSP below
+    drives it (UG479)."""
     assert has_no_source(tile, name, pin) is none

@@ -135,7 +135,8 @@ def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
 def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
     bench.add_open_tools()
     bench.monkeypatch.setenv("FAKE_MHZ", "99.99")
-    # nextpnr then ends with an error, or without one if an option permits it: both must fail.
+    # nextpnr then ends with an error, or without an error if an option permits this; the flow must
+    # fail in both cases.
     for code in ("1", "0"):
         bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", code)
         assert run(bench) == 1
@@ -147,7 +148,8 @@ def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_data_that_change_too_early_fail(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
-    """nextpnr reports a hold violation but ends without an error."""
+    """The flow fails if nextpnr reports a hold violation, although nextpnr ends without an
+    error."""
     bench.add_open_tools()
     bench.monkeypatch.setenv("FAKE_HOLD", "-0.02 -0.05")
     assert run(bench) == 1
@@ -217,7 +219,8 @@ def test_a_netlist_without_the_processor_is_refused(
 @pytest.mark.parametrize(
     ("variable", "value", "printed"),
     [
-        ("FAKE_IDCODE", "03722093", "expected the code 0x03727093"),  # an XC7Z010
+        # The code belongs to an XC7Z010.
+        ("FAKE_IDCODE", "03722093", "expected the code 0x03727093"),
         ("FAKE_WORDS", "520352", "expected 1,010,808 words of frames"),
         ("FAKE_WORDS_THERE", "1010807", "cut off: 1,010,807 of 1,010,808 words"),
     ],
@@ -343,7 +346,8 @@ def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
 @pytest.mark.parametrize("top", TOPS.values(), ids=TOPS)
 def test_yosys_reads_the_netlist_of_every_top(tmp_path: Path, top: Top) -> None:
-    """An instance whose name was a keyword of Verilog once made Yosys reject one of the tops."""
+    """Yosys reads the netlist of every top; it once rejected one, because the name of an instance
+    was a keyword of Verilog."""
     generics = {"LANES": 1, "CAPTURE_DEPTH": 64} if top.has_core else {}
     netlist = write_netlist(top.name, tmp_path / "made", generics=generics)
     script = f"read_verilog {netlist.name}; hierarchy -top {top.name}; select -assert-any c:*"

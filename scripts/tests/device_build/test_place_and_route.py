@@ -1,4 +1,4 @@
-"""Tests of the open tools, if they are installed: from VHDL to a bitstream, and back to its
+"""Tests the open tools, if they are installed, from VHDL to a bitstream and back to the bitstream's
 bits."""
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ CLOCKS = 100_000
 
 @dataclass(frozen=True)
 class Made:
-    """The small design after place and route."""
+    """Small design after place and route."""
 
     job: Job
     tools: OpenTools
@@ -62,7 +62,7 @@ class Made:
         return Chip(self.tools.family, PART)
 
     def bits(self) -> Bits:
-        """Return the bits of the bitstream, from Project X-Ray's reader."""
+        """Return the bits of the bitstream, as Project X-Ray's reader finds them."""
         reader = BITREAD.find()
         assert reader
         part_file = self.tools.family / PART / "part.yaml"
@@ -76,7 +76,8 @@ class Made:
         return build(design.netlist, design.top, design.ports, decoded, folder)
 
     def compared(self, bits: Bits, folder: Path) -> Compared:
-        """Return the comparison with random levels."""
+        """Return the comparison of the VHDL with the design in ``bits``, with random levels at the
+        inputs."""
         return run(self.bench(bits, folder), CLOCKS, 1)
 
 
@@ -111,7 +112,8 @@ def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> Non
 
 
 def test_the_encoder_source_is_placed_and_routed(tmp_path: Path) -> None:
-    """Yosys makes carry chains from its constant settings; the core has no such chains."""
+    """The encoder source can be placed and routed; Yosys makes carry chains from its constant
+    settings, which the core does not have."""
     name = "encoder_source_top"
     job = Job(TOPS[name], PART, {}, CONSTRAINTS / "encoder_source.xdc", tmp_path / "job")
     job.reports.mkdir(parents=True)
@@ -124,7 +126,8 @@ def test_the_encoder_source_is_placed_and_routed(tmp_path: Path) -> None:
 
 
 def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
-    """nextpnr's FASM contains no tie-offs, and this netlist names no constants that need them."""
+    """A DSP without tie-offs is refused; nextpnr's FASM contains none, and this netlist names no
+    constants for which the script would add them."""
     untied = tmp_path / "untied.json"
     untied.write_text('{"modules": {}}', encoding="utf-8")
     job = replace(made.job, folder=tmp_path)
@@ -136,18 +139,18 @@ def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_path: Path) -> None:
-    """The comparison covers DSP, RAMs, shift register and carry chains: all parts except the
-    PS7."""
+    """The design in the bitstream computes the same outputs as the VHDL; the comparison covers DSP,
+    RAMs, shift register and carry chains."""
     bench = made.bench(made.bits(), tmp_path)
     compared = run(bench, CLOCKS, 1)
     assert faults_of(compared) == []
     assert compared.figures["clocks"] == CLOCKS
-    # Look-up tables that are read as RAM: 16, 6, and two times two that make 128 words.
+    # Outputs of look-up tables that are RAM: 16, 6, and two times two that make 128 words.
     blocks = 2 + 16 + 6 + 2 * 2 * 2
     assert compared.figures["blocks"] == compared.figures["moved_blocks"] == blocks
-    # 32 bits of read data, the identifiers of both answers, five signals of the bus, interrupt,
-    # clock and LEDs, the two wires of I2C and their levels; the other inputs of the PS7 are
-    # constant.
+    # The outputs that change are 32 bits of read data, the identifiers of both answers, five
+    # signals of the bus, interrupt, clock and LEDs, and the two wires of I2C with their levels; the
+    # other inputs of the PS7 are constant.
     assert compared.figures["moved_outputs"] >= 32 + 2 * 12 + 5 + 2 + 4
     words_come_back(bench)
 
@@ -180,7 +183,7 @@ def words_come_back(bench: Path) -> None:
     in_order = [signed[address] for address in [*order, *range(0, 64, 4)]]
     count = len(order)
     assert read[:count] + read[2 * count :] == [word & 0xFFFF_FFFF for word in in_order]
-    # The bits above bit 23 show what the last written address contained before.
+    # The bits above bit 23 show the former content of the last written address.
     in_look_up_tables = [word & 0xFF_FFFF for word in read[count : 2 * count]]
     assert in_look_up_tables == [last_written(words, address) for address in order]
 
@@ -212,7 +215,8 @@ def test_without_tie_offs_it_computes_something_else(made: Made, tmp_path: Path)
 def test_as_nextpnr_leaves_it_a_wire_is_pulled_where_it_must_not(
     made: Made, tmp_path: Path
 ) -> None:
-    """The first differences are at the two wires, before the design multiplies any word."""
+    """The comparison finds a wrong enable of the tri-state pads: the first differences are at the
+    two wires, before the design multiplies any word."""
     frames = tmp_path / "inverted.frames"
     frames_of(made.routed.fasm, made.chip).write(frames)
     compared = made.compared(bits_of_frames(frames), tmp_path)

@@ -1,5 +1,5 @@
-"""Tests of the cells and pins to which Vivado's constraints apply, whatever the instances' names
-are."""
+"""Tests to which cells and pins Vivado's constraints apply, and that this does not depend on the
+names of instances."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ PRELUDE = Path(__file__).with_name("vivado_prelude.tcl")
 DEVICES = ["arctrue_zynq_top", "arctrue_zynq_heads_top", "arctrue_zynq_differential_top"]
 TOP_OPTIONS = {"arctrue_zynq_heads_top": ["--heads", "4"]}
 HALF_A_CLOCK_NS = 0.5e9 / number_formats.CLOCK_HZ
-# Asynchronous inputs, and outputs whose timing matters to the connected device.
+# These ports are asynchronous inputs, and outputs whose timing matters to the connected device.
 TIMED_INPUT = re.compile(r"head[1-4]_[abz](_[pn])?|sync_in|probe_in")
 TIMED_OUTPUT = re.compile(r"out_[abz](_[pn])?|trigger_out|compare_out")
 
 
 class Outcome:
-    """The effect of the constraints on one netlist."""
+    """Effect of the constraints on one netlist."""
 
     def __init__(self, cells: list[Cell], ports: list[str], noted: list[list[str]]) -> None:
         self.cells = cells
@@ -143,8 +143,7 @@ INSIDES = {
 def test_another_name_inside_an_entity_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, entity: str
 ) -> None:
-    """The constraints of a file miss a cell that has another name, so that the test above can
-    fail."""
+    """If a cell has another name, the constraints miss it; so the test above can fail."""
 
     def rename(texts: Mapping[str, str]) -> dict[str, str]:
         text = re.sub(rf"\b{INSIDES[entity]}\b", "renamed", texts[entity])

@@ -1,5 +1,5 @@
-"""Tests of the accesses that the processor makes while a bitstream runs, and of the reported
-gaps."""
+"""Tests the accesses that the simulated processor makes while a bitstream runs, and the report of
+parts that these do not reach."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CLOCKS = 40_000
 
 
 def answered(accesses: list[Access]) -> list[Answer]:
-    """Return the answers of a core with the register map: stored coefficients, a correction,
+    """Return the answers that a correct core would give: stored coefficients, a correction,
     samples."""
     held = dict.fromkeys(CORE.coefficients, 0)
     sequence = 0
@@ -99,7 +99,8 @@ def answer_reaches(accesses: list[Access], answer: Answer, address: int) -> bool
     ],
 )
 def test_a_word_reads_as_the_register_map_says(word: int, written: int, reads: int) -> None:
-    """A word of K has 48 bits, the phase 24, the amplitude 25 with its sign."""
+    """A coefficient word keeps as many bits as its format has: K has 48 bits, the phase 24, the
+    amplitude 25 with its sign."""
     assert stored(registers.COEFFICIENTS_ADDRESS + 16 * 3 + 4 * word, written) == reads
 
 

@@ -1,4 +1,4 @@
-"""Tests of the tie-offs of a DSP's constant pins, with a handmade database of one tile."""
+"""Tests the tie-offs of a DSP's constant pins, with a handmade database of one tile."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ def routed(folder: Path, place: str, pins: dict[str, int], **parameters: str) ->
 def test_a_constant_is_tied_to_its_level_and_not_inverted(
     tmp_path: Path, chip: Chip, place: str, net: int, inverted: str, supply: str
 ) -> None:
-    """The bits (ground, supply, not inverted) are 1 0 1 for a constant 0 and 0 1 1 for a constant
-    1."""
+    """A constant pin gets the bits (ground, supply, not inverted) 1 0 1 for a constant 0 and 0 1 1
+    for a constant 1."""
     parameters = {"IS_INMODE[1]_INVERTED": inverted}
     assert ties(routed(tmp_path, place, {"INMODE1": net}, **parameters), chip) == [
         f"{TILE}.DSP_1_INMODE1.DSP_{supply}_R",

@@ -1,4 +1,4 @@
-"""Test of tri-state pads in FASM: which ones need the feature that nextpnr omits."""
+"""Tests which tri-state pads in a FASM file get the feature that nextpnr omits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ RIOI3_X73Y87.IOI_OLOGIC0_D1.IOI_IMUX34_1
 
 
 def test_a_routed_enable_is_straight_once(tmp_path: Path) -> None:
-    """The second pad has the feature already; the pad that always drives must not get it."""
+    """Each routed enable gets the feature once: the second pad already has it, and the pad that
+    always drives must not get it."""
     wanted = ["RIOI3_X73Y51.OLOGIC_Y0.ZINV_T1"]
     assert straight_enables(TWO_WIRES) == wanted
     path = tmp_path / "routed.fasm"

@@ -78,7 +78,8 @@ def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[st
 
 
 def test_rotation_reaches_the_synthesis(bench: Bench) -> None:
-    """Vivado expects quotation marks around the value of a string generic."""
+    """The flow passes ROTATION to Vivado's synthesis; Vivado expects quotation marks around the
+    value of a string generic."""
     assert run(bench, "--rotation", "table") == 0
     (synthesis,) = (words for words in commands(bench) if words[0] == "synth_design")
     assert synthesis[synthesis.index('ROTATION="table"') - 1] == "-generic"

@@ -1,7 +1,7 @@
 """Finds the cells that Vivado creates from VHDL sources, by the names that its constraints use.
 
-It searches the text for instances of entities and of components, and finds a register for each
-signal or port that is assigned in a clocked process.
+The module searches the text for instances of entities and of components, and finds a register for
+each signal or port that a clocked process assigns.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ REGISTER_PINS = ("C", "CE", "D", "Q")
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell: ``name`` is its path from the top, ``pins`` are the pins if it is a primitive."""
+    """Cell of the netlist: ``name`` is its path from the top, ``pins`` are the pins of a
+    primitive."""
 
     name: str
     reference: str
@@ -30,13 +31,14 @@ class Cell:
 
 
 def texts_of(paths: list[Path]) -> dict[str, str]:
-    """Return the sources without comments, by the names of their units, which are those of the
-    files."""
+    """Return the sources without comments, by the names of their units, which equal the names of
+    the files."""
     return {path.stem: re.sub(r"--.*", "", path.read_text(encoding="utf-8")) for path in paths}
 
 
 def relabelled(texts: Mapping[str, str]) -> dict[str, str]:
-    """Return the same design in which every instance of an entity has another label."""
+    """Return the sources of the same design, in which every instance of an entity has another
+    label."""
 
     def other(match: re.Match[str]) -> str:
         return f"part_{len(match[1])}_{match[1][::-1]} : {match[2]}{match[3]}"

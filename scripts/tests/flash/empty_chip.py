@@ -14,7 +14,7 @@ SECONDS = 60.0
 
 
 class EmptyChip:
-    """An emulated processor; ``debugger`` is the path of the socket for gdb."""
+    """Emulated processor; ``debugger`` is the path of the socket for gdb."""
 
     def __init__(self, console: socket.socket, debugger: Path) -> None:
         self.console = console
@@ -35,7 +35,7 @@ class EmptyChip:
 
 @contextmanager
 def empty_chip(folder: Path, *options: str) -> Iterator[EmptyChip]:
-    """Start the emulator, and stop it when the block ends."""
+    """Start the emulator, and stop it when the ``with`` block ends."""
     console, debugger = folder / "console", folder / "debugger"
     command = ["qemu-system-arm", "-M", "xilinx-zynq-a9", "-m", "2G", "-nographic"]
     command += ["-monitor", "none", "-serial", f"unix:{console},server=on,wait=on"]

@@ -1,7 +1,7 @@
-"""A simulated adapter with a Zynq's scan chain, for OpenOCD's remote_bitbang.
+"""Simulates an adapter with a Zynq's scan chain, for OpenOCD's remote_bitbang.
 
-It follows IEEE 1149.1 (state machine, two instruction registers, identification and bypass) and
-simulates the two instructions of the fabric that a configuration needs (UG470): JPROGRAM and
+The simulation follows IEEE 1149.1 (state machine, two instruction registers, identification and
+bypass) and has the two instructions of the fabric that a configuration needs (UG470): JPROGRAM and
 CFG_IN. No code comes from OpenOCD.
 """
 
@@ -11,7 +11,8 @@ import socket
 import threading
 from dataclasses import dataclass, field
 
-# Next states of each state, for TMS = 0 and TMS = 1: IEEE 1149.1 figure 6-1.
+# Each state has its next state for TMS = 0 and its next state for TMS = 1 (IEEE 1149.1, figure
+# 6-1).
 NEXT = {
     "reset": ("idle", "reset"),
     "idle": ("idle", "select_dr"),
@@ -35,8 +36,7 @@ CFG_IN, JPROGRAM, FABRIC_IDCODE = 0x05, 0x0B, 0x09
 
 @dataclass
 class Tap:
-    """One test access port; ``shifted`` are the bits that are being shifted into the data
-    register."""
+    """Test access port; ``shifted`` are the bits that are being shifted into the data register."""
 
     instruction_bits: int
     idcode: int
@@ -67,7 +67,7 @@ class Tap:
 
 
 class Chain:
-    """The scan chain: the processor's port, then the fabric's, whose output is TDO."""
+    """Scan chain: the processor's test access port, then the fabric's port, whose output is TDO."""
 
     def __init__(self, fabric_idcode: int = 0x2372_7093) -> None:
         self.processor = Tap(4, 0x4BA0_0477, 0xE)
@@ -135,6 +135,7 @@ class Adapter:
                     connection.sendall(bytes(answer))
 
     def wait(self) -> None:
-        """Wait until everything that OpenOCD sent is processed, because OpenOCD ends earlier."""
+        """Wait until the adapter has processed all bits that OpenOCD sent, because OpenOCD ends
+        earlier."""
         self.thread.join(30.0)
         assert not self.thread.is_alive()

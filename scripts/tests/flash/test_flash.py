@@ -23,8 +23,8 @@ needs_openocd = pytest.mark.skipif(
 
 @needs_gdb
 def test_the_firmware_is_loaded_compared_and_speaks(tmp_path: Path) -> None:
-    """QEMU starts stopped and without a program; its gdb port takes the place of a board's
-    adapter."""
+    """``make flash`` loads, compares and starts the firmware; QEMU starts stopped and without a
+    program, and its gdb port takes the place of a board's adapter."""
     elf = build()
     with empty_chip(tmp_path, "-S") as chip:
         size, sections = load_firmware(elf, ONBOARD_ADAPTER, str(chip.debugger))
@@ -75,7 +75,7 @@ def test_the_bitstream_reaches_the_fabric_bit_by_bit(tmp_path: Path) -> None:
     adapter.wait()
     given = chain.fabric.instructions
     assert given.index(JPROGRAM) < given.index(CFG_IN)
-    # UG470: the most significant bit of each byte comes first.
+    # The most significant bit of each byte comes first (UG470).
     sent = [byte >> place & 1 for byte in words for place in range(7, -1, -1)]
     longest = max(chain.configuration, key=len)
     assert "".join(map(str, sent)) in "".join(map(str, longest))
@@ -94,7 +94,8 @@ def test_another_chip_is_refused(tmp_path: Path) -> None:
 
 @needs_openocd
 def test_the_files_for_the_board_are_read_by_openocd() -> None:
-    """OpenOCD reads the files until it searches for the adapter, which is missing here."""
+    """OpenOCD reads the files for the board without an error until it searches for the adapter,
+    which is missing here."""
     for name in ("processor.cfg", "fabric.cfg"):
         command = ["openocd", "-f", str(ONBOARD_ADAPTER), "-f", str(ONBOARD_ADAPTER.parent / name)]
         command += ["-c", "gdb_port disabled; telnet_port disabled; tcl_port disabled"]

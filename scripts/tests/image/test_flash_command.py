@@ -1,4 +1,4 @@
-"""Tests of ``arctrue flash`` through the console of the C code, with a model of the flash."""
+"""Tests ``arctrue flash`` through the console of the C code, with a model of the flash."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_what_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 class BoardAtAPort(Replay):
-    """A board whose console is connected to a serial port."""
+    """Board whose console is connected to a serial port."""
 
     def __init__(self, chip: Chip) -> None:
         super().__init__()
@@ -71,8 +71,8 @@ class BoardAtAPort(Replay):
 
 
 def test_an_image_goes_through_the_daemon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The daemon owns the serial port and passes the image on; a read-only daemon refuses the
-    image."""
+    """The daemon, which has the serial port open, passes an image on to the board; a read-only
+    daemon refuses the image."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
     file, chip = tmp_path / "BOOT.BIN", Chip()
     file.write_bytes(flash_image(OLD, 0, None))

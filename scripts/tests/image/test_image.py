@@ -1,4 +1,5 @@
-"""Tests of the boot image with a boot ROM of their own, which shares no code with the writer."""
+"""Tests the boot image with a model of the boot ROM, which shares no code with the program that
+writes the image."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ def boot_rom(flash: bytes) -> tuple[int, bytes, int]:
     assert source >= 0x8C0
     assert 0 < length <= 0x30000
     assert length == word(0x40)
-    # The program mkimage -T zynqimage of U-Boot 2023.01 checks these words too.
+    # U-Boot's program mkimage -T zynqimage (2023.01) also checks these words.
     assert start % 64 == 0
     assert word(0x38) == 0
     assert word(0x44) == 0
@@ -77,7 +78,8 @@ def test_the_firmware_finds_and_loads_the_bitstream() -> None:
     while library.fabric_step(fabric):
         pass
     assert ffi.string(library.fabric_state_name(fabric.state)) == b"loaded"
-    # UG585: the port reads words; the most significant byte of each word is the first of the .bit.
+    # The configuration port reads words (UG585); the most significant byte of each word is the
+    # first of its four bytes in the .bit.
     received = bytes(model.received)
     swapped = b"".join(received[place : place + 4][::-1] for place in range(0, len(received), 4))
     assert swapped[:48] == b"\xff" * 32 + bytes.fromhex("000000bb11220044") + b"\xff" * 8
@@ -85,7 +87,8 @@ def test_the_firmware_finds_and_loads_the_bitstream() -> None:
 
 
 def test_a_raw_bitstream_gets_the_words_before_the_sync_word() -> None:
-    """The header has 64 bytes; then 48 bytes precede the sync word."""
+    """A raw bitstream gets the words before the sync word: after the header of 64 bytes, 48 bytes
+    precede the sync word."""
     image = fabric_image(SYNC + bytes(60), "raw.bin")
     assert image[64 : 64 + 48] == b"\xff" * 48
     assert image[64 + 48 : 64 + 52] == SYNC[::-1]

@@ -1,5 +1,5 @@
-"""Boot images go to the flash over the console; after a power loss at any moment, one of them
-starts."""
+"""Tests that boot images can be written to the flash over the console, and that one of them starts
+after a power loss at any moment."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ STEPS_MOST = 1000
 
 
 class Board:
-    """A flash behind the C code's own driver, whose console takes the place of a serial port."""
+    """Board with a flash and the firmware's C code; its console takes the place of a serial
+    port."""
 
     port = "board"
 
@@ -67,8 +68,8 @@ class Board:
 
 
 def starts(chip: Chip) -> tuple[int, bytes] | None:
-    """Return the program that the boot ROM would start, and its place, by UG585, chapter 6, without
-    the C code."""
+    """Return the place and the program that the boot ROM would start, according to UG585, chapter
+    6, without the C code."""
     for place in range(0, FLASH_BYTES, 32 << 10):
         header = bytes(chip.content[place : place + 0x4C])
         words = struct.unpack("<11I", header[0x20:0x4C])
@@ -91,8 +92,8 @@ def silent(_done: int, _all: int) -> None:
 
 @pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
 def test_the_first_image_is_golden_too(kind: str) -> None:
-    """An empty flash gets both images and the bitstream, each with exactly the bytes that were
-    made."""
+    """An image written into an empty flash becomes the golden copy too; both images and the
+    bitstream in the flash have exactly the bytes that were made."""
     board = Board(Chip(kind))
     image = flash_image(OLD, 0, bytes(64) + SYNC + OLD, "made here")
     assert not write_image(board, image, silent).has_golden
@@ -105,8 +106,8 @@ def test_the_first_image_is_golden_too(kind: str) -> None:
 
 
 def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
-    """Power is lost after every line of the console, also when the last page is only half
-    written."""
+    """If power is lost after any line of the console, an image still starts, also when the last
+    page is only half written."""
     board = Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     golden = bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN])
@@ -115,7 +116,7 @@ def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
     write_image(board, boot_image(NEW, 0), silent)
     assert set(seen) == {(0, program(OLD)), (device.GOLDEN, program(OLD)), (0, program(NEW))}
     # The old image is erased at once. The new one is complete after the line with the checksum; one
-    # line, for the comparison, follows. The first line only asks for the status.
+    # line, for the comparison, follows. The first line only requests the status.
     assert seen.index((0, program(NEW))) == len(seen) - 2
     assert bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN]) == golden
 

@@ -1,8 +1,9 @@
-"""Power is lost in a write or an erase: the device starts with the old or the new content.
+"""Tests that after a power loss in a write or an erase the device starts with the old or the new
+content.
 
 The chip's model writes the page or sector only in part, up to every byte and in three orders
 (flash_model.Chip.lose_power). Each test compares the content that the C code finds with the content
-before.
+before the power loss.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ class Torn:
     the chip."""
 
     def __init__(self, chip: Chip, look: Any, every_byte: int) -> None:
-        """Store the chip; of a sector, the first ``every_byte`` bytes are tried one by one."""
+        """Store the chip; in a sector, power is lost after each of the first ``every_byte``
+        bytes."""
         self.chip = chip
         self.look = look
         self.every_byte = every_byte
@@ -121,8 +123,8 @@ def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
 @pytest.mark.parametrize("write", range(4))
 @pytest.mark.parametrize("order", ORDERS)
 def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, order: str) -> None:
-    """The erase, or one of three pages, is cut off in the middle; then the whole firmware starts
-    with this flash."""
+    """After a power loss in the middle of the erase, or of one of three pages, the whole firmware
+    starts with this flash and saves again."""
     chip = copy_of(saved_everywhere)
     board = Board(chip)
     before = int(board.status("saved_record")[0])
@@ -146,8 +148,8 @@ def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, 
 
 
 def test_an_image_that_is_cut_off_anywhere_leaves_one_that_starts() -> None:
-    """If the header were complete but the body were not, the boot ROM would start something that is
-    no program."""
+    """After a power loss anywhere in the writing of an image, an image starts; a complete header
+    with an incomplete body would start bytes that are no program."""
     board = test_image_store.Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     seen: list[tuple[str, tuple[int, bytes] | None]] = []

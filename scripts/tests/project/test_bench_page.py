@@ -1,4 +1,4 @@
-"""Tests of the page of the benches, and of the calibration's error against its lower bound."""
+"""Tests the page of the benches, and that the error of the calibration reaches its lower bound."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The table of the scaling contains the measurements and their extrapolation to a cluster."""
+"""Tests that the table of the scaling contains the measurements and their extrapolation to a
+cluster."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ def test_what_sixty_four_cores_take() -> None:
         Measured("set", 2, 10, 50.0, 56.0, 100.0),
     ]
     lines = table(found, 8.0)
-    # 2,000 more tasks take 1 s more: 0.5 ms each. 10,000 · 5 s / 64 = 781 s, and 3 s to start.
+    # 2,000 more tasks take 1 s more, which is 0.5 ms for each task. On 64 processes, 10,000 tasks
+    # of 5 s take 781 s, plus 3 s to start.
     assert "| set | 2 | 10 | 5 | 56 | 89 | 0.357 | 0.1 |" in lines
     assert "cost 0.5 ms" in lines[-3]
     assert "10,000 · 5.00 s / 64 + 3 s = 13 min" in lines[-1]

@@ -1,4 +1,4 @@
-"""The table of the effects that follow a condition contains the stored figures."""
+"""Tests that the table of the effects that follow a condition contains the stored figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks that documents agree with the tree: generated pages, links, make targets, mutations."""
+"""Tests that documents agree with the tree: generated pages, links, make targets, mutations."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ MADE_PAGES = frozenset(
         "systems",
     ]
 )
-"""Pages of docs/ that a script or a command writes as a whole; docs/entities contains more of
-them."""
+"""Pages of docs/ that a script or a command writes as a whole; docs/entities contains further such
+pages."""
 WORD = re.compile(r"\S*\w\S*")
 MADE_SECTION = re.compile(
     r"<!-- [^>]*(?:python -m|scripts/|make )[^>]*-->.*?<!-- end -->", re.S | re.I
@@ -66,12 +66,12 @@ def words_by_hand() -> dict[Path, int]:
 
 
 def test_pages_by_hand_are_short() -> None:
-    """CONTRIBUTING.md limits a hand-written page to 2,500 words."""
+    """No hand-written page has more than 2,500 words, the limit in CONTRIBUTING.md."""
     assert {page.name: words for page, words in words_by_hand().items() if words > 2500} == {}
 
 
 def test_pages_by_hand_together_are_short() -> None:
-    """CONTRIBUTING.md limits all hand-written pages together to 45,000 words."""
+    """All hand-written pages together have at most 45,000 words, the limit in CONTRIBUTING.md."""
     assert sum(words_by_hand().values()) <= 45_000
 
 

@@ -1,4 +1,4 @@
-"""Test of the counts of scripts/firmware_coverage.py; ``make coverage-firmware`` runs the whole
+"""Tests how scripts/firmware_coverage.py adds up counts; ``make coverage-firmware`` runs the whole
 script."""
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ def _answer(file: str, lines: dict[int, int]) -> str:
 
 
 def test_a_line_that_any_object_runs_is_run() -> None:
-    """A header is compiled into several objects; files outside the firmware do not count."""
+    """A line counts as executed if any object executes it, because a header is compiled into
+    several objects; files outside the firmware do not count."""
     header = str(FIRMWARE / "calibration" / "capture.h")
     counts = counted(
         [

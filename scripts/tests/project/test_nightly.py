@@ -1,4 +1,4 @@
-"""Tests of the long checks: how a run is recorded, shown and resumed."""
+"""Tests how a run of the long checks is recorded, shown and resumed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def repository(folder: Path) -> Path:
 
 
 def test_a_check_keeps_exit_code_and_last_line(tmp_path: Path) -> None:
-    """The shell commands in the test determine the expected exit code and last line."""
+    """The outcome of a check keeps exit code and last line; the shell commands in the test
+    determine both."""
     good = Check("good", ("sh", "-c", "echo first; echo '== 3 passed =='; echo"), "")
     bad = Check("bad", ("sh", "-c", "echo broken >&2; exit 3"), "")
     outcome = run(good, sample=False, commit="abc", root=tmp_path, logs=tmp_path / "logs")
@@ -50,8 +51,8 @@ def test_changes_without_a_commit_are_refused(tmp_path: Path) -> None:
 
 
 def test_an_ended_check_is_not_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each run adds one line to a file. The second call must add no line; a failed check returns
-    1."""
+    """A check that has ended is not run again: each run adds one line to a file, and the second
+    call must add no line. A failed check returns 1."""
     folder = repository(tmp_path)
     runs = folder / "runs"
     once = Check("once", ("sh", "-c", f"echo run >> {runs}; exit 1"), "")
@@ -69,7 +70,8 @@ def test_an_ended_check_is_not_run_again(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_the_page_belongs_to_its_record() -> None:
-    """The page in the tree is the one that the record in the tree gives, with a row per check."""
+    """The page in the tree equals the page that the program makes from the record in the tree, with
+    a row for each check."""
     outcomes = read_outcomes(nightly.RECORD)
     text = page(outcomes)
     assert text == nightly.PAGE.read_text(encoding="utf-8")

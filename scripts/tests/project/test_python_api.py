@@ -1,4 +1,4 @@
-"""``import arctrue as at`` loads few modules, and the notebooks of the documents run."""
+"""Tests that ``import arctrue as at`` loads few modules, and that the notebooks in docs/ run."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def test_the_import_loads_nothing() -> None:
 
 
 def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
-    """The bounds on the page are those of the file format: counts below 2⁶², index detection within
-    a degree."""
+    """The page shows the bounds of the file format: counts below 2⁶², index detection within a
+    degree."""
     page = api_page()
     assert "Annotated" not in page
     assert "Meta(" not in page
@@ -48,7 +48,7 @@ def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
 def test_a_recorded_set_is_compared_and_shown() -> None:
     table = at.read_set(DOCS / "data" / "worm_axis_telescope")
     found = at.compare(table)
-    # The RMS of the residuals of a fit is at most that of the fitted error.
+    # The RMS of the residuals of a fit is at most the RMS of the fitted error.
     error = table.reference.error_arcsec
     assert 0.0 < found.data["channels"]["reference"]["rms_arcsec"] <= error.std()
     assert "reference" in found._repr_html_()
@@ -81,7 +81,8 @@ def test_a_folder_is_as_good_as_its_set() -> None:
 
 
 class _Series:
-    """A column like that of a pandas data frame: it is indexed by labels, and −1 is not a label."""
+    """Column like a column of a pandas data frame: it is indexed by labels, and −1 is not a
+    label."""
 
     def __init__(self, values: list[float]) -> None:
         self._values = np.array(values)
@@ -154,8 +155,8 @@ def shown_by(notebook: Path) -> list[Any]:
 
 
 def test_the_notebook_of_the_metrologist() -> None:
-    """The notebook simulates amplitudes of 2″ and 0.3″, a reversal error of 0.4″, and noise of 0.1″
-    a row."""
+    """The results in the notebook agree with its simulation: amplitudes of 2″ and 0.3″, a reversal
+    error of 0.4″, and noise of 0.1″ a row."""
     data, params, (value, stderr, (low, high)), tested, (correction, std) = shown_by(
         NOTEBOOKS / "metrologist.ipynb"
     )
@@ -163,7 +164,8 @@ def test_the_notebook_of_the_metrologist() -> None:
     for order, size in ((1, 2.0), (3, 0.3)):
         found = params[f"graduation_harmonics.order_{order}_amplitude"]
         assert abs(found.value - size) < 3.0 * found.stderr
-    # The uncertainty is that of the difference of both directions, from 240 rows with 0.1″ noise.
+    # The uncertainty of the difference between both directions follows from 240 rows with 0.1″
+    # noise.
     assert stderr == pytest.approx(2.0 * 0.1 / np.sqrt(240), rel=0.2)
     assert low < value < high
     assert low < 0.4 < high
@@ -174,7 +176,8 @@ def test_the_notebook_of_the_metrologist() -> None:
 
 
 def test_the_notebook_of_the_beamline() -> None:
-    """The notebook simulates an order 1 that changes by 0.25″/K, and noise of 0.2″ a row."""
+    """The results in the notebook agree with its simulation: an order 1 that changes by 0.25″/K,
+    and noise of 0.2″ a row."""
     data, same, params, (value, (low, high)), correction = shown_by(NOTEBOOKS / "beamline.ipynb")
     assert "600 rows" in repr(data)
     assert same
@@ -202,8 +205,8 @@ def test_the_notebook_of_the_machine_builder() -> None:
 
 @pytest.mark.slow
 def test_the_notebook_runs(tmp_path: Path) -> None:
-    """Every code cell runs in order; the last expression of a cell is what a notebook would
-    show."""
+    """All code cells of the notebook run in order, and the last expressions of the cells have the
+    expected values."""
     shown = shown_by(DOCS / "notebook.ipynb")
     compared, pictures, diagnosed, model, ladder = shown
     assert "RMS" in compared._repr_html_()
@@ -213,6 +216,6 @@ def test_the_notebook_runs(tmp_path: Path) -> None:
     assert model.effects == ["graduation_harmonics", "hysteresis"]
     (path,) = ladder.save(tmp_path)
     assert path.read_bytes().startswith(b"\x89PNG")
-    # The model is written and read again.
+    # The notebook has written the model; the test reads it again.
     model.write(tmp_path / "m.toml")
     assert at.Model.read(tmp_path / "m.toml").effects == model.effects

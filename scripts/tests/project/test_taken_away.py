@@ -1,4 +1,4 @@
-"""Tests that the stored figures of each effect's compensation equal those of the simulation and the
+"""Tests that the stored figures of each effect's compensation agree with a new simulation and
 export."""
 
 from __future__ import annotations
@@ -37,13 +37,14 @@ def test_every_effect_has_been_measured() -> None:
 
 
 def test_what_can_be_taken_away_is() -> None:
-    """If the declaration names the lanes, at most a small share of the effect remains, or 0.03″.
+    """If the effect's declaration names the lanes as its compensation, at most a small share of the
+    effect, or 0.03″, remains.
 
     The limit of 0.03″ is three standard uncertainties of the lanes' sum, about 0.01″ each for a set
-    with a sixth of the samples. The share is larger for the gear. Its eccentricity causes lines
-    next to its tooth count, which the effect models only with a setting of its own. Besides, a lane
-    depends on the reading, but the gear on the true angle. For the single line the lane has the
-    same order, which is not whole.
+    with a sixth of the samples. The share is larger for the gear, because the gear's eccentricity
+    causes lines next to the tooth count, which the effect models only with a separate setting, and
+    because a lane depends on the reading, but the gear's error on the true angle. For the single
+    line the lane has the line's own order, which is not an integer.
     """
     for name, row in stored()["effects"].items():
         declared = built_in()[name].compensation
@@ -70,7 +71,8 @@ def test_nobody_takes_away_what_the_page_says_is_left() -> None:
 
 @pytest.mark.parametrize("name", ["thermal_eccentricity", "hysteresis", "latency"])
 def test_the_stored_figures_are_measured(name: str) -> None:
-    """This test measures the figures again; on another processor the last digits may differ."""
+    """A new measurement gives the stored figures; on another processor the last digits may
+    differ."""
     found, before = measure(name).data(), stored()["effects"][name]
     assert found["taken_away_by"] == before["taken_away_by"]
     for key in ("part_arcsec", "left_without_arcsec", "left_with_arcsec"):
@@ -78,8 +80,8 @@ def test_the_stored_figures_are_measured(name: str) -> None:
 
 
 def test_an_error_of_the_reference_judges_no_correction(tmp_path: Path) -> None:
-    """The polygon is mounted 200″ eccentric: the right correction then increases the raw error of
-    the reference run."""
+    """An error of the reference is not counted as an error of the correction: with a polygon
+    mounted 200″ eccentric, the right correction increases the raw error of the reference run."""
     made = simulate_set([Wanted("polygon_eccentricity", 200.0)], short(), 3)
     write_measurement_set(tmp_path / "set", made.measurement)
     model, path = tmp_path / "model.toml", tmp_path / "coefficients.toml"

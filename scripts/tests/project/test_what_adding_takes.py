@@ -1,4 +1,5 @@
-"""To add a register or a board, one edits the files that CONTRIBUTING names; tests edit copies.
+"""Tests that the files that CONTRIBUTING names are enough to add a register or a board; the tests
+edit copies of these files.
 
 The tests for a cause and an effect are in ``sim/tests/table/test_registry.py`` and
 ``test_effect_check.py``.
@@ -39,8 +40,8 @@ BEFORE_CONNECTION = "  status_capturing    <= capture_busy;\n"
 
 
 def documented(kind: str) -> set[str]:
-    """Return the files that CONTRIBUTING names for ``kind``; their number must be that of the
-    table's row."""
+    """Return the files that CONTRIBUTING names for ``kind``; their number must equal the number in
+    the row of CONTRIBUTING's table."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     (row,) = (found for found in TABLE.finditer(text) if found["kind"] == kind)
     files = set(re.findall(r"`([^`]+)`", row["files"]))
@@ -72,7 +73,7 @@ def test_a_register_takes_two_files(tmp_path: Path) -> None:
     (made / f"{ENTITY}.vhd").write_text(register_words(block), encoding="utf-8")
     names = python_registers(compile_registers(register_map))
     assert "ADDED_BY_TEST_ADDRESS: Final = 0x000FC" in names
-    # The last folder takes precedence: its copies replace the files of the tree.
+    # The last folder takes precedence, so its copies replace the files of the tree.
     folders = (*SOURCE_FOLDERS, ROOT / "tb", made, sources)
     generics = {"LANES": 2, "CAPTURE_DEPTH": 2}
     built = write_netlist(core.stem, tmp_path / "core", generics=generics, folders=folders)
@@ -120,8 +121,8 @@ def test_a_board_takes_one_file(
 
 @pytest.mark.parametrize("kind", ["a cause", "an effect"])
 def test_a_cause_and_an_effect_are_one_file(kind: str) -> None:
-    """The folder that CONTRIBUTING names contains only files of this kind, and that of the
-    package."""
+    """A cause or an effect needs one file: the folder that CONTRIBUTING names contains only such
+    files and the package's ``__init__.py``."""
     (pattern,) = documented(kind)
     folder = (ROOT / pattern).parent
     assert len(list(folder.glob("*.py"))) > 10

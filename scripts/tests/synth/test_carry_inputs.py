@@ -1,4 +1,4 @@
-"""Tests that look-up tables of carry chains that other cells read too are doubled for nextpnr."""
+"""Tests that a look-up table is copied for nextpnr if a carry chain and another cell read it."""
 
 from __future__ import annotations
 
@@ -61,7 +61,8 @@ def test_a_shared_look_up_table_becomes_one_for_each_reader(tmp_path: Path) -> N
     }
     ports = {"out": {"direction": "output", "bits": [41, "0"]}}
     added, module = split(tmp_path, cells, ports)
-    # Bit 40 has three readers, so that each chain gets a copy. A chain and a port read bit 41.
+    # Bit 40 has three readers, so that each chain gets a copy of its table. A chain and a port read
+    # bit 41.
     assert added == 3
     after = module["cells"]
     drivers = {
@@ -84,7 +85,8 @@ def test_a_shared_look_up_table_becomes_one_for_each_reader(tmp_path: Path) -> N
 
 
 def test_the_last_reader_keeps_the_look_up_table(tmp_path: Path) -> None:
-    """Only two chains read the table, so that one copy is enough."""
+    """The last reader keeps the original look-up table: only two chains read the table, so one copy
+    is enough."""
     cells = {
         "shared": table("INV", [2], 40),
         "first": carry([40, 2, 3, 4], 52),

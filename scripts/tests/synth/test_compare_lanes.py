@@ -1,4 +1,4 @@
-"""Tests of the comparison of lanes: arithmetic in float64, measurements, and the page."""
+"""Tests the comparison of lanes: its arithmetic in float64, its measurements, and its page."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _outputs(delay: int, *, wrong: float = 0.0) -> np.ndarray:
 
 def test_latency_and_errors_are_those_of_the_outputs() -> None:
     latency, error, any_angle = latency_and_errors(_outputs(16))
-    # The value is read after the edge that takes the phase: this is one register in addition to the
+    # The harness reads a value after the edge that takes its phase, which adds one register to the
     # delay.
     assert latency == 17
     # Rounding to the last bit has an error of at most half a bit; a million phases come close to
@@ -69,8 +69,9 @@ def test_table_and_slope_give_the_cosine() -> None:
     value = compare_lanes.table_values()[address] / 2.0**compare_lanes.VALUE_FRACTION
     result = value - slope * offset * unit_turn - HALF_OF_LAST_BIT
     error = np.abs(result - np.cos(2.0 * np.pi * folded / 2.0**compare_lanes.PHASE_FRACTION))
-    # The terms: half of z**2/2 with z = 2**-10 turn; half of the slope's last bit times 2**-10
-    # turn; half of the value's last bit; half a unit of the offset at the steepest slope.
+    # The terms of the bound are half of z**2/2 with z = 2**-10 turn; half of the slope's last bit
+    # times 2**-10 turn; half of the value's last bit; half a unit of the offset at the steepest
+    # slope.
     bound = (2.0 * math.pi * 2.0**-10) ** 2 / 4.0 + 2.0**-19 + 2.0**-21 + math.pi * unit_turn
     assert 0.5 * bound < error.max() < bound
 
@@ -87,8 +88,8 @@ def test_a_table_in_verilog_has_two_s_complement() -> None:
 @pytest.mark.large
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_the_netlist_of_the_table_gives_the_cosine(tmp_path: Path) -> None:
-    """The test runs GHDL's netlist over 2**20 phases; the header of table_rotation derives the
-    bound."""
+    """GHDL's netlist of the table gives the cosine at 2**20 phases, within the bound that the
+    header of table_rotation derives."""
     source = tmp_path / "table_lane.v"
     source.write_text(compare_lanes.table_lane(), encoding="utf-8")
     latency, error, _ = latency_and_errors(sweep(source))

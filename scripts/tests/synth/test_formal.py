@@ -1,4 +1,4 @@
-"""Every quick proof succeeds and notices one fault; ``make formal`` tries all faults."""
+"""Tests that every quick proof succeeds and notices one fault; ``make formal`` tries all faults."""
 
 from __future__ import annotations
 

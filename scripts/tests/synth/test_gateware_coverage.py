@@ -1,4 +1,4 @@
-"""Tests of reading GHDL's counts: sums over simulations, files in no simulation, the budget."""
+"""Tests how GHDL's counts are read: sums over simulations, files in no simulation, the budget."""
 
 from __future__ import annotations
 

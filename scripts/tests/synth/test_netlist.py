@@ -1,4 +1,4 @@
-"""Tests that small entities pass through GHDL and Yosys, and that faulty ones are refused."""
+"""Tests that GHDL and Yosys accept small entities, and refuse faulty entities."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ begin
 end architecture rtl;
 """
 
-# GHDL names the output of an instance <label>_<port>; here this equals a port of the outer entity.
+# GHDL names the output of an instance <label>_<port>; here this name equals the name of a port of
+# the outer entity.
 INNER = """
 library ieee;
   use ieee.std_logic_1164.all;
@@ -104,7 +105,7 @@ def test_report_of_a_small_entity(tmp_path: Path, capsys: pytest.CaptureFixture[
 @needs_tools
 def test_a_latch_is_refused(tmp_path: Path) -> None:
     (tmp_path / "latch.vhd").write_text(LATCH, encoding="utf-8")
-    # Either GHDL itself warns or refuses, or Yosys does.
+    # Either GHDL or Yosys warns of the fault or refuses the design.
     with pytest.raises(ToolError, match=r"(?i)latch"):
         synthesise(write_netlist("latch", tmp_path / "made", folders=[tmp_path]), flatten=True)
 

@@ -1,4 +1,4 @@
-"""Tests of the counts of cells and of the budgets, with a handwritten netlist."""
+"""Tests the counts of cells and the budgets, with a handwritten netlist."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_cells_of_all_kinds_are_counted(tmp_path: Path) -> None:
 def test_units_are_summed_over_their_instances(tmp_path: Path) -> None:
     modules = {
         "LUT2": [],
-        "LUT3": ["LUT6", "FDRE"],  # the cells in the model of a cell do not count
+        "LUT3": ["LUT6", "FDRE"],  # the cells in the model of a LUT3 do not count
         "phase_lane": ["DSP48E1"] * 3 + ["LUT2"],
         "harmonic_lane_18": ["DSP48E1", "FDRE"],
         "harmonic_lane_20": ["DSP48E1", "LUT3", "LUT3"],
@@ -102,7 +102,7 @@ def test_a_fold_that_saves_nothing_is_told() -> None:
 
 
 def test_a_table_has_to_make_room() -> None:
-    """Another budget applies to the LUTs of the core if ROTATION = table."""
+    """With ROTATION = table, a smaller budget applies to the LUTs of the core."""
     changed = [
         (one.part, one.kind, one.limit - other.limit)
         for one, other in zip(BUDGETS, budgets_of({"ROTATION": "table"}), strict=True)

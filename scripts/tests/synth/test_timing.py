@@ -1,5 +1,5 @@
-"""Tests of the longest paths and of the rule of one adder, with handwritten netlists and small
-entities."""
+"""Tests the longest paths, and the rule that a path has at most one wide adder, with handwritten
+netlists and small entities."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def test_a_unit_keeps_to_one_adder_and_to_200_mhz(
     made = str(tmp_path / "made")
     assert timing.main(["--entity", entity, "--output", made, "--limit", "5"]) == 0
     assert "0 without a reason" in capsys.readouterr().out
-    # Every path is longer than this limit.
+    # Every path is longer than this limit, so the program must report it.
     netlist = str(tmp_path / "made" / f"{entity}.flat.json")
     assert timing.main(["--entity", entity, "--netlist", netlist, "--limit", "0.5"]) == 1
     assert "expected 0.5 ns at the most" in capsys.readouterr().err

@@ -1,6 +1,7 @@
-"""The benchmark of the diagnosis: sets whose truth is hidden, compared with an ideal test.
+"""Measures how often the diagnosis is right, on measurement sets with hidden causes; an ideal test
+(the oracle) gives the limit of what is detectable.
 
 ``make`` draws the seeds of the sets, ``run`` makes and diagnoses each set, ``score`` compares the
-answers with truth and oracle, ``page`` writes the results. Answers of other programs can be scored
-too.
+answers with the hidden causes and the oracle, ``page`` writes the results. Answers of other
+programs can be scored too.
 """

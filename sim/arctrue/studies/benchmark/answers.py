@@ -1,4 +1,4 @@
-"""Scores answers of a run, or answers of another program from a file."""
+"""Scores the answers that a benchmark run has stored, or answers of another program from a file."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"]
-"""All verdicts that an answer may have; ``error`` if there is no answer."""
+"""Verdicts that an answer may have; ``error`` means that the subject gave no answer."""
 
 
 class _Answer(Struct, rename={"effects": "class"}):
-    """The scored keys of an answer; an answer may have further keys."""
+    """Keys of an answer that the benchmark scores; an answer may have further keys."""
 
     verdict: Verdict
     named: str | None = None
@@ -39,24 +39,25 @@ class _Answer(Struct, rename={"effects": "class"}):
     further: list[str] | None = None
     probability: dict[str, NotNegative] | None = None
     parameters: dict[str, float] | None = None
-    """Parameters of the named effect: ``order`` (per turn) and ``frequency`` (Hz) of a line."""
+    """Parameters of the named effect; for a line its ``order`` (per turn) or ``frequency`` (Hz)."""
     oscillation_hz: float | None = None
-    """Frequency of a damped oscillation that noise drives, if the answer states one."""
+    """Frequency, in Hz, of a damped oscillation that noise drives; None if the answer states no
+    oscillation."""
     held_out_arcsec: dict[str, NotNegative] | None = None
 
 
 class AnswersError(ValueError):
-    """A file of answers that cannot be read."""
+    """Raised for a file of answers that cannot be read."""
 
 
 def write_sets(
     plan: TierPlan, out: Path, first: int | None, report_step: ReportStep
 ) -> dict[str, str]:
-    """Write each set of a plan into a folder with its name; return the digests by the sets' names.
+    """Write each set of a plan into a folder with the set's name; return the sets' digests by name.
 
-    All machines whose sines and cosines agree compute the same digests. One different count in one
-    row already changes a digest; answers from two machines with different digests must not be
-    compared digit by digit.
+    Two machines compute equal digests if their sines and cosines agree to the last bit. A
+    difference of one count in one row changes a digest; do not compare the answers of two machines
+    digit by digit if their digests differ.
     """
     tasks = plan.tasks("arctrue")[:first]
     found = {}
@@ -69,7 +70,8 @@ def write_sets(
 
 
 def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -> dict[str, Any]:
-    """Score the results of one subject, or the answers in the file ``answers`` in place of them.
+    """Score the stored results of one subject, or, if ``answers`` is given, the answers in this
+    file instead.
 
     Raises the exceptions of judged_sets.
     """
@@ -79,8 +81,8 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
 def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> list[Judged]:
     """Return every set of one subject's results with truth and answer, in the order of the plan.
 
-    Raises PlanError if the seed of the sets was drawn and the code of the scoring differs from the
-    plan's, and AnswersError for an invalid file of answers.
+    Raises PlanError if the plan's seed was drawn at random and the scoring code has changed since
+    the plan was made, and AnswersError for an invalid file of answers.
     """
     plan = read_plan(folders[0])
     if TIERS[plan.tier].seed is None:
@@ -98,10 +100,10 @@ def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> 
 def score_of_peers(folder: Path) -> dict[str, dict[str, Any]]:
     """Score every subject with results in ``folder`` on the sets that all subjects have.
 
-    Each score has the ``header`` of the campaign that made its answers: all answers of one subject
-    come from one state of its code (see sources_of), but two subjects may have different states.
-    Raises PlanError if there is no plan, and AnswersError if there are no results, if two subjects
-    have different sets or libraries, or if a set differs from the frozen one.
+    Each score contains the ``header`` of the campaign that made its answers. All answers of one
+    subject come from one state of the code (see sources_of); two subjects may come from different
+    states. Raises PlanError if there is no plan, and AnswersError if there are no results, if two
+    subjects have different sets or libraries, or if a set differs from the frozen set of its name.
     """
     plan = read_plan(folder)
     results = {
@@ -129,7 +131,8 @@ def score_of_peers(folder: Path) -> dict[str, dict[str, Any]]:
     order = [key for task in plan.tasks("") if (key := set_name(task)) in common]
     if not order:
         raise AnswersError(f"{folder}: there is no set yet that {', '.join(results)} have answered")
-    # Use one truth for all subjects: the generator may have changed between their runs.
+    # Score all subjects with the same truth, because the generator may have changed between their
+    # runs.
     truth = {key: item.result["truth"] for key, item in results[first[0]].items()}
     return {
         name: {
@@ -143,7 +146,7 @@ def score_of_peers(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
-    """Raise AnswersError if a set differs from the frozen one."""
+    """Raise AnswersError if a set differs from the frozen set of its name."""
     other = differing({key: item.result.get("set", "") for key, item in results.items()})
     if other:
         raise AnswersError(
@@ -153,7 +156,7 @@ def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
 
 
 def _check_plan(folder: Path, plan: TierPlan, subject: str) -> dict[str, Any]:
-    """Return the header of a subject's results.
+    """Check that a subject's results belong to the plan; return their header.
 
     Raises AnswersError if the results belong to another plan.
     """
@@ -180,7 +183,7 @@ def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
         raise AnswersError(f"{path}: {len(missing)} sets have no answer, the first is {missing[0]}")
     for name, answer in given.items():
         if "beside" in answer:
-            # This is the former name, which is kept for one release.
+            # "beside" is the former name of the key "further"; it is still read for one release.
             answer.setdefault("further", answer.pop("beside"))
         try:
             typed(answer, _Answer, name)

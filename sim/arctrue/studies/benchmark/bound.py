@@ -1,9 +1,9 @@
-"""Tests, by injection at the detection bound, whether a diagnosis finds effects of the size that it
-states as detectable.
+"""Injects effects of the size that a diagnosis states as detectable, and tests whether the
+diagnosis then finds them.
 
-A set without any effect is diagnosed; the diagnosis states for each effect the smallest size that
-it would have found in 95 % of such sets. A cause with at least this RMS in every channel is put
-into the same experiment, new noise is drawn, and the set is diagnosed again.
+First a set without any effect is diagnosed; for each effect the diagnosis states its bound, which
+is the smallest size that it would find in 95 % of such sets. Then a cause with at least this RMS in
+every channel is added to the same experiment, new noise is drawn, and the set is diagnosed again.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from arctrue.workbench.model.model import default_model
 
 WORK = "arctrue.studies.benchmark.bound:run_bound"
 PROMISED = 0.95
-"""Share of such sets in which the diagnosis promises to find an effect of the stated size."""
+"""Share of sets in which the diagnosis promises to find an effect of the stated size."""
 QUIET = ("adequate", "cannot_tell")
 
 
 def bound_campaign(
     folder: Path, effects: Sequence[str], times: int, samples: int, seed: int
 ) -> Campaign:
-    """Make a campaign of ``times`` injections of each effect; its tasks alternate between
+    """Make a campaign of ``times`` injections of each effect; consecutive tasks inject different
     effects."""
     tasks: list[Task] = [
         {
@@ -50,10 +50,10 @@ def bound_campaign(
 
 
 def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Do one injection of ``effect``; return the stated bound, the injected size, the answer.
+    """Inject the task's ``effect`` once; return the stated bound, the injected size and the answer.
 
     ``bound_rms_arcsec`` is None if the diagnosis of the set without any effect states no bound of
-    the effect, because it cannot test the effect or does not call the set quiet.
+    the effect, because the diagnosis cannot test the effect or reports that an effect is present.
     """
     effect = str(task["effect"])
     injection = INJECTIONS[effect]
@@ -102,7 +102,7 @@ def _said(measurement: MeasurementSet) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class BoundScore:
-    """Rates at which an effect of the stated size was found."""
+    """Rates at which the diagnosis found one effect that was injected at the stated bound."""
 
     effect: str
     found: Rate
@@ -114,13 +114,13 @@ class BoundScore:
 
     @property
     def kept(self) -> bool:
-        """Tell whether the 95 % interval reaches the promised share or lies above it."""
+        """Tell whether the upper end of the 95 % interval is at least the promised share."""
         return self.found.interval[1] >= PROMISED
 
 
 def bound_scores(results: Iterable[tuple[Task, Mapping[str, Any]]]) -> list[BoundScore]:
-    """Return each effect's rates over the sets whose diagnosis states its bound, in the order of
-    INJECTIONS."""
+    """Return each effect's rates over the sets for which the diagnosis states a bound of this
+    effect, in the order of INJECTIONS."""
     by_effect: dict[str, list[Mapping[str, Any]]] = {}
     for task, result in results:
         stated = by_effect.setdefault(task["effect"], [])

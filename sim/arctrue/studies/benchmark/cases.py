@@ -1,5 +1,5 @@
-"""Keeps the sets on which the diagnosis once failed, with the reasons, as tests of later
-diagnoses."""
+"""Stores the sets on which the diagnosis once failed and the reasons, so that later versions of the
+diagnosis are tested on them."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ OF_A_SET = ("world", "content", "seed", "samples")
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Reason of a failure, which a person found and wrote into the file of cases."""
+    """Reason of a failure; a person has found the reason and written it into the file of cases."""
 
     said: str
-    """The answer that the reason explains; another answer may have another reason."""
+    """Answer that the reason explains; a different answer to the same set may have another
+    reason."""
     why: str
 
 

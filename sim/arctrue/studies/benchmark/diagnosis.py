@@ -1,4 +1,5 @@
-"""The diagnosis of this project as a subject of the benchmark."""
+"""Runs the diagnosis of this project as a subject of the benchmark (a program whose answers are
+scored)."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ from arctrue.workbench.observations.build import observations_of
 def diagnosed(
     measurement: MeasurementSet, matters_counts: float = MATTERS_COUNTS
 ) -> tuple[Observations, Diagnosis]:
-    """Return the rows of a set and the default model's diagnosis of them."""
+    """Return the rows of a set, and their diagnosis under the default model."""
     observations = observations_of(measurement)
     effects = catalogue([])
     terms = settle(default_model(), observations, effects)
@@ -29,8 +30,7 @@ def diagnosed(
 
 
 def arctrue(folder: Path) -> Answer:
-    """Diagnose the set in ``folder``, which is the only input; return the answer of this
-    project."""
+    """Diagnose the set in ``folder`` and return the answer; nothing else is read."""
     _, found = diagnosed(read_measurement_set(folder))
     answer = answer_of(diagnosis_data(found, default_model().names()))
     grounds = None if found.grounds is None else asdict(found.grounds)
@@ -38,7 +38,8 @@ def arctrue(folder: Path) -> Answer:
 
 
 def answer_of(data: Mapping[str, Any]) -> Answer:
-    """Return the scored part of ``diagnose --json``, schema 1 or 2, as plain JSON."""
+    """Return the keys that the benchmark scores from the output of ``diagnose --json`` (schema 1 or
+    2)."""
     candidates = list(data.get("candidates", []))
     first = next((item for item in candidates if item["effect"] == data.get("named")), None)
     before = candidates[0]["heldout_before_arcsec"] if candidates else {}
@@ -64,5 +65,5 @@ def answer_of(data: Mapping[str, Any]) -> Answer:
 
 
 def _rounded(values: Mapping[str, float]) -> dict[str, float]:
-    # Seven digits: the last bits of a sum may differ between processors.
+    # Round to seven digits, because the last bits of a sum may differ between processors.
     return {name: float(f"{value:.7g}") for name, value in values.items()}

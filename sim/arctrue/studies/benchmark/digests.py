@@ -1,4 +1,5 @@
-"""Gives a set a name that does not reveal its content, and computes a digest of the content."""
+"""Gives a set's folder a name that does not reveal the hidden causes, and computes a digest of its
+files."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from arctrue.studies.simulate.truth import fingerprint
 
 
 def set_name(task: Task) -> str:
-    """Return the name of a set's folder: it reveals nothing about the content."""
+    """Return the name of a set's folder; the name reveals nothing about the hidden causes."""
     return digest({name: value for name, value in task.items() if name != "subject"})[:12]
 
 

@@ -1,4 +1,4 @@
-"""The frozen public sets: made from seeds, and checked by their digests."""
+"""Makes the frozen public sets from their seeds and compares their digests with the stored ones."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ def frozen_digests() -> dict[str, str]:
 
 
 def freeze(digests: Mapping[str, str]) -> None:
-    """Store these digests as the frozen sets; answers of peers to earlier sets become invalid.
+    """Store these digests of the frozen sets; stored answers of peers to earlier sets become
+    invalid.
 
     Raises ValueError if ``digests`` does not contain every set of the tier.
     """
@@ -45,7 +46,7 @@ def freeze(digests: Mapping[str, str]) -> None:
 
 
 def is_public(plan: TierPlan) -> bool:
-    """Tell whether the sets of a plan are those of the public tier."""
+    """Tell whether a plan has exactly the sets of the public tier."""
     tier = TIERS[TIER]
     return (plan.tier, plan.sets, plan.samples, plan.seed) == (
         TIER,
@@ -56,6 +57,6 @@ def is_public(plan: TierPlan) -> bool:
 
 
 def differing(digests: Mapping[str, str]) -> list[str]:
-    """Return the names of the sets that differ from the frozen ones."""
+    """Return the names of the sets whose digests differ from those of the frozen sets."""
     frozen = frozen_digests()
     return sorted(name for name, found in digests.items() if frozen.get(name) != found)

@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 CONFIDENCE = 0.95
 BINS = 10
 RESAMPLES = 1000
-"""Number of bootstrap resamples; 25 of these lie outside each end of a 95 % interval."""
+"""Number of bootstrap resamples; 25 resamples lie below and 25 above the 95 % interval."""
 SUREST = 1e-3
 """Smallest distance that a probability in a log score keeps from 0 and 1: the benchmark has enough
 sets to resolve one false answer in a thousand."""
@@ -22,21 +22,22 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """A rate of ``hits`` among ``of`` trials, with the 95 % interval of Clopper and Pearson."""
+    """Rate of ``hits`` among ``of`` trials, with the 95 % interval of Clopper and Pearson."""
 
     hits: int
     of: int
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Return the lower and the upper limit; 0 and 1 if there was no trial."""
+        """Return the lower and the upper limit of the 95 % interval; 0 and 1 if there was no
+        trial."""
         if not self.of:
             return 0.0, 1.0
         found = binomtest(self.hits, self.of).proportion_ci(CONFIDENCE, method="exact")
         return float(found.low), float(found.high)
 
     def data(self) -> dict[str, float | int | None]:
-        """Return the rate as JSON."""
+        """Return hits, trials, rate and limits as a mapping for JSON."""
         low, high = self.interval
         share = self.hits / self.of if self.of else None
         return {"hits": self.hits, "of": self.of, "rate": share, "low": low, "high": high}
@@ -53,13 +54,13 @@ class Rate:
 
 
 def rate(outcomes: Sequence[bool]) -> Rate:
-    """Return the rate at which the elements are true."""
+    """Return the rate of true elements in ``outcomes``."""
     return Rate(sum(bool(item) for item in outcomes), len(outcomes))
 
 
 @dataclass(frozen=True, slots=True)
 class Bin:
-    """One bin of the reliability curve."""
+    """Bin of the reliability curve."""
 
     mean_probability: float
     right: Rate
@@ -81,8 +82,8 @@ def reliability(probability: Sequence[float] | Float, right: Sequence[bool] | Fl
 
 
 def expected_calibration_error(bins: Sequence[Bin]) -> float:
-    """Compute the mean distance between stated probability and rate, weighted by the sets in each
-    bin."""
+    """Compute the mean distance between stated probability and rate, weighted by the number of
+    answers in each bin."""
     whole = sum(item.right.of for item in bins)
     gaps = [
         item.right.of * abs(item.mean_probability - item.right.hits / item.right.of)
@@ -93,14 +94,14 @@ def expected_calibration_error(bins: Sequence[Bin]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A quantity computed from sets, with the 95 % interval of a bootstrap over the sets."""
+    """Quantity computed from sets, with the 95 % interval of a bootstrap over the sets."""
 
     value: float
     low: float
     high: float
 
     def data(self) -> dict[str, float]:
-        """Return the estimate as JSON."""
+        """Return value and limits as a mapping for JSON."""
         return {"value": self.value, "low": self.low, "high": self.high}
 
 
@@ -113,11 +114,13 @@ def calibration_error(probability: Sequence[float], right: Sequence[bool]) -> Es
 
 
 def log_score_gain(probability: Sequence[float], right: Sequence[bool]) -> Estimate:
-    """Compute the mean log score of the stated probabilities minus that of a constant, in nats.
+    """Compute the mean log score of the stated probabilities minus the mean log score of a
+    constant, in nats.
 
-    A value above 0 means that they are better than the constant. An answer with the result r ∈ {0,
-    1} and the stated probability p scores r·log p + (1 − r)·log(1 − p), where p keeps the distance
-    ``SUREST`` from 0 and 1. The constant is the rate of right answers, which is the best constant.
+    A value above 0 means that the stated probabilities are better than the constant. An answer with
+    the result r ∈ {0, 1} and the stated probability p scores r·log p + (1 − r)·log(1 − p), where p
+    keeps the distance ``SUREST`` from 0 and 1. The constant is the rate of right answers; no other
+    constant has a higher mean log score.
     """
 
     def gain(stated: Float, was: Float) -> float:

@@ -1,8 +1,9 @@
-"""The ideal test of one cause: it uses the exact form, the true covariance and the base model.
+"""Computes the ideal test of one cause, with the cause's exact form, the true covariance and the
+base model.
 
-It is the generalised likelihood ratio of the cause's exact form against the base model (orders 1 to
-20 on the disc, an offset a run, a zero of the reference), under the covariance by which the noise
-was drawn. This module imports nothing from the workbench.
+The test is the generalised likelihood ratio of the cause's exact form against the base model
+(orders 1 to 20 on the disc, an offset for each run, a zero of the reference), under the covariance
+with which the noise was drawn. This module imports nothing from the workbench.
 """
 
 from __future__ import annotations
@@ -35,14 +36,14 @@ class Sight:
     """Result of the ideal test for one cause in one set."""
 
     noncentrality: float
-    """Noncentrality of the test's χ²: square, in units of the noise, of the part that the base
-    model cannot absorb."""
+    """Noncentrality of the test's χ²: the sum of squares, in units of the noise, of the part that
+    the base model cannot absorb."""
     needed: float
-    """Noncentrality at which the test finds the cause in 95 % of such sets at a false alarm of 1
-    %."""
+    """Noncentrality at which the test, with a false-alarm probability of 1 %, finds the cause in 95
+    % of such sets."""
     rms_arcsec: float
-    """Largest RMS over the channels of the part that the base model cannot absorb; offsets of runs
-    count."""
+    """RMS of the part that the base model cannot absorb, in the channel where it is largest; the
+    offsets of runs count too."""
 
     @property
     def sees(self) -> bool:
@@ -51,7 +52,8 @@ class Sight:
 
     @property
     def size_in_limits(self) -> float:
-        """Return the ratio of the cause's size to the smallest size that ``sees`` accepts."""
+        """Return the cause's size divided by the smallest size that the ideal test finds in 95 % of
+        such sets."""
         return float(np.sqrt(self.noncentrality / self.needed))
 
 
@@ -67,8 +69,8 @@ def needed_noncentrality(effect: str) -> float:
 def inverse_times(noise: Noise, columns: Float) -> Float:
     """Return C⁻¹ × ``columns`` ``(n, c)`` for C = W + Σ_j sigma_j²·K_j, W = diag(white²) > 0.
 
-    Uses the matrix inversion lemma over the k Gauss–Markov processes. Their joint precision matrix
-    is banded if their states are interleaved row by row: O(n·k²·(k + c)).
+    The function uses the matrix inversion lemma over the k Gauss–Markov processes. Their joint
+    precision matrix is banded if their states are interleaved row by row: O(n·k²·(k + c)).
     """
     weight = 1.0 / noise.white_rad**2
     weighted = weight[:, None] * columns
@@ -80,14 +82,14 @@ def inverse_times(noise: Noise, columns: Float) -> Float:
     decay[0] = 0.0
     fresh = 1.0 / ((1.0 - decay**2) * noise.sigma_rad**2)
     # Precision of x_i = a_i·x_{i−1} + w_i with var w_i = q_i: 1/q_i + a²_{i+1}/q_{i+1} on the
-    # diagonal, −a_i/q_i next to it.
+    # diagonal, −a_i/q_i next to the diagonal.
     diagonal = fresh.copy()
     diagonal[:-1] += decay[1:] ** 2 * fresh[1:]
     band = np.zeros((parts + 1, rows * parts))
     band[0] = (diagonal + weight[:, None]).ravel()
     band[parts, : (rows - 1) * parts] = -(decay[1:] * fresh[1:]).ravel()
     for apart in range(1, parts):
-        # All processes of one row are measured together.
+        # A row measures the sum of all its processes, so the white precision couples them pairwise.
         together = np.zeros((rows, parts))
         together[:, : parts - apart] = weight[:, None]
         band[apart] = together.ravel()
@@ -104,8 +106,8 @@ def look(
     noise: dict[str, TrueNoise],
     index_variance_arcsec2: float,
 ) -> Sight:
-    """Compute the ideal test of one cause; ``signal_arcsec``: this cause's own signal in each
-    channel."""
+    """Compute the ideal test of one cause; ``signal_arcsec`` is the signal of this cause alone in
+    each channel."""
     normal, right, square = _sums(measurement, signal_arcsec, noise, index_variance_arcsec2)
     absorbed = lstsq(normal, right, lapack_driver="gelsy")[0]
     noncentrality = max(0.0, square - float(right @ absorbed))
@@ -114,7 +116,8 @@ def look(
         left = signal_arcsec[channel] - np.asarray(columns @ absorbed)
         sound = ~noise[channel].struck
         largest = max(largest, float(np.sqrt(np.mean(left[sound] ** 2))))
-    # The index may absorb an offset, but the offset still shifts the prediction and counts in full.
+    # The fit may absorb an offset in the index, but the offset still shifts the prediction, so its
+    # full size counts.
     offsets = absorbed[_offsets(measurement)]
     if offsets.size:
         largest = max(largest, float(np.sqrt(np.mean(offsets**2))))
@@ -189,5 +192,6 @@ def _waves(angle_rad: NDArray[np.floating[Any]]) -> Float:
 
 
 def visible(sights: Sequence[Sight], matters_arcsec: float) -> bool:
-    """Tell whether the test detects a cause that changes the prediction by more than the limit."""
+    """Tell whether the ideal test detects any of the causes that change the prediction by more than
+    ``matters_arcsec``."""
     return any(sight.sees and sight.rms_arcsec > matters_arcsec for sight in sights)

@@ -1,4 +1,4 @@
-"""Compares one answer with the truth of its set."""
+"""Compares one answer with the truth of its set and classifies the outcome."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ NEAR_LINE = 1.5
 """Largest permitted distance of a named line from the true order or frequency, in units of the
 resolution."""
 OSCILLATION = "oscillation"
-"""Kind of a hidden damped oscillation that noise drives; no name of the catalogue is right for
-it."""
+"""Kind of a hidden damped oscillation that noise drives; no name of the catalogue is a right answer
+for it."""
 STATED = {"order": "order", "hz": "frequency"}
-"""Parameter of an answer that states a line's order or frequency, by the key in the truth."""
+"""Name of the answer's parameter with a line's order or frequency, by the key of this value in the
+truth."""
 MATTERS_COUNTS = 0.5
 COUNT_ARCSEC = arcsec_per_count(1 << 24)
 MATTERS_ARCSEC = MATTERS_COUNTS * COUNT_ARCSEC
@@ -52,13 +53,13 @@ OUTCOMES = (
     ERROR,
 )
 GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
-"""The good outcomes. ``in class`` is not good, because another name than the true one came first in
-the answer."""
+"""Outcomes that count as good. ``in class`` is not good, because another name than the true one
+came first in the answer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """One set: its task, its truth, the answer, and the outcome."""
+    """Scored set: its task, its truth, the answer, and the outcome."""
 
     task: Mapping[str, Any]
     truth: Mapping[str, Any]
@@ -66,7 +67,7 @@ class Judged:
 
     @property
     def world(self) -> str:
-        """Return the world that made the set."""
+        """Return the name of the world from which the set was drawn."""
         return str(self.task["world"])
 
     @property
@@ -76,16 +77,18 @@ class Judged:
 
     @property
     def accepted(self) -> Mapping[str, Sequence[str]]:
-        """Return further answers that are right or not false: ``names``, ``alike``, ``verdicts``.
+        """Return the further answers that the truth accepts as right or as not false: ``names``,
+        ``alike``, ``verdicts``.
 
-        A set of the first generator has no further answers.
+        A set of the first generator has none.
         """
         found: Mapping[str, Sequence[str]] = self.truth.get("accepted", {})
         return found
 
     @property
     def left_open(self) -> bool:
-        """Tell whether the design permits the answer's verdict, whatever the oracle finds."""
+        """Tell whether the design of the set permits the answer's verdict, independent of the
+        oracle's result."""
         return self.answer["verdict"] in self.accepted.get("verdicts", ())
 
     @property
@@ -94,7 +97,8 @@ class Judged:
         return [*self.hidden, *self.accepted.get("names", ())]
 
     def lines_named(self) -> list[Mapping[str, Any]] | None:
-        """Return the hidden causes whose order or frequency agrees with that of the named line.
+        """Return the hidden causes whose order or frequency agrees with the order or frequency of
+        the named line.
 
         Returns None if the answer states no order or frequency, or if no hidden cause has one.
         """
@@ -112,7 +116,8 @@ class Judged:
 
     @property
     def states_oscillation(self) -> bool:
-        """Tell whether the answer states a damped oscillation at the frequency of a hidden one.
+        """Tell whether the answer states a damped oscillation at the frequency of a hidden
+        oscillation.
 
         The stated frequency may differ by the half width at half power, γ/(2π). Maximum likelihood
         over a record of length T has the standard uncertainty √(γ/T)/(2π) (Gersch, IEEE Trans.
@@ -148,7 +153,7 @@ class Judged:
 
     @property
     def said(self) -> str:
-        """Return the answer as one word: the name, or the verdict."""
+        """Return the name that the answer states, or its verdict if it states no name."""
         verdict, effects = self.answer["verdict"], self.answer.get("class") or []
         if verdict == "named":
             return str(self.answer.get("named"))
@@ -174,14 +179,14 @@ class Judged:
         return BAD_DATA if verdict == "bad_data" else ERROR
 
     def _unknown(self, allowed: bool) -> str:
-        """Score the verdict ``unknown``: right for a cause outside the catalogue, or for an
-        oscillation whose frequency is stated."""
+        """Score the verdict ``unknown``; it is right for a cause outside the catalogue, or for a
+        hidden oscillation whose frequency the answer states."""
         kinds = {item["kind"] for item in self.truth["effects"]}
         right = bool(kinds - {"catalogue", OSCILLATION}) or self.states_oscillation
         return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
 
     def _named(self, named: str | None) -> str:
-        """Score a name; a line's name is right only if its order or frequency is that of a hidden
+        """Score a name; a line's name is right only if its order or frequency agrees with a hidden
         line."""
         elsewhere = self.lines_named() == []
         if named in self.right_names:
@@ -219,7 +224,8 @@ class Judged:
         )
 
     def probability_of_truth(self) -> float | None:
-        """Return the probability that the answer gives to the truth, summed over several causes.
+        """Return the probability that the answer gives to the truth; the probabilities of several
+        hidden causes are added.
 
         Returns None if the answer states no probability.
         """
@@ -232,8 +238,8 @@ class Judged:
         return min(1.0, sum(float(stated.get(name, 0.0)) for name in truth or {"none"}))
 
     def _also(self) -> set[str]:
-        """Return the keys of stated probabilities that are right in addition to the hidden
-        causes."""
+        """Return the keys of the stated probabilities that count as right, in addition to the
+        hidden causes."""
         known = "unknown" in self.accepted.get("verdicts", ())
         return {*self.accepted.get("names", ()), *(["unknown"] if known else [])}
 
@@ -250,8 +256,8 @@ class Judged:
         return float(stated[name]), right
 
     def first_kind(self) -> str | None:
-        """Return the kind of key that has the largest probability: ``name``, ``unknown`` or
-        ``none``."""
+        """Return the kind of answer that has the largest stated probability: ``name``, ``unknown``
+        or ``none``."""
         stated = self.answer.get("probability")
         if not stated:
             return None
@@ -259,14 +265,14 @@ class Judged:
         return name if name in ("unknown", "none") else "name"
 
     def held_out_over_floor(self) -> float | None:
-        """Return the largest ratio, over the channels, of held-out error to RMS of the simulated
-        noise."""
+        """Return the held-out error divided by the RMS of the simulated noise, in the channel where
+        this ratio is largest."""
         floor, found = self.truth["floor_arcsec"], self.answer.get("held_out_arcsec") or {}
         ratios = [float(found[name]) / float(floor[name]) for name in found if floor.get(name)]
         return max(ratios) if ratios else None
 
     def command(self) -> str:
-        """Return the command that makes this set again."""
+        """Return the command line that makes this set again."""
         task = self.task
         return (
             f"arctrue benchmark set FOLDER --world {task['world']} --content {task['content']} "
@@ -275,7 +281,7 @@ class Judged:
 
 
 def _stated_as(effect: Mapping[str, Any]) -> str:
-    """Return the key of a cause in the stated probabilities."""
+    """Return the key under which the stated probabilities contain a cause."""
     return str(effect["effect"]) if effect["kind"] == "catalogue" else "unknown"
 
 

@@ -1,4 +1,5 @@
-"""The sets of a benchmark: tiers, seeds, and the digests that were fixed before the seeds."""
+"""Plans the sets of a benchmark: the tier, the seed, and digests of the code that are fixed before
+the seed is drawn."""
 
 from __future__ import annotations
 
@@ -35,19 +36,19 @@ WORK = "arctrue.studies.benchmark.work:run_set"
 
 @dataclass(frozen=True, slots=True)
 class Tier:
-    """The number of sets, their size, and the seed."""
+    """Tier of the benchmark: the number of sets, their size, and the seed."""
 
     sets: int
     samples: int
     """Largest number of samples in a run."""
     seed: int | None
-    """Seed; if None, it is drawn when the plan is made, after everything else is fixed."""
+    """Seed; if None, it is drawn when the plan is made, after the code's digests are fixed."""
     frozen: bool = False
-    """Whether digests identify the sets, whatever code makes them."""
+    """Whether digests identify the sets, so that a change of the generator's code is permitted."""
 
 
 CASES = "cases"
-"""The tier of the sets on which the diagnosis once failed."""
+"""Name of the tier with the sets on which the diagnosis once failed."""
 TIERS = {
     "quick": Tier(60, SAMPLES_A_RUN // 4, 1),
     "dev": Tier(600, SAMPLES_A_RUN, 2),
@@ -59,18 +60,18 @@ TIERS = {
 
 
 SOURCES = {SIMULATED: set_tasks, INDEPENDENT: independent_tasks, "both": mixed_tasks}
-"""Functions that return the tasks, by generator: the simulated table, the second generator, or
-both."""
+"""Functions that return the tasks, by the name of the generator: the simulated table, the second
+generator, or both."""
 
 
 class PlanError(ValueError):
-    """There is no plan, or the code of the generator or of the scoring has changed since it was
-    made."""
+    """Raised if there is no plan, or if the code of the generator or of the scoring has changed
+    since the plan was made."""
 
 
 @dataclass(frozen=True, slots=True)
 class TierPlan:
-    """A tier with its seed, and the digests of the code that were computed before the seed was
+    """Tier with its seed, and the digests of the code that were computed before the seed was
     drawn."""
 
     tier: str
@@ -93,18 +94,19 @@ class TierPlan:
         return SOURCES[self.source](self.sets, self.samples, self.seed, subject)
 
     def campaign(self, folder: Path, subject: str) -> Campaign:
-        """Make the campaign of one subject. Raises PlanError if the code differs from that of the
-        plan."""
+        """Make the campaign of one subject. Raises PlanError if the code has changed since the plan
+        was made."""
         self.check()
         facts = {"plan": asdict(self), "subject": subject}
         sources = sources_of(subject)
         return Campaign(WORK, self.tasks(subject), folder / subject, facts, sources=sources)
 
     def check(self) -> None:
-        """Raise PlanError if the code differs from that with which the plan was made.
+        """Raise PlanError if the code has changed since the plan was made.
 
-        The code of the generator is compared, and, if the seed was drawn, that of the scoring too:
-        a tier with a public seed may be scored again. Frozen sets are identified by their digests.
+        The method compares the code of the generator and, if the seed was drawn, also the code of
+        the scoring; a tier with a public seed may be scored again with new code. Frozen sets are
+        identified by their digests.
         """
         sealed: list[tuple[str, tuple[str, ...]]] = []
         if not TIERS[self.tier].frozen:
@@ -148,9 +150,9 @@ def make_plan(
 ) -> TierPlan:
     """Write the plan of a tier into ``folder``: digests first, then the seed.
 
-    ``limit``: only the first sets; ``seed``, ``samples``: replace those of the tier. Raises
-    PlanError if the folder has another plan, if kept or frozen sets would get another generator,
-    number, size or seed, and if a seed is given for a tier whose seed is drawn.
+    ``limit`` keeps only the first sets; ``seed`` and ``samples`` replace the values of the tier.
+    Raises PlanError if the folder has another plan, if an argument changes the generator, number,
+    size or seed of the kept or frozen sets, or if a seed is given for a tier whose seed is drawn.
     """
     chosen = TIERS[tier]
     changed = source != SIMULATED or (limit, seed, samples) != (None, None, None)

@@ -1,5 +1,5 @@
-"""Compares all answers of a benchmark with truth and oracle: rates with intervals, total and by
-world."""
+"""Compares all answers of a benchmark with truth and oracle, and computes rates with intervals, in
+total and by world."""
 
 from __future__ import annotations
 
@@ -41,17 +41,18 @@ SURE = 0.8
 KINDS = ("name", "unknown", "none")
 """Kinds of answer to which a subject can give a probability."""
 SIMULATED, INDEPENDENT = "simulated", "independent"
-"""The generators: the simulated table, and the second generator."""
+"""Names of the two generators: the simulated table, and the second generator."""
 
 FALSE = "false name or falsely adequate"
 
 SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
-"""Edges of the bins of a cause's size; the unit is the oracle's detection limit."""
+"""Edges of the bins for the sizes of causes, in units of the oracle's detection limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Definition of a rate: the sets that count, the hits among these, and the goal."""
+    """Definition of a rate: it tells which sets count, which of these are hits, and which goal
+    applies."""
 
     name: str
     counts: Callable[[Judged], bool]
@@ -59,9 +60,10 @@ class Score:
     at_most: float | None = None
     at_least: float | None = None
     world_at_most: float | None = None
-    """A looser limit than ``at_most``, for a single world; None: the same limit."""
+    """Limit for a single world, which is looser than ``at_most``; None: ``at_most`` applies."""
     white_at_least: float | None = None
-    """A stricter limit than ``at_least``, for the world of white noise; None: the same limit."""
+    """Limit for the world of white noise, which is stricter than ``at_least``; None: ``at_least``
+    applies."""
 
     def of(self, sets: Iterable[Judged]) -> Rate:
         """Compute the rate over the sets that count."""
@@ -81,8 +83,8 @@ def _catalogue(item: Judged) -> bool:
 
 
 def _stranger(item: Judged) -> bool:
-    """Tell whether the oracle detects only a cause outside the catalogue, unless the answer is
-    another verdict that the design permits."""
+    """Tell whether the oracle detects only causes outside the catalogue; return False if the design
+    permits the answer's verdict and the verdict is not ``unknown``."""
     alone = bool(item.seen("stranger")) and not item.seen("catalogue")
     return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
@@ -107,7 +109,8 @@ def _named_largest_line(item: Judged) -> bool:
 
 
 NEARLY_AS_LARGE = 0.8
-"""Ratio of sizes above which either of two lines may be named first."""
+"""Ratio of a line's size to the largest line's size, above which the answer may name the smaller
+line first."""
 
 SCORES = (
     Score("false name", _any, lambda item: item.falsely_named, at_most=0.01),
@@ -186,11 +189,11 @@ SCORES = (
         at_most=0.01,
     ),
 )
-"""All rates with their goals."""
+"""Definitions of all rates with their goals."""
 
 
 def scored(sets: Sequence[Judged]) -> dict[str, Any]:
-    """Return everything as JSON: rates, probabilities, sizes, confusion, failures."""
+    """Return rates, probabilities, sizes, confusion and failures as a mapping for JSON."""
     worlds = [
         name for name in (*WORLDS, *independent_worlds()) if any(i.world == name for i in sets)
     ]
@@ -235,7 +238,7 @@ def _fails(world: str, sets: Sequence[Judged]) -> bool:
 
 
 def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:
-    """Group the sets by generator, the first generator first."""
+    """Group the sets by generator; the first generator comes first."""
     found: dict[str, list[Judged]] = {}
     for name, second in ((SIMULATED, False), (INDEPENDENT, True)):
         made = [item for item in sets if (item.world in independent_worlds()) == second]
@@ -256,7 +259,7 @@ def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
 
 def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
     """Return the mean probability of the truth, and the calibration; None if no answer states
-    any."""
+    probabilities."""
     stated = [item.first_probability() for item in sets]
     pairs = [pair for pair in stated if pair is not None]
     if not pairs:
@@ -278,13 +281,14 @@ def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
 
 
 def _right_of(sets: Sequence[Judged], kind: str) -> Rate:
-    """Return the rate of right answers among those that give a ``kind`` the largest probability."""
+    """Return the rate of right answers among the answers that give ``kind`` the largest
+    probability."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([pair[1] for pair in stated if pair is not None])
 
 
 def _wrong_where_sure(sets: Sequence[Judged], kind: str) -> Rate:
-    """Return the rate of wrong answers among those that give a ``kind`` a probability above
+    """Return the rate of wrong answers among the answers that give ``kind`` a probability above
     SURE."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([not pair[1] for pair in stated if pair is not None and pair[0] > SURE])
@@ -296,8 +300,8 @@ def _mean_of_truth(sets: Iterable[Judged]) -> float | None:
 
 
 def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
-    """Return quantiles of held-out error over noise floor, for good answers in sets with at most
-    one cause."""
+    """Return quantiles of the held-out error divided by the noise floor, over the good answers in
+    sets with at most one cause."""
     ratios = [
         ratio
         for item in sets
@@ -313,7 +317,8 @@ def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
 
 
 def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
-    """Return how many single causes of the catalogue are named first, by size in oracle limits."""
+    """Return how many causes of the catalogue are named first in sets with one cause, by size in
+    units of the oracle's detection limit."""
     found = []
     single = [
         (sight(item.truth["effects"][0]).size_in_limits, item.outcome in (RIGHT, FIRST))
@@ -327,10 +332,11 @@ def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
 
 
 def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
-    """Return, for each name, the smallest cause that was found and the largest that was missed.
+    """Return, for each name, the size of the smallest cause that was found and of the largest cause
+    that was missed.
 
-    Only sets with a single cause of the catalogue count. Sizes are in limits of the oracle; None if
-    there is no such size.
+    Only sets with a single cause of the catalogue count. Sizes are in units of the oracle's
+    detection limit; None if there is no such cause.
     """
     sizes_of: dict[str, list[tuple[float, bool]]] = {}
     for item in sets:
@@ -367,7 +373,7 @@ def is_failure(item: Judged) -> bool:
 
 
 def failure(item: Judged) -> dict[str, Any]:
-    """Return a failed set as JSON, with the command that makes it again."""
+    """Return a failed set as a mapping for JSON, with the command that makes the set again."""
     return {
         "set": set_name(item.task),
         "world": item.world,

@@ -1,4 +1,4 @@
-"""One set of the benchmark, from its world, content and seed alone."""
+"""Makes one set of the benchmark; world, content and seed determine the set."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulat
 from arctrue.table.registry import REGISTRY
 
 NOTHING = 1e-9
-"""Share to which a cause is reduced so that it has no effect while all random draws stay the
-same."""
+"""Factor that reduces a cause so far that it has no effect while all random draws stay the same."""
 
 
 @dataclass(frozen=True)
 class BenchmarkSet:
-    """The measurement set, which a subject may see, and the truth, which it may not."""
+    """Measurement set, which the tested program (subject) may read, and truth, which it may not
+    read."""
 
     measurement: MeasurementSet
     truth: dict[str, Any]
@@ -44,7 +44,7 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
     surroundings = WORLDS[task["world"]](random)
     surroundings.thin(task["samples"])
     if task["content"] == "nothing":
-        # A head at another angle than stated would count as a cause.
+        # Set the true separation to the stated one, because a difference would count as a cause.
         surroundings.extra = []
         surroundings.adverse_conditions = [
             name for name in surroundings.adverse_conditions if name != "head_angle"

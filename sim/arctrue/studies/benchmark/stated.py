@@ -1,6 +1,7 @@
-"""Answers of a benchmark as rows of a table: the grounds of each, and whether it is right.
+"""Stores the answers of a benchmark as rows of a CSV table: the grounds of each answer, and whether
+the answer is right.
 
-The logistic regression of :mod:`arctrue.workbench.diagnose.calibrated` is fitted to them.
+The logistic regression of :mod:`arctrue.workbench.diagnose.calibrated` is fitted to these rows.
 """
 
 from __future__ import annotations
@@ -43,13 +44,13 @@ PRIOR_SIGMA = (
 )
 """Standard deviation of each coefficient's normal prior with mean 0. The priors allow a share of
 right answers from 5 to 95 %, a factor of about 3 in the odds between kinds, and the full log odds
-of the evidence; a distance of 1 changes the odds by about 10 % unless the answers show another
-effect."""
+of the evidence; a distance of 1 changes the odds by about 10 % unless the answers show a different
+change."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """One answer that states probabilities."""
+    """Row of the table: an answer that states probabilities."""
 
     generator: str
     world: str
@@ -59,7 +60,7 @@ class Stated:
     right: bool
     """Whether the answer gave the truth the largest stated probability."""
     probability: float
-    """The largest probability that the answer stated when it was made."""
+    """Largest probability that the answer stated when it was made."""
     evidence: float
     untested: float
     runs: int
@@ -70,7 +71,8 @@ class Stated:
 
     @property
     def grounds(self) -> Grounds:
-        """Return the grounds as the diagnosis gives them; values that no feature uses are 0."""
+        """Return the grounds in the type that the diagnosis uses; values that no feature of the
+        regression uses are 0."""
         away = Distance(self.untested, self.runs, self.visits, self.left, self.not_white)
         return Grounds(self.evidence, 0.0, 0.0, 0.0, None, 0.0, 0, self.ways, away, self.rests_on)
 
@@ -104,10 +106,10 @@ def stated(sets: Iterable[Judged]) -> list[Stated]:
 
 
 def _right(item: Judged, first: bool) -> bool:
-    """Tell whether the answer's verdict is right, whatever its probabilities.
+    """Tell whether the answer's verdict is right; the stated probabilities do not matter.
 
-    ``first``: the result for an answer that names nothing, which is whether its largest stated
-    probability was right.
+    ``first``: whether the answer's largest stated probability was right; this is the result for an
+    answer that names nothing.
     """
     members = item.answer.get("class") or []
     said = next(iter(SAID.get(item.answer["verdict"], members)), None)
@@ -150,10 +152,11 @@ def read_stated(path: Path = FILE) -> list[Stated]:
 
 
 def fitted(rows: Sequence[Stated]) -> Calibration:
-    """Fit the coefficients of greatest posterior density, and their covariance (Laplace).
+    """Fit the coefficients of greatest posterior density, and compute their covariance (Laplace's
+    approximation).
 
     The log likelihood of right and wrong answers is combined with normal priors; coefficients of
-    the distances are at most 0, that of the evidence is at least 0.
+    the distances are at most 0, the coefficient of the evidence is at least 0.
     """
     design = np.array([features(row.verdict, row.grounds) for row in rows])
     answers = Counter(row.verdict for row in rows)
@@ -172,13 +175,13 @@ def fitted(rows: Sequence[Stated]) -> Calibration:
     information = (design.T * (right * (1.0 - right))) @ design + np.diag(sigma**-2.0)
     covariance = np.linalg.inv(information)
     away = np.isin(FEATURES, DISTANCES)
-    # Correlations of a distance are set to 0: the variance then rises with each distance, so that a
-    # set that is farther away never has a smaller uncertainty.
+    # Correlations of a distance are set to 0: the variance then rises with each distance, so that
+    # the uncertainty never falls as a set's distance rises.
     covariance[away] = covariance[:, away] = 0.0
     covariance[away, away] = np.diag(np.linalg.inv(information))[away]
     return Calibration(np.asarray(found.x), covariance, {kind: answers[kind] for kind in KINDS})
 
 
 def confidences(rows: Sequence[Stated], learned: Calibration) -> list[float]:
-    """Return the probability that each answer would state with this calibration."""
+    """Return the probability that each answer would state with the calibration ``learned``."""
     return [learned.confidence(row.verdict, features(row.verdict, row.grounds)) for row in rows]

@@ -15,16 +15,17 @@ PEERS = "arctrue.studies.benchmark.peers"
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """A program that answers, and the code on which its answers depend."""
+    """Subject: a program that answers, and the code on which its answers depend."""
 
     module: str
-    """Module that is imported when the subject is asked."""
+    """Module with the subject's function; it is imported only when the subject is asked."""
     function: str
     whole_package: bool = False
-    """Whether the answers depend on further modules of the package that import statements do not
-    show."""
+    """Whether the answers depend on modules of the package that import statements do not show; then
+    all modules count."""
     libraries: tuple[str, ...] = ()
-    """Numerical libraries that the subject uses, in addition to those that every result records."""
+    """Numerical libraries that the subject uses, in addition to the libraries that every result
+    records."""
 
 
 SUBJECTS = {
@@ -46,7 +47,7 @@ SUBJECTS = {
 def find_subject(name: str) -> Answering:
     """Return the function of a subject.
 
-    Raises KeyError for an unknown name, ValueError if a library that it needs is missing.
+    Raises KeyError for an unknown name, ValueError if a library that the subject needs is missing.
     """
     subject = SUBJECTS[name]
     found: Answering = getattr(importlib.import_module(subject.module), subject.function)

@@ -1,4 +1,4 @@
-"""The worlds, contents and seeds of the sets of a plan."""
+"""Returns the sets of a plan as tasks, each with a world, a content and a seed."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ from arctrue.studies.benchmark.worlds import CONTENTS, WORLDS
 from arctrue.studies.campaign.task import Task
 
 SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
-"""Share of each content in the sets of a world. For 6,600 sets: 308 per world with nothing, 2,640
-with one cause of the catalogue, 1,188 with a cause that the catalogue does not have, 924 with two
-or three causes."""
+"""Share of each content in the sets of a world. Of 6,600 sets, 308 per world have no cause; in
+total 2,640 have one cause of the catalogue, 1,188 a cause that the catalogue does not contain, and
+924 two or three causes."""
 
 EVERY_NULL = 3
-"""Number of cycles through the worlds of the second generator of which one has nothing hidden."""
+"""Interval, in cycles through the worlds of the second generator, at which all sets of a cycle have
+no hidden cause."""
 EVERY_INDEPENDENT = 5
-"""Number of sets of which the second generator makes one, if both generators make sets."""
+"""Interval, in sets, at which the second generator makes a set, if both generators make sets."""
 INDEPENDENT_STREAM = 2
-"""Number that makes the seeds of the second generator's sets differ from those of the first."""
+"""Number that makes the seeds of the second generator's sets differ from the seeds of the first
+generator's sets."""
 
 
 def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
-    """Return every set as a task; the worlds alternate. ``samples``: their largest number in a
-    run."""
+    """Return every set as a task; the worlds alternate. ``samples``: the largest number of samples
+    in a run."""
     found: list[Task] = []
     by_world = {
         world: _contents(sets // len(WORLDS) + (place < sets % len(WORLDS)))
@@ -48,7 +50,7 @@ def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
 def independent_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
     """Return sets of the second generator as tasks.
 
-    The worlds alternate; in every third cycle through the worlds nothing is hidden.
+    The worlds alternate; in every third cycle through the worlds, no set has a hidden cause.
     """
     worlds = list(independent_worlds().values())
     found: list[Task] = []
@@ -80,13 +82,14 @@ def mixed_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
 
 
 def _set_seed(entropy: list[int]) -> int:
-    """Return a seed of 53 bits, which every reader of JSON represents exactly."""
+    """Return a seed of at most 53 bits, because every reader of JSON represents such an integer
+    exactly."""
     high, low = np.random.SeedSequence(entropy).generate_state(2, np.uint32)
     return (int(high) >> 11) * 2**32 + int(low)
 
 
 def _contents(number: int) -> list[str]:
-    """Distribute ``number`` contents evenly by their shares (largest remainder at every step)."""
+    """Return ``number`` contents in an even mixture by SHARES (largest remainder at every step)."""
     found: list[str] = []
     given = dict.fromkeys(CONTENTS, 0)
     for step in range(1, number + 1):

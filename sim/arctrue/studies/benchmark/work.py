@@ -1,4 +1,5 @@
-"""One task of the benchmark: make the set, let the subject read it, keep truth and answer."""
+"""Runs one task of the benchmark: makes the set, lets the subject read the set, and returns truth
+and answer."""
 
 from __future__ import annotations
 
@@ -14,9 +15,11 @@ from arctrue.studies.benchmark.subject import Answer, find_subject
 
 
 def run_set(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Return truth, digest and answer of the set of one task (see make_set) for its ``subject``.
+    """Make the set of a task (see make_set) and ask the task's ``subject``; return truth, digest
+    and answer.
 
-    A subject that fails gives the verdict ``error`` with the exception, which is scored as a miss.
+    If the subject fails, the answer is the verdict ``error`` with the exception; the benchmark
+    scores it as a miss.
     """
     made = make_set(task)
     with tempfile.TemporaryDirectory() as place:

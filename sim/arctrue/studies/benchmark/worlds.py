@@ -1,5 +1,5 @@
-"""Defines the properties of benchmark sets: the world defines disturbances, the content hidden
-causes."""
+"""Draws the properties of benchmark sets: the world determines the disturbances, the content
+determines the hidden causes."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ Statement = Callable[[MeasurementSet], MeasurementSet]
 
 @dataclass
 class Surroundings:
-    """The disturbances of a set in its world; they are drawn before the content."""
+    """Disturbances of a set, as its world draws them; they are drawn before the content."""
 
     experiment: Experiment
     noise: list[Wanted] = field(default_factory=list)
     index_scatter_counts: int = 1
     extra: list[Wanted] = field(default_factory=list)
-    """Causes of the catalogue whose effect equals that of a wrong statement."""
+    """Causes of the catalogue that have the same effect as a wrong statement of the set."""
     understated: float = 1.0
     """Factor by which the stated uncertainty of the reference is too small."""
     adverse_conditions: list[str] = field(default_factory=list)
@@ -68,12 +68,13 @@ def _usual(random: Random) -> Surroundings:
 
 
 def white(random: Random) -> Surroundings:
-    """The noise is white, and all statements of the set are true."""
+    """Draw disturbances in which the noise is white and all statements of the set are true."""
     return _usual(random)
 
 
 def coloured(random: Random) -> Surroundings:
-    """The noise of the heads has a colour; in half of the sets the reference wanders."""
+    """Draw disturbances in which the noise of the heads is coloured and, in half of the sets, the
+    reference wanders."""
     found = _usual(random)
     found.noise = [Wanted(str(random.choice(COLOURS)))]
     if random.random() < 0.5:
@@ -83,8 +84,9 @@ def coloured(random: Random) -> Surroundings:
 
 
 def wrong_statements(random: Random) -> Surroundings:
-    """One or two statements are wrong: the separation α, an index that shifts by ±3 counts, a
-    temperature sensor that lags, or an uncertainty that is too small."""
+    """Draw disturbances in which one or two statements are wrong: the separation α, an index that
+    shifts by ±3 counts, a temperature sensor that lags, or a stated uncertainty that is too small.
+    """
     found = _usual(random)
     number = 1 + int(random.random() < 0.3)
     found.adverse_conditions = [str(name) for name in random.choice(WRONG, number, replace=False)]
@@ -103,7 +105,8 @@ def wrong_statements(random: Random) -> Surroundings:
 
 
 def few_data(random: Random) -> Surroundings:
-    """The set has one run, one pass over the faces, one speed, or few samples."""
+    """Draw disturbances in which the set has one run, one pass over the faces, one speed, or few
+    samples."""
     found = _usual(random)
     kind = int(random.integers(4))
     planned = (lean, one_pass, one_speed, full)[kind]()
@@ -115,7 +118,7 @@ def few_data(random: Random) -> Surroundings:
 
 
 def outliers_and_gaps(random: Random) -> Surroundings:
-    """The set has outliers, missing rows, or both."""
+    """Draw disturbances in which the set has outliers, missing rows, or both."""
     found = _usual(random)
     chosen = (("outliers",), ("gaps",), ("outliers", "gaps"))[int(random.integers(3))]
     found.noise = [Wanted(name) for name in chosen]
@@ -124,7 +127,7 @@ def outliers_and_gaps(random: Random) -> Surroundings:
 
 
 def swinging_speed(random: Random) -> Surroundings:
-    """The speed of the drive oscillates during a run."""
+    """Draw disturbances in which the speed of the drive oscillates during a run."""
     found = _usual(random)
     found.noise = [Wanted("swinging_speed")]
     found.adverse_conditions = ["swinging_speed"]

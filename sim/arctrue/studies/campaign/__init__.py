@@ -1,9 +1,9 @@
 """Runs many independent tasks on the cores of this machine, on a Dask cluster, or as shards.
 
 A *task* is a mapping that JSON can represent; the *work* is a function ``module:function`` that
-converts it to a result, also JSON. A folder holds the results as lines whose key depends on the
-content of the task, so a campaign can be stopped, resumed, split and merged; its results do not
-depend on the machine.
+converts the task to a result, which JSON can represent too. A folder holds the results as lines
+whose key depends on the content of the task, so a campaign can be stopped, resumed, split and
+merged; its results do not depend on the machine.
 """
 
 from arctrue.studies.campaign.campaign import Campaign, Interrupted, Speed

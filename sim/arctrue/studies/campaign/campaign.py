@@ -1,4 +1,4 @@
-"""Runs a campaign: distributes its tasks, and handles dead workers and interrupts."""
+"""Runs a campaign: distributes its tasks, and continues after dead workers and interrupts."""
 
 from __future__ import annotations
 
@@ -34,21 +34,22 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""Number of consecutive broken pools without a result after which the campaign ends. The cause is
-then a task that kills its worker."""
+"""Number of consecutive broken pools without a result after which the campaign ends. A task that
+kills its worker is then the likely cause."""
 
 
 STOP_POLL_S = 0.5
 PARENT_POLL_S = 2.0
 STOPS = (signal.SIGINT, signal.SIGTERM)
-"""Signals that stop a campaign: those of Ctrl-C, and of a batch system at a job's time limit."""
+"""Signals that stop a campaign: Ctrl-C sends the first, a batch system sends the second at a job's
+time limit."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
-    """The user stopped the campaign; finished results are on the disk."""
+    """Raised when the user stops the campaign; finished results are on the disk."""
 
     def __init__(self, done: int, total: int) -> None:
-        """Store the number of finished tasks and of all tasks in the message."""
+        """Make a message with the number of finished tasks and the number of all tasks."""
         super().__init__(f"{done} of {total} are done; the same command continues from there")
 
 
@@ -72,7 +73,8 @@ class Speed:
 
     @property
     def seconds_left(self) -> float:
-        """Estimate the remaining time from the rate; infinite before the first task is done."""
+        """Estimate the remaining time in seconds from the rate; infinite before the first task is
+        done."""
         left = self.total - self.done
         if not left:
             return 0.0
@@ -207,9 +209,9 @@ def pool(
     """Yield batches as processes of this machine finish them.
 
     A killed worker breaks the pool: a new pool repeats all unfinished batches. Once ``stopping()``
-    is true no new batch starts, and the present batches are still yielded.
+    is true, no new batch starts; batches that already run are still finished and yielded.
     """
-    # numpy in the workers reads this variable. With one thread, sums do not depend on the number of
+    # numpy in the workers reads this variable; with one thread, sums do not depend on the number of
     # cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left = dict(enumerate(batches))
@@ -225,8 +227,8 @@ def pool(
         running: dict[Future[Results], int] = {}
         try:
             while True:
-                # Only a few batches are submitted in advance, because a stop must wait until all of
-                # these end.
+                # Only a few batches are submitted in advance, because a stop must wait until all
+                # submitted batches end.
                 while not stopping() and len(running) < workers + 1:
                     number = next(waiting, None)
                     if number is None:
@@ -253,7 +255,8 @@ def pool(
 
 @contextmanager
 def _interrupts() -> Iterator[Callable[[], bool]]:
-    """Tell whether the program was asked to stop; a second request ends it at once."""
+    """Yield a function that tells whether a signal asked the program to stop; a second signal ends
+    the program at once."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set
@@ -273,7 +276,7 @@ def _interrupts() -> Iterator[Callable[[], bool]]:
 
 
 def _serve_the_parent(parent: int) -> None:
-    """Ignore interrupts, which the parent handles, and end when the parent is gone."""
+    """Ignore interrupts, which the parent handles, and end the worker when the parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:

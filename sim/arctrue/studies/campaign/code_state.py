@@ -17,7 +17,7 @@ GIT_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """The sources on which a result depends."""
+    """Modules and libraries on which a result depends."""
 
     modules: tuple[str, ...] = ()
     """Modules that count, together with all their imports; empty: the whole package."""
@@ -57,8 +57,9 @@ def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path
     """List the files of these modules and of all modules that they import directly or indirectly.
 
     Only files of the package count. The search reads all import statements of a file; if a file
-    reads the ``__path__`` of a package, every module of that package counts. It does not find
-    modules imported by a string. Raises ModuleNotFoundError for a module that does not exist.
+    reads the ``__path__`` of a package, every module of that package counts. The search does not
+    find modules that are imported by a string. Raises ModuleNotFoundError for a module that does
+    not exist.
     """
     waiting, found = list(modules), set[Path]()
     for name in waiting:
@@ -70,7 +71,7 @@ def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path
         if file is None or file in found:
             continue
         found.add(file)
-        # Python first runs the __init__ of every parent package.
+        # Python first runs the __init__ of every parent package, so these files count too.
         waiting.append(name.rpartition(".")[0])
         waiting += _imports(file, package)
     return sorted(found)
@@ -103,7 +104,8 @@ def _imports(file: Path, package: Path) -> list[str]:
 
 
 def commit(package: Path = PACKAGE) -> str | None:
-    """Return the commit of the source tree, with ``-dirty`` if files differ; None without git."""
+    """Return the commit of the source tree, with ``-dirty`` if files differ from the commit; None
+    without git."""
     command = ["git", "-C", str(package), "describe", "--always", "--dirty", "--abbrev=10"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=GIT_S, check=False)

@@ -1,4 +1,4 @@
-"""Runs a campaign on a Dask cluster; requires the optional extra ``cluster``."""
+"""Runs a campaign on a Dask cluster; the module requires the optional extra ``cluster``."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def cluster(
     except OSError as error:
         raise CampaignError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     try:
-        # The key depends on work, code and batch: a scheduler must not mix two campaigns.
+        # The key depends on work, code and batch: with equal keys the scheduler would mix two
+        # campaigns.
         futures = {
             client.submit(
                 do,

@@ -1,4 +1,5 @@
-"""The folder of a campaign: a header, one JSON line per result, and separate timings."""
+"""Reads and writes the folder of a campaign: a header, one JSON line per result, and the timings in
+separate files."""
 
 from __future__ import annotations
 
@@ -21,12 +22,12 @@ source."""
 
 
 class StoreError(ValueError):
-    """The folder holds another campaign, or contradictory results."""
+    """Raised if the folder holds another campaign, or contradictory results."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One task and its result.
+    """Finished task with its result.
 
     Parameters
     ----------
@@ -54,12 +55,12 @@ class Result:
 
 
 class Store:
-    """Appends results of one shard to a campaign's folder; it is a context manager."""
+    """Context manager that appends the results of one shard to a campaign's folder."""
 
     def __init__(self, folder: Path, header: Mapping[str, Any], shard: str = "") -> None:
         """Open or create the folder.
 
-        Raises StoreError if it belongs to another campaign or another state of the code.
+        Raises StoreError if the folder belongs to another campaign or another state of the code.
         """
         folder.mkdir(parents=True, exist_ok=True)
         _check_header(folder, header)
@@ -84,7 +85,7 @@ class Store:
         self._timings.close()
 
     def add(self, task: Task, result: Mapping[str, Any], seconds: float) -> None:
-        """Write one result to the disk before returning; ignore a second result of a key.
+        """Write one result to the disk before returning; ignore a second result with the same key.
 
         Parameters
         ----------
@@ -201,7 +202,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
         text = path.read_text(encoding="utf-8")
         for number, line in enumerate(text.splitlines(keepends=True), start=1):
             if not line.endswith("\n"):
-                # A crash cut this line off, so that its task is done again.
+                # A crash cut this line off; it is ignored, so its task is done again.
                 continue
             try:
                 yield path, number, typed_json(line, Result, f"{path}, line {number}")
@@ -212,7 +213,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
 def merge(folders: Iterable[Path], into: Path) -> int:
     """Merge folders into one with a single file ordered by key; return the number of results.
 
-    The bytes of the file do not depend on which machine computed which result, or when.
+    The bytes of the file depend neither on the machines that computed the results nor on the time.
     """
     listed = list(folders)
     results = read_results(listed)

@@ -1,4 +1,4 @@
-"""A task of a campaign, its key, and the function that does it."""
+"""Computes the key of a campaign's task, finds the function that does the task, and runs it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Work = Callable[[Task], Mapping[str, Any]]
 
 
 def canonical(value: object) -> str:
-    """Return JSON with sorted keys and no spaces: the same text for the same content.
+    """Return ``value`` as JSON with sorted keys and no spaces; equal values give equal texts.
 
     Raises ValueError for a number that is not finite.
     """
@@ -27,7 +27,7 @@ def canonical(value: object) -> str:
 
 
 def digest(value: object) -> str:
-    """Return SHA-256 of the canonical JSON, in hex."""
+    """Return the SHA-256 digest of the canonical JSON of ``value``, in hex."""
     return hashlib.sha256(canonical(value).encode()).hexdigest()
 
 
@@ -48,24 +48,25 @@ def task_key(task: Task) -> str:
 
 
 def find_work(name: str) -> Work:
-    """Return the function of ``module:function``."""
+    """Import the module of ``module:function`` and return the function."""
     module, _, function = name.partition(":")
     found: Work = getattr(importlib.import_module(module), function)
     return found
 
 
 class CampaignError(RuntimeError):
-    """The campaign cannot continue; finished results are on the disk."""
+    """Raised if the campaign cannot continue; finished results are on the disk."""
 
 
 class OtherCodeError(RuntimeError):
-    """A worker has another state of the code than the campaign."""
+    """Raised if the code of a worker differs from the code of the campaign."""
 
 
 def do_batch(
     work: str, tasks: Sequence[Task], sources: Sources, code: Mapping[str, str]
 ) -> list[tuple[Mapping[str, Any], float]]:
-    """Return result and seconds of each task, one after the other; runs in a worker.
+    """Do the tasks one after the other in a worker; return the result of each task and the seconds
+    that it took.
 
     Raises OtherCodeError if the state of the worker's code is not ``code``.
     """
@@ -84,6 +85,5 @@ def do_batch(
 
 @cache
 def _state(sources: Sources) -> dict[str, str]:
-    """Return the state of the code, which is computed once per worker before the work is
-    imported."""
+    """Return the state of the worker's code; it is computed once, before the work is imported."""
     return sources.state()

@@ -11,14 +11,14 @@ _LOOK_S = 0.5
 
 
 class Background(Generic[_T]):
-    """Starts work at once in its own thread.
+    """Runs a function in a thread of its own, which starts at once.
 
     The thread ends with the process, so that Ctrl-C can stop the demo.
     """
 
     def __init__(self, work: Callable[[], _T]) -> None:
-        """Start ``work`` in its thread; if it raises an exception, :meth:`wait` raises this
-        again."""
+        """Start ``work`` in a thread; if ``work`` raises an exception, :meth:`wait` raises this
+        exception again."""
         self._work = work
         self._results: list[_T] = []
         self._error: Exception | None = None

@@ -12,7 +12,7 @@ from arctrue.base.whole_file import write_whole_text
 
 @dataclass(frozen=True, slots=True)
 class BenchStage:
-    """Activity of the test bench, and the clock of the gateware at which it began."""
+    """Activity of the test bench, and the clock of the gateware at which the activity began."""
 
     stage: str
     clock: int
@@ -23,7 +23,7 @@ class BenchStage:
 
     @classmethod
     def read(cls, file: Path) -> BenchStage | None:
-        """Read the last stage written, or None before the first."""
+        """Read the stage that was written last; None if no stage has been written."""
         if not file.exists():
             return None
         return read_json(file, cls)

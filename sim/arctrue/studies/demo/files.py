@@ -33,17 +33,18 @@ class DemoFiles:
 
     @property
     def capture(self) -> Path:
-        """Return the file with the first turn as the firmware read it, counts (2, n)."""
+        """Return the file with the counts (2, n) of both heads that the firmware read in the first
+        turn."""
         return self.folder / "capture.npy"
 
     @property
     def run(self) -> Path:
-        """Return the file with the record of the firmware: :class:`ProcessorRun`."""
+        """Return the file in which :class:`ProcessorRun` is stored."""
         return self.folder / "run.json"
 
     @property
     def latency(self) -> Path:
-        """Return the file with the clocks of each unit."""
+        """Return the file with the measured latency of each unit, in clocks."""
         return self.folder / "latency.json"
 
     @property
@@ -54,7 +55,7 @@ class DemoFiles:
 
 @dataclass(frozen=True, slots=True)
 class ConsoleLine:
-    """A line typed or printed on the firmware's console, with its clock."""
+    """Line that was typed or printed on the firmware's console, with its clock."""
 
     clock: int
     typed: bool
@@ -66,7 +67,7 @@ class ProcessorRun:
     """Actions and messages of the firmware; instants are clocks of the played edges."""
 
     settled_clock: int
-    """Clock at which the ramp after the swap has ended; from it on the output is fully
+    """Clock at which the ramp after the swap has ended; from this clock on the output is fully
     corrected."""
     end_clock: int
     words_moved: int
@@ -74,10 +75,10 @@ class ProcessorRun:
     console: list[ConsoleLine]
 
     def write(self, file: Path) -> None:
-        """Write as JSON."""
+        """Write the record as JSON."""
         write_whole_text(file, json.dumps(asdict(self), indent=1))
 
     @classmethod
     def read(cls, file: Path) -> ProcessorRun:
-        """Read what :meth:`write` wrote."""
+        """Read the file that :meth:`write` wrote."""
         return read_json(file, cls)

@@ -14,18 +14,18 @@ from arctrue.table import PinEvents, TableState, decode_quadrature
 
 
 class RecordingError(ValueError):
-    """The recorded output cannot be judged."""
+    """Raised if the recorded output cannot be compared with the true angle."""
 
 
 @dataclass(frozen=True, slots=True)
 class OutputRecording:
-    """The decoded signals of the output pins; arrays ``(n,)``."""
+    """Counts and index edges decoded from the recorded output pins; arrays ``(n,)``."""
 
     clock: NDArray[np.int64]
     count: NDArray[np.int64]
     """Count after each edge, from an arbitrary zero."""
     index_edge: NDArray[np.int64]
-    """Numbers of the edges that raise Z, shape ``(k,)``."""
+    """Positions in the arrays of the edges at which Z rises, shape ``(k,)``."""
 
 
 def decode_recording(output: PinEvents) -> OutputRecording:
@@ -48,10 +48,11 @@ def decode_recording(output: PinEvents) -> OutputRecording:
 
 
 def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: OutputRecording) -> int:
-    """Measure the clocks from an edge at the pins of head 1 to the same edge at the output.
+    """Measure the number of clocks from an edge at the pins of head 1 to the same edge at the
+    output.
 
-    The run-up before the first index is measured: it is uncorrected, so that every input edge
-    causes one output edge. Raises RecordingError if the delay varies.
+    The function measures the run-up before the first index, in which the output is uncorrected, so
+    that every input edge causes one output edge. Raises RecordingError if the delay varies.
     """
     first = np.ceil(scene.heads[0].time_s * settings.clock_hz).astype(np.int64)
     run_up = np.flatnonzero(scene.heads[0].count < 0)
@@ -76,10 +77,10 @@ def output_score(
     first_clock: int,
     latency_clocks: int,
 ) -> TurnScore:
-    """Score the output over one turn of true angle from ``first_clock`` on.
+    """Compute the error of the output over one turn of the true angle, from ``first_clock`` on.
 
-    An output edge at clock d shows an edge of the table between d − latency − 1 and d − latency; it
-    is compared with the true angle at the middle of that clock. Raises RecordingError if the
+    The table caused the output edge of clock d between d − latency − 1 and d − latency; the edge is
+    compared with the true angle in the middle of this interval. Raises RecordingError if the
     recording does not contain a whole turn.
     """
     time_s = ((output.clock - latency_clocks - 0.5) / settings.clock_hz).astype(np.float64)
@@ -101,10 +102,10 @@ def output_score(
 def index_offset_counts(
     scene: Scene, settings: DemoSettings, output: OutputRecording, latency_clocks: int
 ) -> float:
-    """Return the distance of the output's last Z from the zero of the corrected angle, counts.
+    """Return the distance, in counts, of the output's last Z from the zero of the corrected angle.
 
-    Two heads cannot measure the mean of the error, so the zero lies at the mean of R₁ − θ. Raises
-    RecordingError if Z never rises.
+    Two heads cannot measure the mean of the error, so the zero of the corrected angle differs from
+    the true zero by the mean of R₁ − θ. Raises RecordingError if Z never rises.
     """
     if not output.index_edge.size:
         raise RecordingError("the output never raised Z")
@@ -120,7 +121,7 @@ def index_offset_counts(
 
 
 def faults(after: TurnScore, index_offset: float, settings: DemoSettings) -> list[str]:
-    """List the limits that the corrected output exceeds; empty if it passes."""
+    """List the limits that the corrected output exceeds; empty if the output keeps all limits."""
     found = []
     peak_counts = after.edges_reach_arcsec / settings.arcsec_per_count
     if not peak_counts <= settings.peak_limit_counts:

@@ -1,4 +1,4 @@
-"""The results of the demo, for the page and the terminal."""
+"""Defines the results of the demo, which the page and the terminal show."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from arctrue.studies.demo.telemetry import ToldTurn
 
 @dataclass(frozen=True, slots=True)
 class UnitLatency:
-    """Latency of one unit: measured in the VHDL, and according to Table 1 of the paper."""
+    """Latency of one unit of the gateware: the measured latency of the VHDL, and the latency in
+    Table 1 of the paper."""
 
     unit: str
     measured_clocks: int
@@ -21,8 +22,8 @@ class UnitLatency:
 
 @dataclass(frozen=True, slots=True)
 class LoadedHarmonic:
-    """One lane as the firmware wrote it to the gateware, and the amplitudes of its order in the
-    error before and after the correction."""
+    """Coefficients that the firmware wrote for one lane, and the amplitudes of the lane's order in
+    the error before and after the correction."""
 
     order: int
     amplitude_counts: float
@@ -34,7 +35,8 @@ class LoadedHarmonic:
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """Result of one run of the demo."""
+    """Result of one run of the demo: errors, latencies, loaded orders, telemetry, exceeded
+    limits."""
 
     settings: DemoSettings
     before: TurnScore
@@ -43,13 +45,13 @@ class DemoResult:
     latencies: tuple[UnitLatency, ...]
     pin_to_pin_clocks: int
     index_offset_counts: float
-    """Distance of the output's Z from the zero of the corrected angle."""
+    """Distance, in counts, of the output's Z from the zero of the corrected angle."""
     harmonics: tuple[LoadedHarmonic, ...]
     turns: tuple[ToldTurn, ...]
-    """Telemetry of the firmware for each turn; the coefficients are those of the first turn."""
+    """Telemetry of the firmware for each turn; the loaded coefficients come from the first turn."""
     console: tuple[ConsoleLine, ...]
     words_moved: int
-    """Words that the firmware read and wrote over AXI4-Lite."""
+    """Number of words that the firmware read and wrote over AXI4-Lite."""
     edges_played: int
     clocks_simulated: int
     simulation_s: float
@@ -58,5 +60,5 @@ class DemoResult:
 
     @property
     def passed(self) -> bool:
-        """True if no limit is exceeded."""
+        """Tell whether the output keeps all limits."""
         return not self.faults

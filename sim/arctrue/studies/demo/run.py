@@ -1,4 +1,4 @@
-"""Runs the demo from the first edge to the page."""
+"""Runs the first act of the demo, from the edges of the simulated heads to the page."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child
 from arctrue.studies.demo.telemetry import ToldTurn, console_faults, telemetry_turns
 from arctrue.table import PinEvents
 
-# The latencies are those of Table 1 of the paper.
+# Latencies in clocks from Table 1 of the paper.
 PAPER_LATENCY_CLOCKS = {
     "phase calculation": 5,
     "harmonic calculation": 20,
@@ -42,7 +42,8 @@ _PROGRESS_EVERY_S = 5.0
 
 
 def run_demo(settings: DemoSettings, folder: Path, report_step: ReportStep) -> DemoResult:
-    """Run everything, with intermediate files in ``folder``; pass progress to ``report_step``.
+    """Simulate the table, run the gateware with the firmware, and score the output; write
+    intermediate files into ``folder``, and pass progress to ``report_step``.
 
     Raises DemoError if the demo cannot run, and RecordingError if the output of the gateware cannot
     be scored.
@@ -133,8 +134,8 @@ def _follow(
     settings: DemoSettings,
     report_step: ReportStep,
 ) -> None:
-    # This number is an estimate (the run-in, two turns and the read-out); the firmware determines
-    # the true end.
+    # The total is an estimate (the run-in, two turns and the read-out); the firmware determines the
+    # true end.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
     begun = time.monotonic()
     last: BenchStage | None = None

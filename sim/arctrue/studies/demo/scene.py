@@ -1,4 +1,4 @@
-"""The table of the demo and the edges of its heads."""
+"""Computes the simulated table of the demo and the edges of its heads."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from arctrue.table import (
 )
 
 # The error before compensation in the paper spans −150.0″ to 137.9″ (section 4): an eccentricity of
-# 37.7 µm causes 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both ends by −6″.
+# 37.7 µm causes 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both ends of the
+# range by −6″.
 PAPER_ECCENTRICITY_M = 37.7e-6
 ECCENTRICITY_DIRECTION_RAD = 2.1
 PAPER_GRADUATION_ORDERS = (2, 3, 4)
@@ -34,7 +35,7 @@ RUN_UP_RAD = float(np.deg2rad(1.0))
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The table, its motion, and the signals of its heads."""
+    """Table of the demo, its motion, and the pin changes of its heads."""
 
     table: RotaryTable
     motion: Motion
@@ -43,8 +44,8 @@ class Scene:
 
 
 def demo_table(settings: DemoSettings) -> RotaryTable:
-    """Return the table with the paper's disc; the errors of the disc are enlarged to the demo's
-    counts."""
+    """Return the table with the paper's disc; the errors of the disc are enlarged, because the
+    demo's counts are larger."""
     scale = settings.disc_scale
     return RotaryTable(
         heads=two_heads(),
@@ -62,7 +63,8 @@ def demo_table(settings: DemoSettings) -> RotaryTable:
 
 
 def demo_motion(settings: DemoSettings) -> Motion:
-    """Return a motion from rest over the index of head 2, then over that of head 1, and further."""
+    """Return a motion that starts from rest, passes the index of head 2, then the index of head 1,
+    and continues."""
     speed = settings.speed_rad_s
     start = -HEAD_SEPARATION_RAD - 2 * RUN_UP_RAD
     ramp_s = 2 * RUN_UP_RAD / speed
@@ -78,7 +80,8 @@ def demo_motion(settings: DemoSettings) -> Motion:
 
 
 def build_scene(settings: DemoSettings) -> Scene:
-    """Solve for every edge of both heads and assign the edges to clocks of the gateware."""
+    """Compute the time of every edge of both heads, and assign the edges to clocks of the
+    gateware."""
     table, motion = demo_table(settings), demo_motion(settings)
     random = np.random.default_rng(settings.seed)
     first = count_edges(table, 0, motion, random)

@@ -1,4 +1,5 @@
-"""The demo's second act: a hidden effect, at full scale, in the compiled gateware."""
+"""Runs the demo's second act: the compiled gateware measures a table with a hidden effect at full
+scale, and the workbench corrects the effect."""
 
 from __future__ import annotations
 
@@ -16,30 +17,30 @@ from arctrue.studies.hidden_effect.settings import HiddenSettings
 
 HIDDEN = "subdivision_error"
 LEFT_SHARE = 0.1
-"""Permitted share of the error at the signal period: a tenth of the error under the paper's model,
-and at least half a count."""
+"""Permitted share of the error at the signal period, relative to the error with the paper's model;
+at least half a count is permitted."""
 
 
 @dataclass(frozen=True)
 class SecondAct:
-    """The result of the second act and its check."""
+    """Result of the second act, and the limits that it exceeds."""
 
     result: HiddenResult
     faults: tuple[str, ...]
     total_s: float
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything as plain values."""
+        """Return the result and the exceeded limits as plain values."""
         return {**self.result.as_json(), "faults": list(self.faults), "total_s": self.total_s}
 
     @property
     def passed(self) -> bool:
-        """True if no limit is exceeded."""
+        """Tell whether the act keeps all limits."""
         return not self.faults
 
 
 def run_second_act(settings: HiddenSettings, folder: Path, report_step: ReportStep) -> SecondAct:
-    """Run the act with intermediate files and ``result.json`` in ``folder``.
+    """Run the second act; write intermediate files and ``result.json`` into ``folder``.
 
     Raises InstrumentError if the instrument cannot run.
     """
@@ -60,7 +61,7 @@ def run_second_act(settings: HiddenSettings, folder: Path, report_step: ReportSt
 
 
 def faults(result: HiddenResult) -> list[str]:
-    """List the limits that are exceeded; empty if the act passes."""
+    """List the limits that the result of the second act exceeds; empty if it keeps all."""
     found = []
     verdict = result.diagnosed.diagnosis.verdict
     if result.diagnosed.effect != HIDDEN:

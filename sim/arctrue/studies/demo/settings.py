@@ -1,4 +1,4 @@
-"""Defines all numbers of the demo, and its scale."""
+"""Defines the settings of the demo, among them its scale."""
 
 from __future__ import annotations
 
@@ -14,24 +14,26 @@ from arctrue.gateware.correction_ramp import ramp_arcsec_s
 
 @dataclass(frozen=True, slots=True)
 class DemoSettings:
-    """The demo's scale. Full scale is 2²⁴ counts a turn, 12,000 samples a turn, 32 lanes."""
+    """Settings of the demo, which is smaller than full scale (2²⁴ counts a turn, 12,000 samples a
+    turn, 32 lanes)."""
 
     counts_per_rev: int = 1 << 16
-    """Counts per turn: the paper's 16,384 lines, interpolated ×4 in place of ×1024."""
+    """Counts per turn: the paper's 16,384 lines with 4 counts per line in place of 1024."""
     lanes: int = 4
     capture_depth: int = 3072
     clock_hz: float = 100e6
     clocks_per_count: float = 1.3
-    """Mean clocks per edge of a head; not a whole number, so that the phase of the edges in a clock
-    varies."""
+    """Mean clocks per edge of a head; it is no integer, so that the edges come at varying instants
+    within a clock."""
     sample_period_clocks: int = 40
     disc_scale: float = 8.0
-    """Factor by which the errors of the disc exceed the paper's."""
+    """Ratio of the disc's errors to the errors of the paper's disc."""
     noise_arcsec: float = 0.4
     ripple_rad: float = 0.002
     ripple_order: int = 7
     turns: float = 3.2
-    """Length of the stimulus; the simulation ends as soon as the judged turn is complete."""
+    """Length of the simulated motion in turns; the simulation ends as soon as the judged turn is
+    complete."""
     ramp_rate: int = 64 << 24
     """Rate of the swap's ramp, u8.24 in 2⁻¹¹ count per clock."""
     output_spacing_clocks: int = 1
@@ -42,19 +44,20 @@ class DemoSettings:
 
     @property
     def arcsec_per_count(self) -> float:
-        """Return one count in seconds of arc."""
+        """Return the size of a count in seconds of arc."""
         return arcsec_per_count(self.counts_per_rev)
 
     @property
     def speed_rad_s(self) -> float:
-        """Return the speed at which an edge takes ``clocks_per_count`` on average."""
+        """Return the speed, in rad/s, at which ``clocks_per_count`` clocks pass per count on
+        average."""
         return 2 * 3.141592653589793 / self.counts_per_rev * self.clock_hz / self.clocks_per_count
 
     def console_commands(self) -> list[str]:
         """Return the commands to type on the firmware's console before the table turns.
 
         The default alarm limits are for full scale, where a count is far smaller than the limits.
-        Here the limits are one count for the noise and two counts for the error.
+        The demo sets one count for the noise and two counts for the error.
         """
         values = {
             "counts_per_rev": f"{self.counts_per_rev}",
@@ -74,5 +77,5 @@ class DemoSettings:
 
     @classmethod
     def read(cls, file: Path) -> DemoSettings:
-        """Read what :meth:`write` wrote."""
+        """Read the file that :meth:`write` wrote."""
         return read_json(file, cls)

@@ -1,4 +1,5 @@
-"""Checks the source tree for the demo, and locates it for the child processes."""
+"""Checks the source tree for the demo, and makes the environment in which child processes find the
+tree."""
 
 from __future__ import annotations
 
@@ -8,11 +9,11 @@ from arctrue.base.source_tree import ROOT, lack_of_source_tree
 
 
 class DemoError(RuntimeError):
-    """The demo cannot run, or its simulation failed; the text says what to do."""
+    """Raised if the demo cannot run or its simulation failed; the text says what to do."""
 
 
 def check_source_tree() -> None:
-    """Raise DemoError unless the VHDL, the firmware and their generated parts are there."""
+    """Raise DemoError if the VHDL, the firmware or their generated parts are missing."""
     if lack := lack_of_source_tree():
         raise DemoError(lack)
     generated = ROOT / "build" / "generated"
@@ -24,5 +25,5 @@ def check_source_tree() -> None:
 
 
 def child_environment() -> dict[str, str]:
-    """Return the environment in which a child process finds both ``arctrue`` and ``tb``."""
+    """Return environment variables with which a child process can import ``arctrue`` and ``tb``."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "sim")])}

@@ -18,7 +18,7 @@ _COUNTERS = (
 
 
 class ToldHarmonic(Struct, frozen=True, array_like=True):
-    """An order in the firmware's result."""
+    """Order in the result that the firmware reports: its coefficients and their uncertainty."""
 
     order: int
     amplitude_arcsec: float
@@ -28,7 +28,7 @@ class ToldHarmonic(Struct, frozen=True, array_like=True):
 
 
 class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
-    """A line of telemetry of an accepted turn."""
+    """Line of telemetry that the firmware prints for an accepted turn."""
 
     clock: int
     number: int
@@ -45,7 +45,7 @@ class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
 
 
 def telemetry_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
-    """Return the turns that the firmware calibrated, without refused turns and alarms."""
+    """Return the turns that the firmware calibrated, leave out refused turns and alarms."""
     sent = [
         {**json.loads(line.text), "clock": line.clock}
         for line in console

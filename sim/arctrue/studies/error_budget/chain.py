@@ -1,8 +1,9 @@
-"""One captured turn, its calibration and correction, with selected sources of error.
+"""Simulates one captured turn, its calibration and its correction, with selected sources of error.
 
-Without a source the chain is exact: readings of 2⁴⁰ counts, no noise, an even speed, the known α, a
-correction in double precision. A source adds its error at its own place in the chain, so that the
-remaining error of head 1 is caused by that source alone.
+If no source is selected, the chain is exact: readings with 2⁴⁰ counts per turn, no noise, a
+constant speed, the known α, and a correction in double precision. A source adds its error at its
+own place in the chain. If only one source is selected, this source alone causes the remaining error
+of head 1.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ from arctrue.table.causes.signal_distortion import SignalDistortion
 
 Float = NDArray[np.float64]
 Method = Literal["least_squares", "paper"]
-"""Method of calibration. ``paper``: DFT, which takes ε(R) for ε(θ); ``least_squares``: fit of ε(R)
-at the readings."""
+"""Method of calibration. ``paper``: DFT, with the approximation that ε(R) equals ε(θ);
+``least_squares``: fit of ε(R) at the readings."""
 Source = Literal[
     "quantisation",
     "noise",
@@ -75,13 +76,14 @@ NOISE_ARCSEC = 0.1
 INDEX_COUNTS = 1.0
 RIPPLE_RAD, RIPPLE_ORDER = 0.002, 7
 LATENCY_S = pin_to_pin_clocks()[1] / CLOCK_HZ
-"""Delay from an edge of head 1 at its pin to the corrected edge at the output pin, in clocks."""
+"""Delay from an edge of head 1 at its pin to the corrected edge at the output pin, in seconds."""
 LINES = 16384
 DISTORTION = 0.01
-"""Size of the signals' errors: offset 1 %, gain difference 1 %, phase error 0.01 rad."""
+"""Size of the errors in the sine and cosine signals of a head: offset 1 %, gain difference 1 %,
+phase error 0.01 rad."""
 CENTRE_M_PER_K, ROOM_K_PER_S = 0.9e-6, 2.0 / 3600.0
-"""Drift of the disc's centre with temperature, and of the room's temperature: the paper's 2 K in an
-hour."""
+"""Displacement of the disc's centre per kelvin, and rate of the room's temperature: the paper's 2 K
+in an hour."""
 CALIBRATION_AGE_S = 12.0
 """Age of the coefficients at the end of the turn that they correct; the table turns at 30°/s."""
 SCORED_ANGLES = 7200
@@ -89,19 +91,19 @@ SCORED_ANGLES = 7200
 
 @dataclass(frozen=True)
 class Left:
-    """The remaining error of head 1 after the correction; ``error_arcsec`` (angles,), mean
+    """Error of head 1 that remains after the correction; ``error_arcsec`` (angles,), mean
     removed."""
 
     angle_rad: Float
     error_arcsec: Float
     offset_arcsec: float
-    """Angle that the table travels during the latency: a constant, which the zero does not
-    remove."""
+    """Angle that the table travels during the latency: a constant; setting the table's zero at rest
+    does not remove it."""
     estimate: Estimate
 
     @property
     def rms_arcsec(self) -> float:
-        """Return the RMS over the turn, offset included."""
+        """Return the RMS over the turn of the remaining error, including its offset."""
         return float(np.sqrt(np.mean(self.error_arcsec**2) + self.offset_arcsec**2))
 
 
@@ -123,8 +125,8 @@ def run_chain(
     random: np.random.Generator,
     angle_rad: Float | None = None,
 ) -> Left:
-    """Capture a turn, calibrate, correct, and score at ``angle_rad`` (None: drawn around the
-    turn)."""
+    """Capture a turn, calibrate, correct, and compute the remaining error at ``angle_rad`` (None:
+    random angles around the turn)."""
     counts_per_rev = FULL_COUNTS if "quantisation" in sources else EXACT_COUNTS
     estimate = _calibrated(sources, method, random, counts_per_rev)
     if angle_rad is None:
@@ -179,10 +181,11 @@ def _calibrated(
     random: np.random.Generator,
     counts_per_rev: int,
 ) -> Estimate:
-    """Return the estimate by the method; the paper's estimate is a function of the true angle."""
+    """Estimate the error by ``method``; the method ``paper`` gives the error as a function of the
+    true angle."""
     table = _table(sources, counts_per_rev)
     if method == "paper" and "uneven" not in sources:
-        # The DFT assumes equal steps of angle.
+        # The DFT assumes that the samples are at equal steps of angle.
         angle: Float = np.arange(SAMPLES) * np.float64(TURN_RAD / SAMPLES)
         state = TableState.at_rest(angle)
     else:
@@ -196,7 +199,8 @@ def _calibrated(
     counts = [table.counts(head, state, random) for head in (0, 1)]
     off_arcsec = 0.0
     if "alpha" in sources:
-        # A tolerance has a rectangular distribution: its half-width is √3 standard uncertainties.
+        # A tolerance has a rectangular distribution: its half-width is √3 times the standard
+        # uncertainty.
         half_width = math.sqrt(3.0) * U_DETECTION_DEFAULT_ARCSEC
         off_arcsec += random.uniform(-half_width, half_width)
     if "index" in sources:
@@ -217,11 +221,12 @@ def _calibrated(
 
 
 def _correction(sources: Collection[Source], estimate: Estimate, reading: Float) -> Float:
-    """Return ε(R) of the estimate, arcseconds, in the number formats of the sources.
+    """Return the estimated ε(R) in arcseconds, computed in the number formats that ``sources``
+    select.
 
-    In the paper's method ε is a function of the true angle. Equation (8) evaluates it at the
-    reading, which is an approximation; if this source of error is not selected, the true angle is
-    calculated first.
+    In the paper's method ε is a function of the true angle. Equation (8) evaluates ε at the
+    reading, which is an approximation; if this source of error is not selected, the function first
+    computes the true angle from the reading.
     """
     at = reading
     if estimate.function_of == "angle" and "approximation" not in sources:
@@ -253,6 +258,7 @@ def ramp_rate_arcsec_s() -> float:
 
 
 def _still_to_go(apart_arcsec: Float, angle_rad: Float) -> Float:
-    """Return how far the ramp still has to go at each angle after a swap at angle 0, arcseconds."""
+    """Return the part of the change, in arcseconds, that the ramp has not yet applied at each angle
+    after a swap at angle 0."""
     gone = ramp_rate_arcsec_s() * (angle_rad - angle_rad.min()) / SPEED_RAD_S
     return np.asarray(np.sign(apart_arcsec) * np.maximum(np.abs(apart_arcsec) - gone, 0.0))

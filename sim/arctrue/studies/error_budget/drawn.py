@@ -1,5 +1,5 @@
-"""Compares the stated uncertainty with the errors of calibrations that ``arctrue monte-carlo``
-drew."""
+"""Compares the stated uncertainty with the errors of the random calibrations that ``arctrue
+monte-carlo`` made."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from arctrue.studies.monte_carlo.score import scored
 
 
 def drawn_calibrations(folder: Path) -> dict[str, Any]:
-    """Return each case's trials, RMS of stated u and of deviation over the turn, and coverage.
+    """Return for each case the number of trials, the RMS of the stated u and of the deviation over
+    the turn, and the coverage.
 
     Raises ValueError for a folder without a trial.
     """

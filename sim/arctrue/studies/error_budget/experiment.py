@@ -1,9 +1,10 @@
-"""The experiment's budget in the form of EURAMET cg-23, and E_n of self-calibration and polygon.
+"""Computes the uncertainty budget of the experiment in the form of EURAMET cg-23, and E_n between
+self-calibration and polygon.
 
 The polygon is remounted in every cycle, and the closure separates its faces from the table, so that
 no certificate is needed; the uncertainties of the autocollimator, the scatter, and the mounting
-remain. The two heads of the same table calibrate it too. E_n is the difference of both results over
-the root of the sum of both U²; they agree if |E_n| ≤ 1 (ISO 13528, ISO/IEC 17043).
+remain. The two heads of the same table give a second result. E_n is the difference of the two
+results divided by √(U₁² + U₂²); they agree if |E_n| ≤ 1 (ISO 13528, ISO/IEC 17043).
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ Float = NDArray[np.float64]
 
 
 def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
-    """Return the budget of the table's error at a face, measured by re-indexing without a
-    certificate."""
+    """Return the uncertainty budget of the table's error at a face, if it is measured by
+    re-indexing without a certificate."""
     published = PUBLISHED
     fourth = ARCSEC_PER_RAD * mounting_eccentricity_rad(
         published.mounting_offset_m, published.flatness_m, published.face_width_m
@@ -74,8 +75,8 @@ def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
 
 
 def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]:
-    """Return the budget and E_n at 24 faces as plain values; E_n for a resting and a moving
-    axis."""
+    """Return the uncertainty budget, and E_n at 24 faces for a resting and for a moving axis, as
+    plain values."""
     moving = settings or MethodsSettings()
     still = dataclasses.replace(moving, radial_motion_m=0.0)
     compared = {name: _compared(World(one)) for name, one in
@@ -84,7 +85,7 @@ def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]
     polygon, _ = world.instruments()
     found = _closure(world)
     budget = closure_budget(found, still.counts_per_rev)
-    # If a face is rotated forward by p, the table appears to stand p before its target.
+    # If a face is rotated forward by p, the table seems to stand p before its target.
     true_faces = (polygon.normal_rad.mean() - polygon.normal_rad) * ARCSEC_PER_RAD
     return {
         "cycles": still.cycles,
@@ -106,7 +107,7 @@ def _closure(world: World) -> Closure:
 
 
 def _compared(world: World) -> dict[str, Any]:
-    """Return E_n at every face."""
+    """Return E_n between self-calibration and polygon at every face."""
     reading, _, _ = world.stations([0])
     by_polygon = _closure(world)
     orders = world.settings.orders

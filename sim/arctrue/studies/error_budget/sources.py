@@ -1,4 +1,5 @@
-"""Simulates every source of error alone and all together; compares both with the covariance."""
+"""Simulates every source of error alone and all sources together, and compares both results with
+the stated covariance."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ LATENCY_SIZE = f"{LATENCY_S * 1e9:.0f} ns from pin to pin, 30°/s"
 
 @dataclass(frozen=True)
 class SourceText:
-    """Description of a source; ``random`` tells whether its draws differ."""
+    """Description of a source of error; ``random`` tells whether the source is random, so that its
+    draws differ."""
 
     source: Source
     title: str
@@ -66,7 +68,8 @@ SOURCES = (
 def error_budget(
     draws: int = DRAWS, seed: int = 1, report_step: ReportStep | None = None
 ) -> dict[str, Any]:
-    """Compute the budget as plain values; each random source and all together have ``draws`` draws.
+    """Compute the budget as plain values; each random source, and all sources together, are
+    simulated ``draws`` times.
 
     Raises ValueError for fewer than two draws.
     """
@@ -113,7 +116,8 @@ def error_budget(
 
 
 def expected_of_noise_arcsec() -> float:
-    """Return the RMS error over the turn that white noise of both heads causes through TF(n), (6).
+    """Return the RMS error over the turn that white noise of both heads causes by the transfer
+    function TF(n), equation (6).
 
     Cosine and sine of each order of R₂ − R₁ have the variance 2 σ² · 2 / samples.
     """
@@ -122,7 +126,8 @@ def expected_of_noise_arcsec() -> float:
 
 
 def _rms(runs: list[Left]) -> dict[str, float]:
-    """Return the root mean square over draws and angles, and its standard error."""
+    """Return the RMS of the remaining error over draws and angles, and the standard error of this
+    RMS."""
     squares = np.array([run.rms_arcsec**2 for run in runs])
     rms = float(np.sqrt(squares.mean()))
     spread = float(squares.std(ddof=1) / np.sqrt(squares.size)) if squares.size > 1 else 0.0
@@ -130,7 +135,7 @@ def _rms(runs: list[Left]) -> dict[str, float]:
 
 
 def _of_order(runs: list[Left], exact: Left, order: int) -> float:
-    """Return the RMS over the turn of the estimate's error in one order."""
+    """Return the RMS over the turn of the error that the estimate has in one order."""
     at = int(np.flatnonzero(order == ORDERS)[0])
     both = np.array([at, at + ORDERS.size])
     off = np.array([run.estimate.values[both] - exact.estimate.values[both] for run in runs])
@@ -140,8 +145,8 @@ def _of_order(runs: list[Left], exact: Left, order: int) -> float:
 def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
     """Return U (k = 2) at every angle, from the covariance of one calibration and from the draws.
 
-    The covariance contains noise and α. The draws contain all sources: their U is twice the root
-    mean square error in bins around the angle.
+    The covariance contains noise and α. The draws contain all sources; the U from the draws is
+    twice the root mean square error in bins around the angle.
     """
     estimate = runs[0].estimate
     total = estimate.u_error_arcsec(angle)
@@ -151,7 +156,7 @@ def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
     bins = SCORED_ANGLES // SHOWN_ANGLES
     square = np.zeros(SHOWN_ANGLES)
     for run in runs:
-        # The bins lie around the angles; the first one begins below 0.
+        # The bins lie around the angles; the first bin begins below 0.
         turned_error = np.roll(run.error_arcsec, bins // 2)
         square += np.mean(turned_error.reshape(SHOWN_ANGLES, bins) ** 2, axis=1)
     return {

@@ -1,2 +1,2 @@
-"""Chooses the places of two to four heads, the number of lanes and of bits, before a table is
+"""Chooses the places of two to four heads and the number of lanes and bits before a table is
 built."""

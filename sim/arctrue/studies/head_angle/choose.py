@@ -1,4 +1,4 @@
-"""Returns the figures of ``arctrue alpha`` as plain values."""
+"""Computes the results of ``arctrue alpha`` as plain values."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def choose_places(
 ) -> dict[str, Any]:
     """Compare ``given_deg`` with the best places of three or four heads for orders up to each N.
 
-    Raises ValueError if the number of heads is not three or four, or differs from that of the
-    places.
+    Raises ValueError if the number of heads is not three or four, or differs from the number of
+    places in ``given_deg``.
     """
     if given_deg is not None and len(given_deg) != heads:
         raise ValueError(f"places: expected one for each of {heads} heads, found {len(given_deg)}")

@@ -1,4 +1,5 @@
-"""Computes the error of a table that remains with given lanes, cosine width and iterations."""
+"""Computes the error of a table that remains with a given number of lanes, width of the cosine and
+number of CORDIC iterations."""
 
 from __future__ import annotations
 
@@ -19,8 +20,8 @@ COUNTS_PER_REV = 1 << 24
 
 
 def residual_of_lanes(disc: Disc, lanes: int) -> float:
-    """Return the RMS of the orders without a lane, arcseconds; the lanes go to the largest
-    orders."""
+    """Return the RMS, in arcseconds, of the orders that have no lane; the largest orders get the
+    lanes."""
     left = np.sort(disc.amplitude_arcsec)[::-1][lanes:]
     return float(np.sqrt(0.5 * np.sum(left**2)))
 
@@ -37,8 +38,8 @@ def cosine_rms(width: int, iterations: int, phases: int = 1 << 14) -> float:
 
 
 def residual_of_bits(disc: Disc, width: int, iterations: int) -> float:
-    """Return the RMS error of the output that the cosine causes if every order has a lane,
-    arcsec."""
+    """Return the RMS error, in arcseconds, that the rounded cosine causes at the output if every
+    order has a lane."""
     return cosine_rms(width, iterations) * float(np.linalg.norm(disc.amplitude_arcsec))
 
 
@@ -48,7 +49,8 @@ def rounding_arcsec() -> float:
 
 
 def residual_map(disc: Disc) -> Float:
-    """Return the RMS error that the cosine causes, ``(widths, iterations)``, arcseconds."""
+    """Return the RMS error in arcseconds that the rounded cosine causes, ``(widths,
+    iterations)``."""
     return np.array(
         [[residual_of_bits(disc, width, count) for count in ITERATIONS] for width in WIDTHS]
     )

@@ -1,9 +1,10 @@
 """Maps noise gain, blind orders and sensitivity to α over α and order, and finds the best α.
 
-For orders 1 to N no α has a largest gain below 1/(2 sin(π/(N + 1))): the N + 1 points e^{jnα}, n =
-0 … N, lie on a circle. Two of them, n₁ and n₂, are therefore at most as far apart as neighbours of
-N + 1 evenly spaced points, and the gain of order |n₁ − n₂| grows as they approach each other. α =
-360°·k/(N + 1) reaches this bound for every k without a common divisor with N + 1.
+For orders 1 to N, the largest gain of any α is at least 1/(2 sin(π/(N + 1))). Proof: the N + 1
+points e^{jnα}, n = 0 … N, lie on a circle. Therefore two of the points, n₁ and n₂, are at most as
+far apart as neighbours among N + 1 evenly spaced points, and the closer these two are, the larger
+is the gain of order |n₁ − n₂|. α = 360°·k/(N + 1) reaches this bound for every k without a common
+divisor with N + 1.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ Integer = NDArray[np.int64]
 
 PAPER_DEG = 33.0
 ECCENTRICITY_ARCSEC = 144.0
-"""Amplitude of order 1 on the simulated table with the paper's error."""
+"""Amplitude of order 1 of the simulated table, whose error has the paper's range."""
 TOLERANCE_ARCSEC = 50.0
 
 
 def gain_map(alpha_deg: Float, orders: Integer) -> Float:
-    """Return |TF(n)|, the ratio of ε's noise to that of R₂ − R₁, ``(angles, orders)``; inf: not
-    seen."""
+    """Return |TF(n)|, the noise of ε divided by the noise of R₂ − R₁, ``(angles, orders)``; inf for
+    an order that the heads cannot see."""
     return np.array([noise_gain(orders, math.radians(alpha)) for alpha in alpha_deg])
 
 
@@ -41,7 +42,8 @@ def sensitivity_map(alpha_deg: Float, orders: Integer) -> Float:
 
 
 def least_worst_gain(most_order: int) -> float:
-    """Return the lower bound of the largest gain for orders 1 to ``most_order``, see above."""
+    """Return the lower bound 1/(2 sin(π/(N + 1))) of the largest gain for orders 1 to N =
+    ``most_order``."""
     return 1.0 / (2.0 * math.sin(math.pi / (most_order + 1)))
 
 
@@ -79,7 +81,8 @@ class AlphaChoice:
     noise_arcsec: float
     """RMS error over the turn that the noise of one captured turn causes."""
     by_mounting_arcsec: float
-    """RMS error over the turn that the nominal α causes (± 50″, rectangular distribution)."""
+    """RMS error over the turn if the nominal α is used (its error is within ± 50″, rectangular
+    distribution)."""
     blind: tuple[int, ...]
     """Blind orders up to 128."""
 
@@ -119,7 +122,7 @@ def judged(
 
 
 def candidates_deg(most_order: int) -> Float:
-    """List, in rising order, the α up to 180° whose largest gain is the least possible."""
+    """List the α up to 180° that reach the lower bound of the largest gain, in rising order."""
     points = most_order + 1
     return np.array(
         [360.0 * k / points for k in range(1, points // 2 + 1) if math.gcd(k, points) == 1]
@@ -127,7 +130,8 @@ def candidates_deg(most_order: int) -> Float:
 
 
 def best_choices(most_order: int, disc: Disc, least_deg: float = 20.0) -> list[AlphaChoice]:
-    """List the α whose largest gain is the least possible, smallest total error first.
+    """List the α that reach the lower bound of the largest gain; the α with the smallest total
+    error comes first.
 
     ``least_deg``: least distance of two read heads of the paper's size; a smaller α is left out.
     """

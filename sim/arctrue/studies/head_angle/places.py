@@ -1,10 +1,11 @@
-"""Searches the best places of three and four heads: low gains, and a mean for any missing head.
+"""Searches the best places of three and four heads: places with low gains at which the mean stays
+usable if any one head is missing.
 
-Three heads determine the disc's error if the axis is at rest; four heads determine it by a parity
-relation, while the axis moves at every order. The search minimises the largest gain of orders 1 to
-N. It permits only places at which the mean has less noise than one head; with four heads this must
-hold also if any one is missing. The mean does not contain order 1 of the disc, so that with four
-heads only orders 2 to N count.
+Three heads determine the disc's error if the axis does not move; four heads determine the disc's
+error by a parity relation even if the axis moves at every order. The search minimises the largest
+gain of orders 1 to N. The search permits only places at which the mean has less noise than one
+head; with four heads this must also hold if any one head is missing. The mean does not contain
+order 1 of the disc, so that with four heads only orders 2 to N count.
 """
 
 from __future__ import annotations
@@ -31,14 +32,16 @@ Integer = NDArray[np.int64]
 LEAST_DEG = 20.0
 """Least distance of two read heads of the paper's size."""
 STEP_DEG = 4.0
-"""Step of the first search over all places; smaller steps then move the heads of the best sets."""
+"""Step of the first search over all places; later steps, which move the heads of the best sets, are
+smaller."""
 BEST = 100
 """Number of sets of places from the first search that are improved by smaller steps."""
 MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
 STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
-"""Known good places, from which the smaller steps also start."""
+"""Known good places; the search with smaller steps also starts from these places."""
 NOISE_LIMIT = 0.85
-"""Largest permitted noise of the mean if any head is missing; that of STARTS_DEG is 0.82."""
+"""Largest permitted noise of the mean while any one head is missing, in units of the noise of one
+head; STARTS_DEG has 0.82."""
 _BLOCK = 4096
 
 
@@ -52,11 +55,12 @@ class PlacesChoice:
     worst_gain: float
     worst_order: int
     gain: tuple[float, ...]
-    """Noise of each order from 1 on, divided by that of one head."""
+    """Noise of each order from 1 on, in units of the noise of one head."""
     mean_gain: tuple[float, ...]
     """Gain of each order in the mean: the noise that the order's lane adds."""
     mean_noise: float
-    """Noise of one reading of the mean, divided by that of one head; inf if no mean exists."""
+    """Noise of one reading of the mean, in units of the noise of one head; inf if no mean
+    exists."""
     noise_without: tuple[float, ...]
     """Noise of the mean if each head in turn is missing; inf if no mean exists."""
 
@@ -67,7 +71,7 @@ def motion_of(heads: int) -> MotionOrders:
 
 
 def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoice:
-    """Compute the properties of two to four given places."""
+    """Compute the properties of a given set of two to four places."""
     places = np.radians(places_deg)
     motion = motion_of(len(places_deg))
     orders = np.arange(1, most_order + 1)
@@ -96,14 +100,15 @@ def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoic
 
 def _seen_by_mean(gain: Float, weights: Float, places: Float, orders: Integer) -> tuple[float, ...]:
     factor = np.abs(order_factor(weights, places, orders))
-    # The mean does not contain order 1, whatever the gain.
+    # The mean never contains order 1, so order 1 does not count.
     return tuple(np.where(factor < 1e-9, 0.0, gain * factor).tolist())
 
 
 def best_places(
     heads: int, most_order: int, *, noise_limit: float = NOISE_LIMIT, least_deg: float = LEAST_DEG
 ) -> list[PlacesChoice]:
-    """List the best sets of places, each different from the others, best first.
+    """List the best sets of places, best first; sets that are equal up to rotation and mirroring
+    appear once.
 
     Raises ValueError if there are not three or four heads, or if no places of the search keep the
     noise of the mean below ``noise_limit``.
@@ -160,14 +165,14 @@ def _worst_gain(sets_deg: Float, most_order: int) -> Float:
 
 def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[np.bool_]:
     """Tell which sets are permitted: enough room between heads, and noise of the mean within the
-    limit, also if a fourth head is missing."""
+    limit; with four heads also if any one is missing."""
     turned = np.sort(np.mod(sets_deg, 360.0), axis=1)
     apart = np.diff(np.column_stack((turned, turned[:, :1] + 360.0)), axis=1)
     room = apart.min(axis=1) >= least_deg
     places, heads = np.radians(sets_deg), sets_deg.shape[1]
     triples = [list(one) for one in combinations(range(heads), 3)]
     noise = np.max([_noise_of_three(places[:, triple]) for triple in triples], axis=0)
-    # The mean of four heads has no more noise than that of any three of them.
+    # The mean of four heads has no more noise than the mean of any three of the heads.
     return np.asarray(room & (noise <= noise_limit))
 
 
@@ -185,7 +190,7 @@ def _noise_of_three(places_rad: Float) -> Float:
 def _moved(
     sets_deg: Float, step_deg: float, most_order: int, noise_limit: float, least_deg: float
 ) -> Float:
-    """Move heads of each set by a step as long as this lowers the largest gain."""
+    """Move heads of each set by steps as long as a step lowers the set's largest gain."""
     heads = sets_deg.shape[1]
     moves = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * (heads - 1))).reshape(heads - 1, -1).T
     moves = np.column_stack((np.zeros(len(moves)), moves)) * step_deg
@@ -196,7 +201,7 @@ def _moved(
             _allowed(tried, noise_limit, least_deg), _worst_gain(tried, most_order), np.inf
         ).reshape(len(best), -1)
         chosen = np.argmin(worst, axis=1)
-        # A set stays permitted after each move: it may also stay where it is.
+        # A set without a better permitted move keeps its places, so every set stays permitted.
         moved = best + moves[chosen]
         if np.array_equal(moved, best):
             break
@@ -212,8 +217,8 @@ def _noise(places: Float) -> Float | None:
 
 
 def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Tell whether two sets of places differ, whichever head is the first and whichever direction
-    is positive."""
+    """Tell whether two sets of places differ even after any change of the first head and of the
+    positive direction."""
     return not any(
         np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
         for way in (_steps(one), _steps(one)[::-1])

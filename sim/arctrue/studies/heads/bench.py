@@ -1,4 +1,4 @@
-"""A simulated table that its heads calibrate once and that is then read on further turns."""
+"""Simulates a table that is calibrated once from its own heads and then read in further turns."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ U_MOUNTING_ARCSEC = MOUNTING_ARCSEC / float(np.sqrt(3.0))
 
 @dataclass(frozen=True)
 class Bench:
-    """A simulated table; ``seed`` determines the heads' places and index marks, within ± 50″ of
-    nominal."""
+    """Simulated table with several heads; ``seed`` determines the heads' places and index marks,
+    within ± 50″ of nominal."""
 
     places_deg: tuple[float, ...] = PLACES_DEG
     noise_arcsec: float = 0.1
@@ -56,7 +56,7 @@ class Bench:
     samples_a_turn: int = 12_000
     seed: int = 1
     axis: tuple[Cause, ...] = ()
-    """Motion of the axis while the table is calibrated."""
+    """Causes that move the axis while the table is calibrated."""
     moved_arcsec: tuple[float, ...] = field(default=())
     """Shift of each head along the scale since the head was mounted."""
 
@@ -90,8 +90,8 @@ class Bench:
     def turn(
         self, number: int, causes: tuple[Cause, ...], turns: int = 1, *, noise: bool = True
     ) -> tuple[Integer, Float]:
-        """Return counts (heads, n) and true angles of run ``number``; a larger number starts
-        later."""
+        """Return counts (heads, n) and true angles of run ``number``; runs with larger numbers
+        start later."""
         table = self.table(*causes)
         motion = Motion.steady(
             SPEED_RAD_S,
@@ -107,7 +107,7 @@ class Bench:
         return np.stack(counts), np.asarray(state.angle_rad)
 
     def captured(self, number: int = 0, turns: int = 1) -> WholeTurns:
-        """Return one run as a capture."""
+        """Return the counts of one run as a capture of whole turns."""
         counts, _ = self.turn(number, self.axis, turns)
         step = COUNTS_PER_REV / self.samples_a_turn
         return WholeTurns(0, turns, counts[0], counts[1], step, 0, tuple(counts[2:]))
@@ -115,7 +115,7 @@ class Bench:
     def estimate(
         self, motion: MotionOrders = "every", turns: int = 1, number: int = 0
     ) -> HeadsEstimate:
-        """Estimate the error from one run."""
+        """Estimate the error of the disc from the capture of one run."""
         return heads_least_squares(
             [self.captured(number, turns)],
             COUNTS_PER_REV,
@@ -130,8 +130,8 @@ class Bench:
         )
 
     def mean(self, motion: MotionOrders = "every") -> Coefficients:
-        """Return the gateware's words for the mean of all heads, and one set of words per missing
-        head."""
+        """Return the gateware's words for the mean of all heads, and a set of words for each head
+        that may be missing."""
         coefficients, refused = mean_banks(self.estimate(motion).on_disc(), COUNTS_PER_REV)
         if refused:
             raise refused[0]
@@ -139,13 +139,14 @@ class Bench:
 
 
 def mean_left_arcsec(coefficients: Coefficients, counts: Integer, angle_rad: Float) -> Float:
-    """Return the error that remains in the mean at the output of the gateware, (n,)."""
+    """Return the error that remains in the mean of the heads at the output of the gateware,
+    (n,)."""
     return _left(mean_angle_counts(coefficients, counts), angle_rad)
 
 
 def two_heads_left_arcsec(bench: Bench, counts: Integer, angle_rad: Float) -> Float:
-    """Return the error of head 1 that remains after the correction by the two heads of ``bench``,
-    (n,)."""
+    """Return the error of head 1 that remains after a correction calibrated with the two heads of
+    ``bench``, (n,)."""
     estimate, _ = least_squares(
         [bench.captured()],
         COUNTS_PER_REV,

@@ -1,4 +1,4 @@
-"""Effects that change the reading of head 1, but not the mean of four heads."""
+"""Defines effects that change the reading of head 1, but not the mean of four heads."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from arctrue.table.conditions import USUAL_TEMPERATURE_C
 
 @dataclass(frozen=True)
 class HeadsCase:
-    """An effect that appears after the calibration, and the order at which it is measured."""
+    """Effect that appears after the calibration, and the order per turn at which its size is
+    measured."""
 
     title: str
     cause: Cause

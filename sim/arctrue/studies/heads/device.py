@@ -1,4 +1,5 @@
-"""The virtual instrument with four heads: calibrates the mean from a capture, then is disturbed."""
+"""Simulates an instrument with four heads: the mean is calibrated from a capture; then an effect
+disturbs the table."""
 
 from __future__ import annotations
 
@@ -37,11 +38,11 @@ from arctrue.table.temperature import TemperatureCourse
 Float = NDArray[np.float64]
 
 GRADUATION_ARCSEC = {2: 1.6, 5: 0.9}
-"""Amplitudes of the disc's orders."""
+"""Amplitudes of the disc's graduation orders, by order."""
 RECORDED_TURNS = 3.0
 """Length of a recording, over which the balls' order 4.37 is orthogonal to the disc's orders."""
 KEPT_EVERY = 16
-"""Number of edges of which the recording keeps one."""
+"""Interval of the kept edges: the recording keeps every 16th edge."""
 MOST_ORDER = 8
 MOTION_TURNS = 30.0
 START_RAD = -0.2
@@ -49,7 +50,8 @@ START_RAD = -0.2
 
 @dataclass(frozen=True)
 class Track:
-    """Table angles, and the error of a signal at them up to a constant; arrays (n,)."""
+    """Angles of the table, and the error of a signal at these angles up to a constant; arrays
+    (n,)."""
 
     angle_rad: Float
     error_arcsec: Float
@@ -63,8 +65,8 @@ class Track:
         return cls(edges.true_angle_rad, np.asarray((counts - counts.mean()) * arcsec))
 
     def line(self, order: float) -> complex:
-        """Return the component of an order, fitted together with the whole orders 0 to 8,
-        arcseconds."""
+        """Return the complex amplitude of an order in arcseconds; the fit also contains the integer
+        orders 0 to 8."""
         columns = [np.ones(self.angle_rad.size)]
         for n in (order, *(n for n in range(1, MOST_ORDER + 1) if n != order)):
             columns += [np.cos(n * self.angle_rad), np.sin(n * self.angle_rad)]
@@ -73,10 +75,11 @@ class Track:
 
 
 class HeadsDevice:
-    """The compiled core with HEADS = 4, the firmware on its bus and a table in front of its heads.
+    """Virtual instrument with four heads: the compiled core with HEADS = 4, the firmware on its
+    bus, and a table under its heads.
 
-    This is a context manager. The heads stand at PLACES_DEG, and the disc has ECCENTRICITY_M and
-    GRADUATION_ARCSEC.
+    The class is a context manager. The heads stand at PLACES_DEG, and the disc has ECCENTRICITY_M
+    and GRADUATION_ARCSEC.
     """
 
     def __init__(
@@ -87,9 +90,9 @@ class HeadsDevice:
         report_run: ReportRun | None = None,
         report_step: ReportStep | None = None,
     ) -> None:
-        """Build the instrument if it is not yet there. Raises InstrumentError.
+        """Build the instrument if it has not been built. Raises InstrumentError if the build fails.
 
-        With ``failover`` the core leaves out a head that fails.
+        With ``failover`` the core continues with the mean of the other heads if a head fails.
         """
         self.settings = settings
         self.failover = failover
@@ -109,14 +112,14 @@ class HeadsDevice:
             ("output_spacing", 1),
             ("orders", settings.orders),
             ("separation_deg", PLACES_DEG[1]),
-            # Rounding to whole counts adds to the noise.
+            # The rounding to whole counts also contributes to the stated noise.
             ("alarm_noise_arcsec", max(1.0, settings.arcsec_per_count)),
         ):
             self.firmware.set(name, value)
 
     def calibrate_alone(self, *, on: bool = True) -> None:
-        """Set the places of heads 3 and 4 in the firmware, so that it can calibrate the mean by
-        itself."""
+        """Set the places of heads 3 and 4 in the firmware, so that the firmware can calibrate the
+        mean by itself."""
         for name, place in zip(("head3_deg", "head4_deg"), PLACES_DEG[2:], strict=True):
             self.firmware.set(name, place if on else 0.0)
 
@@ -134,7 +137,7 @@ class HeadsDevice:
         self.instrument.close()
 
     def table(self, *causes: Cause) -> RotaryTable:
-        """Return the table with the causes in addition to its own."""
+        """Return the instrument's table with further ``causes``."""
         orders = tuple(GRADUATION_ARCSEC)
         amplitudes = tuple(float(np.radians(GRADUATION_ARCSEC[n] / 3600.0)) for n in orders)
         disc = (
@@ -162,7 +165,7 @@ class HeadsDevice:
         self.firmware.start()
 
     def run_until(self, reached: Callable[[], object], stage: str = "") -> None:
-        """Run until ``reached`` is true. Raises InstrumentError if the motion ends first."""
+        """Run until ``reached`` is true. Raises InstrumentError if the motion ends before."""
         poll = self.settings.poll_clocks
         self.firmware.run(until=lambda _: reached(), poll_clocks=poll, stage=stage)
 
@@ -192,7 +195,8 @@ class HeadsDevice:
         return heads[0].measurement(rows, "the instrument")
 
     def load(self, coefficients: Coefficients) -> str:
-        """Send every frame, wait for the turn that tests the coefficients, and return the state.
+        """Send the coefficients to the console frame by frame, wait for the turn that tests them,
+        and return the state of the load.
 
         Raises InstrumentError for a frame that the console refuses.
         """
@@ -215,18 +219,19 @@ class HeadsDevice:
 
 @dataclass(frozen=True)
 class HeadsResult:
-    """Amplitudes that the effect adds to two signals at the order of the case, arcseconds."""
+    """Amplitudes, in arcseconds, by which an effect changes two signals at the order of the
+    case."""
 
     case: HeadsCase
     counts_per_rev: int
     head1_arcsec: float
-    """Amplitude in head 1, which a correction from two heads would not remove."""
+    """Amplitude in head 1; a correction from two heads would not remove it."""
     mean_arcsec: float
     """Amplitude in the mean of four heads."""
     clocks: int
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain values."""
+        """Return the result as plain values."""
         return {
             "title": self.case.title,
             "order": self.case.order,
@@ -244,9 +249,10 @@ def run_on_heads(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> HeadsResult:
-    """Calibrate the mean of four heads from one capture, then only add the effect.
+    """Calibrate the mean of four heads from one capture, then add the effect without a new
+    calibration, and measure how it changes both signals.
 
-    Raises InstrumentError if the device refuses the mean or does not return to it.
+    Raises InstrumentError if the device refuses the mean or does not return to the mean.
     """
     with HeadsDevice(settings, report_run=report_run, report_step=report_step) as device:
         device.turn_before()

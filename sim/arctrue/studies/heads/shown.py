@@ -1,4 +1,4 @@
-"""The rows of the tables in docs/heads.md, as plain values."""
+"""Computes the rows of the tables in docs/heads.md, as plain values."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ Float = NDArray[np.float64]
 
 BALLS = BallPass(4.37, 0.25e-6)
 HUB_SHIFT = DiscEccentricity(2e-6, 0.8)
-"""Shift of the disc's centre on the axis that heat causes."""
+"""Shift of the disc's centre relative to the axis; heat causes this shift."""
 AXIS_SHIFT = RadialMotion(0, 2e-6 * np.exp(0.8j))
 AXIS: tuple[Cause, ...] = (
     BALLS,
@@ -53,8 +53,8 @@ AXIS_LIMIT_M = 5e-6
 FINE_ORDERS = 500
 FINE_PLACES_DEG = (0.0, 112.1, 174.8, 297.8)
 """Best of 18,000 random sets of places: smallest RMS gain of orders 2 to 500 if the motion is
-unknown at every order. Only sets count for which a mean exists and the heads have room; sets that
-were not drawn may be better."""
+unknown at every order. A set counts only if a mean exists and the heads have room; a set that was
+not drawn may be better."""
 TURNS_SHOWN = (1, 3, 10, 30, 100, 1000)
 
 
@@ -66,7 +66,8 @@ def shown(
     seed: int = 1,
     report_step: ReportStep | None = None,
 ) -> dict[str, Any]:
-    """Return every row; smaller ``samples_a_turn`` and ``fine_orders`` make a test faster."""
+    """Return the rows of all tables; smaller ``samples_a_turn`` and ``fine_orders`` make a test
+    faster."""
     report_step = report_step or (lambda _: None)
     bench = Bench(samples_a_turn=samples_a_turn, seed=seed)
     two = replace(bench, places_deg=TWO_DEG)
@@ -95,13 +96,15 @@ def shown(
 
 
 def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
-    """Calibrate while the axis moves; return the errors of another turn."""
+    """Calibrate while the axis moves, once with four heads and once with two; return the errors in
+    another turn."""
     moving, pair = replace(bench, axis=AXIS), replace(two, axis=AXIS)
     coefficients = moving.mean()
     quiet, angle = bench.turn(5, AXIS[1:], noise=False)
     balls, _ = bench.turn(5, AXIS, noise=False)
     with_noise, _ = bench.turn(5, AXIS)
-    # Leave out the rounding to whole counts: in four readings it exceeds the remaining error.
+    # Leave out the rounding to whole counts, because the rounding of four readings exceeds the
+    # remaining error.
     exact = [_exact(bench, 5, causes) for causes in (AXIS[1:], AXIS)]
     change = (exact[1] - exact[0]) * (ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV)
     assert coefficients.extension is not None
@@ -155,9 +158,10 @@ def _hub_shift(bench: Bench, two: Bench) -> dict[str, Any]:
 
 
 def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Float) -> float:
-    """Return the RMS by which the shift changes the output, without rounding of the readings.
+    """Return the RMS change of the output that a shift of the readings causes, without rounding of
+    the readings.
 
-    The shift also changes the angle at which the lanes are evaluated, that of the carrier head.
+    The shift also changes the reading of the carrier head, at which the lanes are evaluated.
     """
     counts, _ = bench.turn(5, (), noise=False)
     mean = coefficients.extension.mean
@@ -169,8 +173,8 @@ def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Flo
 
 
 def _missing(bench: Bench) -> list[dict[str, Any]]:
-    """Return the error of one turn after the calibration, for the mean of all heads and of each
-    three."""
+    """Return the error of one turn after the calibration, for the mean of all four heads and for
+    the mean of each three of them."""
     coefficients = replace(bench, axis=AXIS).mean()
     assert coefficients.extension is not None
     counts, angle = bench.turn(6, AXIS)
@@ -205,8 +209,8 @@ def _moved(bench: Bench, head: int) -> dict[str, Any]:
     moved = [0.0] * 4
     moved[head - 1] = MOVED_ARCSEC
     later = replace(bench, moved_arcsec=tuple(moved), axis=(AXIS_SHIFT,))
-    # The counters run on from the same index, so that the reading of a moved head changes by its
-    # shift.
+    # The counters are not set to the index again, so that the reading of a moved head changes by
+    # its shift.
     counts, angle = later.turn(3, (AXIS_SHIFT,))
     old, _ = bench.turn(3, ())
     captured = later.captured(3)
@@ -245,8 +249,8 @@ def _moved(bench: Bench, head: int) -> dict[str, Any]:
 
 
 def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
-    """Compare the estimated error of the disc, up to a high order, with the true one; 2σ at an
-    angle."""
+    """Compare the estimated error of the disc, up to a high order, with the true error; the stated
+    limit is 2σ at one angle."""
     places = FINE_PLACES_DEG
     random = np.random.default_rng([bench.seed, 13])
     further = np.arange(10, orders + 1)
@@ -265,8 +269,8 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     for title, motion, axis in cases:
         counts, _ = fine.turn(1, (rough, *axis), turns)
         size = fine.samples_a_turn
-        # In each turn, a sample comes at the same angle: the sum over the turns is one turn in
-        # finer counts.
+        # The samples of each turn come at the same angles, so the sum over all turns equals one
+        # turn with finer counts.
         turn = counts.reshape(4, turns, size) - (
             np.arange(turns, dtype=np.int64)[:, None] * COUNTS_PER_REV
         )
@@ -301,7 +305,7 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
 
 
 def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) -> Float:
-    """Return the error g of the disc at readings of head 1, computed from the table itself."""
+    """Return the error g of the disc at readings of head 1, computed from the simulated table."""
     table = bench.table(rough)
     angle = reading_rad.copy()
     for _ in range(12):
@@ -310,7 +314,8 @@ def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) ->
 
 
 def _budget(bench: Bench) -> list[dict[str, Any]]:
-    """Return the mean's standard uncertainty from each cause alone; the axis moves by 2 µm."""
+    """Return the standard uncertainty of the mean that each cause alone gives; the axis moves by 2
+    µm."""
     coefficients = bench.mean(())
     assert coefficients.extension is not None
     assert coefficients.extension.mean is not None

@@ -1,2 +1,2 @@
-"""The gateware measures a table with a hidden effect, the workbench names the effect and corrects
-it."""
+"""Simulates how the gateware measures a table with a hidden effect, and how the workbench names and
+corrects the effect."""

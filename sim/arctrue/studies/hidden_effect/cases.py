@@ -26,16 +26,16 @@ Build = Callable[[HiddenSettings], list[Cause]]
 COLD_C = USUAL_TEMPERATURE_C
 WARM_C = USUAL_TEMPERATURE_C + 4.0
 STROKE_RAD = math.radians(1.0)
-"""Travel after a reversal over which the friction changes sign; far shorter than the distance of
-two stations."""
+"""Travel after a reversal over which the friction changes sign; far shorter than the distance
+between two stations."""
 FRESH_C = USUAL_TEMPERATURE_C + 2.5
-"""A temperature that differs from those of all measured runs."""
+"""Temperature of the judged turns, which differs from the temperatures of all measured runs."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunPlan:
-    """A run: after a power-up, some turns at one speed are captured; a reference may read them
-    too."""
+    """Plan of a run: after a power-up, some turns at one speed are captured; a reference may read
+    the same turns."""
 
     side: int = 1
     turns: int = 2
@@ -45,13 +45,14 @@ class RunPlan:
     speed: float = 1.0
     """Speed in units of the usual speed."""
     second_speed: float | None = None
-    """Second speed in units of the usual speed; in each turn, the table changes to it and back."""
+    """Second speed in units of the usual speed; in each turn, the table changes to this speed and
+    back."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveIndex:
-    """An index of the drive. It comes ``per_turn`` times in a turn of the table, first at the angle
-    ``first_turns``."""
+    """Index of the drive: ``per_turn`` pulses come per turn of the table, the first at the angle
+    ``first_turns`` (turns)."""
 
     per_turn: float
     first_turns: float = 0.3
@@ -59,17 +60,18 @@ class DriveIndex:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One hidden effect."""
+    """Hidden effect, the runs that find it, and the run that judges the correction."""
 
     name: str
     title: str
     """Title for the page and the terminal."""
     build: Build
     further: tuple[RunPlan, ...] = ()
-    """Runs after the first run. The first run is the same in all cases: two turns up, cold."""
+    """Runs after the first run. The first run is the same in all cases: two turns upwards at the
+    usual temperature."""
     polygon: bool = False
-    """Whether the reference is read at stations, up and down; if False, while the table moves past
-    marks."""
+    """Whether the reference is a polygon, read at stations, up and down; if False, it is read while
+    the table moves past marks."""
     fresh: RunPlan = RunPlan(start_s=3600.0)
     """Run in which the result is judged, after a new power-up; without further runs, the first run
     continues instead."""
@@ -103,15 +105,15 @@ class Case:
 
     @property
     def slowest(self) -> float:
-        """Return the smallest speed in units of the usual one, at which a turn must still fit into
-        a bank."""
+        """Return the smallest speed, in units of the usual speed; at this speed a turn must still
+        fit into a bank."""
         plans = (*self.further, self.fresh)
         return min(1.0, *(plan.second_speed or plan.speed for plan in plans))
 
 
 def _subdivision(settings: HiddenSettings) -> list[Cause]:
-    # A difference of a share p in the amplitude causes an error of p radians of the signal period:
-    # 0.63″ at 16,384 lines.
+    # A relative difference p between the amplitudes of the two signals causes an error of p radians
+    # of the signal period: 0.63″ at 16,384 lines.
     lines = settings.revolution.lines
     return [
         SignalDistortion(0, lines, 0.036, 0.035, 0.016, 0.012),
@@ -120,8 +122,8 @@ def _subdivision(settings: HiddenSettings) -> list[Cause]:
 
 
 def _coarser(settings: HiddenSettings) -> float:
-    """Return the ratio of a count to a count at the paper's scale; the hidden effects grow by this
-    factor."""
+    """Return the size of a count divided by its size at the paper's scale; the hidden effects are
+    enlarged by this factor."""
     return (1 << 24) / settings.revolution.counts_per_rev
 
 
@@ -139,12 +141,12 @@ def _warm_lobes(settings: HiddenSettings) -> list[Cause]:
 
 
 def _latency(settings: HiddenSettings) -> list[Cause]:
-    # 28 counts at 30°/s, at every scale.
+    # The effect is 28 counts at 30°/s at every scale.
     return [ReadingLatency(20e-6 * _coarser(settings))]
 
 
 def _centrifugal(settings: HiddenSettings) -> list[Cause]:
-    # 0.55″ at 30°/s.
+    # The effect is 0.55″ at 30°/s.
     return [CentrifugalLobes(3, 2.0 * RAD_PER_ARCSEC * _coarser(settings), 0.9)]
 
 
@@ -154,9 +156,9 @@ def _loose_centre(settings: HiddenSettings) -> list[Cause]:
 
 
 def _scratch(settings: HiddenSettings) -> list[Cause]:
-    # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts
-    # height and width grow with the square root of the count: the slope stays the same, and no head
-    # moves by two counts in a clock.
+    # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts,
+    # height and width grow with the square root of the count's size, so that the slope stays the
+    # same, and no head moves by two counts in a clock.
     larger = math.sqrt(_coarser(settings))
     width_rad = math.radians(0.2) * larger / SIGMAS_OF_HALF
     return [GraduationBump(20.0 * RAD_PER_ARCSEC * larger, math.radians(84.0), width_rad)]
@@ -189,8 +191,8 @@ def _eccentric_gear(settings: HiddenSettings) -> list[Cause]:
 
 
 def _belt(settings: HiddenSettings) -> list[Cause]:
-    # The belt is twice as long as the circumference of the pulley: it twists the shaft once in two
-    # turns.
+    # The belt is twice as long as the circumference of the pulley: therefore it twists the shaft
+    # once in two turns.
     return [GearMesh(BELT_ORDER, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (-1.1,))]
 
 
@@ -202,7 +204,8 @@ def _at_once(settings: HiddenSettings) -> list[Cause]:
 SLOW = 0.5
 """Second measured speed, in units of the usual speed."""
 BETWEEN = 0.7
-"""Speed of the judged turns, in units of the usual speed; no run of the set has this speed."""
+"""Speed of the judged turns, in units of the usual speed; no run of the measurement set has this
+speed."""
 
 _WARMING = (
     RunPlan(start_s=900.0, temperature_c=(COLD_C + 1.5, COLD_C + 2.0)),
@@ -243,7 +246,8 @@ _ALL = (
         "centrifugal_lobes",
         "a disc that the centrifugal force stretches three times a turn",
         _centrifugal,
-        # The speeds do not rise or fall steadily in time, so that speed and time can be separated.
+        # The speeds of the runs do not rise or fall steadily in time, so that effects of speed and
+        # of time can be separated.
         (
             RunPlan(start_s=900.0, speed=SLOW, reference=True),
             RunPlan(start_s=1800.0, speed=0.85, reference=True),

@@ -1,4 +1,4 @@
-"""Motion and temperature of the table in an experiment."""
+"""Makes the motion and the temperature of the table in an experiment."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def turning(
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C),
     start_s: float = 0.0,
 ) -> Motion:
-    """Return a motion from rest over the index of both heads, then some turns at one signed
-    speed."""
+    """Return a motion that starts from rest, passes the index of both heads, and makes some turns
+    at one signed speed."""
     ahead = HEAD_SEPARATION_RAD + 2 * RUN_UP_RAD
     start_rad = -ahead if speed_rad_s > 0 else 2 * RUN_UP_RAD
     pace = abs(speed_rad_s)
@@ -46,8 +46,8 @@ def turning(
 
 EACH_SPEED_TURN = 0.1
 CHANGE_TURN = 0.4
-"""Part of each turn in which the speed changes; it changes twice a turn. EACH_SPEED_TURN is the
-part at each speed."""
+"""Part of each turn in which the speed changes, in two equal changes per turn. EACH_SPEED_TURN is
+the part at each of the two speeds."""
 
 
 def with_second_speed(drive: Motion, second_rad_s: float) -> Motion:
@@ -107,11 +107,11 @@ def times_at(drive: Motion, angles_rad: NDArray[np.float64]) -> NDArray[np.float
 
 @dataclass(frozen=True, slots=True)
 class StationDrive:
-    """A drive that stops at stations, and an instant of each stop; arrays ``(n,)``."""
+    """Motion that stops at stations, and an instant in each stop; arrays ``(n,)``."""
 
     drive: Motion
     station_s: NDArray[np.float64]
-    """An instant of the motion at which the table stands at the station."""
+    """Instant of the motion at which the table stands at each station."""
     target_deg: NDArray[np.float64]
     direction: NDArray[np.int64]
     cycle: NDArray[np.int64]
@@ -126,11 +126,12 @@ def over_stations(
     temperature_c: float = USUAL_TEMPERATURE_C,
     start_s: float = 0.0,
 ) -> StationDrive:
-    """Return a drive over both indices, then ``cycles`` times up to every face and back.
+    """Return a motion that passes both indices and then visits every face ``cycles`` times, up and
+    back.
 
     The table stops at each face. A cycle goes one face beyond the last face and returns, then one
     face below the first and returns, so that every station is always reached from the same side in
-    each direction. Before the cycles the table goes one face up and back; during this time the
+    each direction. Before the cycles the table moves up by one face and back; during this time the
     caller can load a correction.
     """
     step_rad = TURN_RAD / faces

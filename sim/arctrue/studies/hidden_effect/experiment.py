@@ -1,5 +1,5 @@
-"""An experiment: measures a table with a hidden effect, diagnoses it, and measures the corrected
-output."""
+"""Runs an experiment: measures a table with a hidden effect, diagnoses the effect, and measures the
+corrected output."""
 
 from __future__ import annotations
 
@@ -48,23 +48,23 @@ STOP_CLOCKS = 2000
 """Number of clocks for which the table stands at a station of the polygon: far more than the
 latency."""
 FURTHER_TURNS = 0.4
-"""Number of turns of a drive after the captured ones: time for the calibration, for the ramp, and
-to complete a turn."""
+"""Number of turns of a drive after the captured turns; in these the calibration, the ramp and the
+last turn are completed."""
 NOMINAL_SHARE = 1.1
-"""Nominal speed of the modulators, divided by that of the drive. The margin is far larger than the
-ripple of the speed."""
+"""Nominal speed of the modulators, divided by the speed of the drive. The margin is far larger than
+the ripple of the speed."""
 ADOPTED = "found_on_this_table"
 LINES_TURNS = 2
 """Number of turns over which lines of real orders are fitted: over two turns, half orders are
-orthogonal to whole ones."""
+orthogonal to integer orders."""
 WHOLE_ORDERS = 16
-"""Number of whole orders that are fitted together with the lines of real orders."""
+"""Number of integer orders that are fitted together with the lines of real orders."""
 TURNS_BACK = 2.6
 
 
 @dataclass(frozen=True)
 class HiddenResult:
-    """The result of the experiment; the scores are those of the turns after the last power-up."""
+    """Result of the experiment; the scores apply to the turns after the last power-up."""
 
     case: Case
     settings: HiddenSettings
@@ -75,7 +75,7 @@ class HiddenResult:
     raw: TurnScore
     """Score of head 1 without a correction."""
     paper: TurnScore
-    """Score of the output with the firmware's own coefficients, which are those of the paper's
+    """Score of the output with the coefficients that the firmware calibrates by the paper's
     model."""
     corrected: TurnScore
     """Score of the output with the coefficients that the workbench exported."""
@@ -83,20 +83,20 @@ class HiddenResult:
     """Score like ``corrected``, but without the lanes that follow a condition, or with an empty
     local table."""
     raw_period: SignalPeriod
-    """Error of ``raw`` over a period of the grating; those of ``paper`` and ``corrected``
-    follow."""
+    """Error of head 1 over a period of the grating; the next two attributes are the same error with
+    the paper's model and with the export."""
     paper_period: SignalPeriod
     corrected_period: SignalPeriod
     fresh_capture_arcsec: dict[str, float]
-    """RMS of the residuals of the judged run's capture, for the model ``without`` and ``with`` the
-    effect."""
+    """RMS of the residuals in the capture of the judged run, under the model ``without`` and
+    ``with`` the effect."""
     firmware_orders: int
     reversal_arcsec: dict[str, float] | None
     """Mean error upwards minus mean error downwards of the output, with the paper's model and with
     the export."""
     lines_counts: dict[str, list[float]]
-    """Amplitudes, in counts, of the case's lines in the output: ``without`` the lanes for them,
-    ``forwards`` and ``backwards`` with the lanes; empty if the case judges no lines."""
+    """Amplitudes, in counts, of the case's lines in the output: ``without`` lanes of real orders,
+    and ``forwards`` and ``backwards`` with these lanes; empty if the case judges no lines."""
     clocks: int
     simulating_s: float
     workbench_s: float
@@ -119,7 +119,7 @@ class HiddenResult:
         }
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything as plain values."""
+        """Return the whole result as plain values."""
         return {
             "effect": self.case.name,
             "counts_per_rev": self.settings.revolution.counts_per_rev,
@@ -246,7 +246,8 @@ class _Run:
         )
         self.causes = case.build(settings)
         scale = settings.revolution
-        # At the slowest speed a turn has the number of samples that the settings state.
+        # The sample period is chosen so that a turn at the slowest speed has the stated number of
+        # samples.
         samples = round(scale.samples * case.slowest)
         sampled = dataclasses.replace(
             settings, revolution=dataclasses.replace(scale, samples=samples)
@@ -257,7 +258,8 @@ class _Run:
         self.references: list[Reference] = []
 
     def result(self) -> HiddenResult:
-        """Measure, run the diagnosis, load the exported coefficients, measure again."""
+        """Measure the table, run the diagnosis, load the exported coefficients, and measure the
+        output again."""
         started = time.monotonic()
         case, rig, settings = self.case, self.rig, self.settings
         paper_bank = self._first_run()
@@ -311,7 +313,7 @@ class _Run:
                 "swap to the exported coefficients",
             )
         elif self._goes_on or case.local_table:
-            # The file goes over the console, as if a person sent it; the calibration continues.
+            # The file is sent over the console, as an operator would do; the calibration continues.
             rig.instrument.firmware.send("freeze off")
             rig.load_over_console(export.coefficients, "a turn judges what was loaded")
         else:
@@ -408,8 +410,8 @@ class _Run:
     def _conditions(self) -> ConditionSettings | None:
         if not self.case.modulators:
             return None
-        # The nominal speed must be below one count per clock, and this table turns at nearly this
-        # speed.
+        # The nominal speed must be below one count per clock, and this table already turns at
+        # nearly one count per clock.
         speed_deg_s = float(np.degrees(self.settings.revolution.speed_rad_s))
         return ConditionSettings(nominal_deg_per_s=NOMINAL_SHARE * speed_deg_s)
 
@@ -436,8 +438,8 @@ class _Run:
         return 4.6 if self._goes_on else 2.0
 
     def _first_run(self) -> Coefficients:
-        """Make two turns up, cold; return the coefficients that the firmware calibrates from the
-        first."""
+        """Drive two turns upwards at the usual temperature; return the coefficients that the
+        firmware calibrates from the first turn."""
         rig = self.rig
         drive = self._drive(RunPlan(), self._first_turns)
         several = self.case.reference_turns > 1
@@ -447,7 +449,8 @@ class _Run:
             stage="over both indices",
         )
         if several:
-            # The reference reads head 1 before the first calibration.
+            # Read the reference before the first calibration, while the output equals the reading
+            # of head 1.
             rig.record(self.case.reference_turns)
             for _ in range(self.case.reference_turns):
                 rig.captured_turn("turns of the reference")
@@ -516,8 +519,8 @@ class _Run:
     def _polygon(self, stage: str, bank: Coefficients | None) -> float:
         """Move up and down over the faces; return mean error upwards minus downwards, arcseconds.
 
-        Without a bank the output equals the reading of head 1, and the measured rows become part of
-        the set.
+        If ``bank`` is None, the output equals the reading of head 1, and the measured rows become
+        part of the measurement set.
         """
         rig, settings = self.rig, self.settings
         clock_hz = rig.instrument.clock_hz
@@ -535,8 +538,8 @@ class _Run:
         rig.work_until_the_end(stage)
         recording = rig.instrument.recording()
         counts = counts_standing(recording.output, rig.clock_of(plan.station_s))
-        # With a bank the zero would be that of the corrected output; only differences are used
-        # here.
+        # With a bank the zero belongs to the corrected output; the zero cancels, because only
+        # differences are used here.
         zero = 0 if bank is not None else zero_level(recording)
         readings = Readings(
             plan.station_s,

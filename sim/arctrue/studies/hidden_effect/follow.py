@@ -1,4 +1,4 @@
-"""Thermal eccentricity while the table warms: compares corrections turn by turn."""
+"""Compares, turn by turn, four ways to correct thermal eccentricity while the table warms."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ HELD, EVERY_TURN, BY_TEMPERATURE, BY_FIRMWARE = WAYS = (
     "by temperature",
     "by the firmware",
 )
-"""The ways of correction: (1) the first turn's coefficients, never changed; (2) the firmware's
-coefficients after each turn; (3) the model's coefficients at the present temperature, which the
-host writes; (4) the model, loaded once over the console: the firmware evaluates it at the
-temperature of its thermometer."""
+"""Ways of correction: (1) the coefficients of the first turn are never changed; (2) the firmware
+calibrates after each turn; (3) the host writes the model's coefficients for the present
+temperature; (4) the model is loaded once over the console, and the firmware evaluates the model at
+the temperature of its thermometer."""
 
 
 JUDGED_TURNS = 1.4
@@ -32,7 +32,7 @@ JUDGED_TURNS = 1.4
 
 @dataclass(frozen=True, slots=True)
 class FollowedTurn:
-    """One turn of the corrected output while the table warms."""
+    """Result of one turn of the corrected output while the table warms."""
 
     temperature_c: float
     """Temperature in the middle of the turn."""
@@ -49,7 +49,8 @@ def follow_warming(
     told_lag_s: float | None = None,
     report_run: ReportRun | None = None,
 ) -> dict[str, list[FollowedTurn]]:
-    """Measure the table of ``result`` while it warms over ``turns`` turns, once for each way.
+    """Measure the table of ``result`` while it warms over ``turns`` turns, once for each way of
+    correction.
 
     The thermometer lags by ``sensor_lag_s``; the coefficient file states ``told_lag_s``, by default
     the same value. Raises InstrumentError if the firmware does not reach a swap.
@@ -74,8 +75,8 @@ def _followed(
     # A recording is slightly longer than a turn, and the new coefficients take some time to fade
     # in.
     every = 1.0 + 1.4 * turns
-    # In an additional turn the firmware tests the loaded model, while the table warms at the usual
-    # rate.
+    # The firmware needs an additional turn to test the loaded model; the table warms at the usual
+    # rate meanwhile.
     driven = every + (JUDGED_TURNS if way == BY_FIRMWARE else 0.0)
     drive = turning(
         scale.speed_rad_s,
@@ -116,7 +117,8 @@ def _followed(
 
 
 def _thermometer(rig: Rig, drive: Motion, lag_s: float) -> Callable[[], float]:
-    """Simulate a thermometer on the table with a resolution of 1/128 K, like ADT7420 and TMP117."""
+    """Return a function that reads a simulated thermometer on the table; it has a resolution of
+    1/128 K, like ADT7420 and TMP117."""
 
     def shown() -> float:
         now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))
@@ -130,7 +132,8 @@ def _thermometer(rig: Rig, drive: Motion, lag_s: float) -> Callable[[], float]:
 
 
 def _middle_c(rig: Rig, drive: Motion) -> float:
-    """Return the temperature half a turn later, for a sensor on the table and steady warming."""
+    """Return the temperature in half a turn from now, for a sensor on the table that warms at a
+    constant rate."""
     scale = rig.settings.revolution
     now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))
     half_s = np.pi / scale.speed_rad_s

@@ -1,5 +1,5 @@
 """Writes the recorded data as the folder of a measurement set, and the truth into a sealed file
-next to it."""
+next to the folder."""
 
 from __future__ import annotations
 
@@ -62,7 +62,8 @@ def write_set(
 
 
 def seal(folder: Path, effect: str, causes: Sequence[Cause]) -> Path:
-    """Write the hidden causes to a file next to the folder, which only the judge reads."""
+    """Write the hidden causes to a file next to the folder; only the program that judges the
+    diagnosis reads this file."""
     truth: dict[str, Any] = {
         "schema": 1,
         "hidden": effect,

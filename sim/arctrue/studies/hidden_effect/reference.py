@@ -1,4 +1,4 @@
-"""A reference instrument on the table, and readings of the gateware's output at its stations.
+"""Simulates a reference instrument on the table, and reads the gateware's output at its stations.
 
 The output is read while the compensation is off: it then equals the reading of head 1, for which
 the rows of a reference run are defined.
@@ -37,8 +37,8 @@ def zero_level(recording: Recording) -> int:
     """Return the position of the output's signal at the lower end of count 0, in which Z is high.
 
     The recorder counts every edge up to the rise of Z. An interpolation between kept edges can be
-    wrong by a count if the output makes nearly a count a clock, because edges come in whole clocks.
-    Raises InstrumentError if the recording contains no Z.
+    wrong by a count if the output moves by nearly one count per clock, because edges come in whole
+    clocks. Raises InstrumentError if the recording contains no Z.
     """
     if not recording.index_position.size:
         raise InstrumentError("the output never raised Z in the recorded turn")
@@ -46,7 +46,7 @@ def zero_level(recording: Recording) -> int:
 
 
 def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
-    """Return the counts of a standing output at some clocks, from the zero of the track.
+    """Return the counts, from the zero of the track, at clocks at which the output stands still.
 
     The track records the level between two counts that the output passed: after a pass upwards the
     output shows the count above this level, after a pass downwards the count below it. Raises
@@ -56,7 +56,8 @@ def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
     if track.dropped or track.edges != track.clock.size or place.min() < 0:
         raise InstrumentError("the recording does not hold every edge before each station")
     step = np.sign(np.diff(track.position, prepend=track.position[0] - 1))
-    # If the same level is passed twice in sequence, the motion was reversed.
+    # If the output passes the same level twice in sequence, the motion was reversed between the two
+    # passes.
     last = np.maximum.accumulate(np.where(step != 0, np.arange(step.size), 0))
     turned = (np.arange(step.size) - last) % 2 == 1
     side = np.where(turned, -step[last], step[last])
@@ -64,7 +65,8 @@ def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
 
 
 def on_the_move(recording: Recording, drive: Motion, stations: int, turns: int = 1) -> Readings:
-    """Read a rotary reference while the table moves: each mark that passes latches the output.
+    """Read a rotary reference while the table moves: each mark of the reference that passes latches
+    the output.
 
     Over several turns the target angle of a mark exceeds 360°.
     """
@@ -114,7 +116,7 @@ def as_reference(
     noise."""
     reading_rad = readings.output_counts * (TURN_RAD / counts_per_rev)
     error_rad = reading_rad - readings.true_angle_rad
-    # Reading and angle may differ by whole turns, which are removed.
+    # Remove the whole turns by which reading and angle may differ.
     error_rad -= np.round(error_rad / TURN_RAD) * TURN_RAD
     noise = random.normal(0.0, noise_arcsec, error_rad.size)
     return Reference(

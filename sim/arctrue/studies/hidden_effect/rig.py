@@ -1,4 +1,5 @@
-"""A table and an instrument: powers the instrument up, drives the table, reads turn by turn."""
+"""Combines a table and an instrument: powers the instrument up, drives the table, and reads turn by
+turn."""
 
 from __future__ import annotations
 
@@ -22,17 +23,17 @@ from arctrue.studies.revolution import set_up
 from arctrue.table import Motion, RotaryTable
 
 SPARE_TURNS = 0.06
-"""Length by which a recording exceeds its turns, so that it contains an index and a station at its
-end."""
+"""Length, in turns, by which a recording exceeds its whole turns, so that it contains an index and
+a station at its end."""
 
 FROM_A_WRAP_TURNS = 0.02
-"""Distance from angle 0 beyond which reading and true angle have the same turn number: far more
-than the error of the reading."""
+"""Distance from angle 0, in turns, beyond which reading and true angle have the same turn number;
+it is far larger than the error of the reading."""
 
 _ENABLE_CLOCKS = 200
 PULSE_CLOCKS = 100
 TURNS_FOR_THE_PHASE = 4
-"""Largest number of turns until an index of the drive comes; that of a belt comes once in two
+"""Largest number of turns to wait for an index of the drive; the index of a belt comes once in two
 turns."""
 LEAD_IN_CLOCKS = 20_000
 """Number of clocks over which the correction of a condition fades in when the direction becomes
@@ -41,7 +42,7 @@ known: a fifteenth of a turn at 2¹⁸ counts."""
 
 @dataclass(frozen=True, slots=True)
 class CapturedTurn:
-    """The samples of a bank that the gateware filled; arrays ``(n,)``."""
+    """Samples of one bank that the gateware filled; arrays ``(n,)``."""
 
     time_s: NDArray[np.float64]
     """Time of each sample since the start of the measurement."""
@@ -51,7 +52,8 @@ class CapturedTurn:
 
 
 class Rig:
-    """One table and one instrument, which can be powered up any number of times."""
+    """Table and instrument of an experiment; the instrument can be powered up any number of
+    times."""
 
     def __init__(
         self, instrument: Instrument, table: RotaryTable, settings: HiddenSettings
@@ -73,7 +75,8 @@ class Rig:
         return self.drive
 
     def power_up(self, drive: Motion, *, frozen: bool, stage: str) -> None:
-        """Put the table at the start of ``drive``, reset, start firmware, and pass both indices.
+        """Put the table at the start of ``drive``, reset the instrument, start the firmware, and
+        run until the table has passed both indices.
 
         With ``frozen`` the firmware judges each turn but does not change the coefficients.
         """
@@ -119,8 +122,8 @@ class Rig:
         )
 
     def work(self, stage: str) -> None:
-        """Run the firmware until it has read the full bank, calibrated, and swapped if it decides
-        so."""
+        """Run the firmware until it has read the full bank, has calibrated, and has swapped the
+        banks if it decides to do so."""
         reported = len(self.instrument.firmware.telemetry)
         self.instrument.firmware.run(
             until=lambda f: len(f.telemetry) > reported and f.phase == "capture",
@@ -140,8 +143,8 @@ class Rig:
     def load(self, coefficients: Coefficients, stage: str) -> None:
         """Write a whole bank with all its lanes and make it active.
 
-        The caller must have set ``freeze``: the firmware itself would write a bank with orders of
-        the turn only.
+        The caller must have set ``freeze``: otherwise the firmware would write its own bank, which
+        contains only orders of the turn.
         """
         instrument = self.instrument
         swaps = instrument.read("swap_count")
@@ -177,7 +180,8 @@ class Rig:
         self.instrument.disturb(*(PinFault(clock, PULSE_CLOCKS, high=PROBE_IN) for clock in later))
 
     def load_with_index_of_drive(self, coefficients: Coefficients, stage: str) -> None:
-        """Load over the console, and run turns until the firmware knows the phase of each lane.
+        """Load the coefficients over the console, and run turns until the firmware knows the phase
+        of each lane.
 
         Raises InstrumentError if this takes more than TURNS_FOR_THE_PHASE turns.
         """

@@ -1,4 +1,4 @@
-"""The scale of an experiment with a hidden effect."""
+"""Defines the scale of an experiment with a hidden effect."""
 
 from __future__ import annotations
 
@@ -36,15 +36,16 @@ class HiddenSettings:
 
     @classmethod
     def of_lines(cls, lines: int, lanes: int, samples: int, **others: object) -> HiddenSettings:
-        """Return the paper's scale with another number of lines, lanes and samples a turn."""
+        """Return settings like the paper's, but with the given number of grating lines, lanes and
+        samples per turn."""
         usual = cls()
         scale = dataclasses.replace(usual.revolution, lines=lines, lanes=lanes, samples=samples)
         return dataclasses.replace(usual, revolution=scale, **others)  # type: ignore[arg-type]
 
     @property
     def kept_every(self) -> int:
-        """Return the step between kept edges: odd, so that the kept edges cover every phase of the
-        period."""
+        """Return the step between kept edges; it is odd, so that the kept edges cover every phase
+        of the grating's period."""
         every = max(1, self.revolution.interpolation // KEPT_A_SIGNAL_PERIOD)
         return every + 1 - every % 2 if every > 1 else 1
 

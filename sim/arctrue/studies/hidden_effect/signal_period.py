@@ -1,4 +1,5 @@
-"""The error of a signal over one period of the grating, without the slow errors of the turn."""
+"""Computes the error of a signal over one period of the grating, without the errors of low orders
+per turn."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ class SignalPeriod:
     """Amplitudes of the harmonics 1 to 4 of the period, shape ``(4,)``."""
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything as plain values."""
+        """Return errors and amplitudes as plain values."""
         return {
             "mean_arcsec": self.mean_arcsec.tolist(),
             "amplitude_arcsec": self.amplitude_arcsec.tolist(),

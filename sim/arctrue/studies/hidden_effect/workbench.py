@@ -27,23 +27,24 @@ from arctrue.workbench.observations.build import observations_of
 
 @dataclass(frozen=True)
 class DiagnosedModel:
-    """The workbench's result for a set."""
+    """Result of the workbench for a measurement set."""
 
     observations: Observations
     diagnosis: Diagnosis
     effect: str | None
     """Name of the added effect; None if no effect could be added."""
     effect_file: Path | None
-    """File of an effect that is in no catalogue."""
+    """File that defines the added effect, if the catalogue does not contain it."""
     before: Model
-    """The paper's model, fitted."""
+    """Fitted model without the effect: the paper's model."""
     model: Model
-    """The model with the effect."""
+    """Fitted model with the effect."""
     effects: Mapping[str, type[Effect]]
 
     @property
     def ladder(self) -> list[HistoryStep]:
-        """Return the history of the model: how the error on this set fell step by step."""
+        """Return the history of the model, which shows how the error on this set fell step by
+        step."""
         return list(self.model.history)
 
     def export(
@@ -71,11 +72,11 @@ class DiagnosedModel:
         )
 
     def data(self) -> dict[str, Any]:
-        """Return the JSON of ``arctrue diagnose --json``."""
+        """Return the data of the diagnosis, as ``arctrue diagnose --json`` prints them."""
         return diagnosis_data(self.diagnosis, self.before.names())
 
     def words(self) -> list[str]:
-        """Return the verdict in sentences."""
+        """Return the verdict of the diagnosis in sentences."""
         return sentences(self.diagnosis)
 
 
@@ -87,10 +88,11 @@ def diagnose_and_add(
     effects_to_add: int = 1,
     added: tuple[str, Mapping[str, object]] | None = None,
 ) -> DiagnosedModel:
-    """Run ``arctrue diagnose`` and ``arctrue add``, with ``--adopt`` for an unnamed effect.
+    """Run ``arctrue diagnose`` and ``arctrue add``, with ``--adopt`` if the diagnosis cannot name
+    the effect.
 
-    Both run once for each effect to add; the result contains the last diagnosis. ``added``: name
-    and settings of an effect that is added in place of the diagnosed one.
+    Both commands run once for each effect to add; the result contains the last diagnosis.
+    ``added``: name and settings of an effect that is added in place of the diagnosed one.
     """
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)
@@ -124,7 +126,7 @@ def diagnose_and_add(
 
 
 def left_on_fresh_set(diagnosed: DiagnosedModel, folder: Path) -> dict[str, float]:
-    """Return the RMS of the residuals of another set's capture without a fit, arcseconds.
+    """Return the RMS, in arcseconds, of the residuals in another set's capture, without a new fit.
 
     The model before the effect was added and the model with it are both evaluated, as by ``arctrue
     compare --no-fit``.

@@ -1,4 +1,5 @@
-"""Evaluates simulated lives set by set; counts false alarms, and true alarms before the limit."""
+"""Evaluates simulated lives, one measurement set after the other, and counts the false alarms and
+the true alarms before the limit."""
 
 from __future__ import annotations
 
@@ -19,24 +20,24 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Judged:
-    """Events of one simulated life."""
+    """Alarms and forecast in one simulated life."""
 
     kind: str
     alarm_days: tuple[float, ...]
     """First day of every period in which the alarm is on, before the limit."""
     watched_days: float
-    """Number of days in which an alarm is false: those before the damage begins, or all days of a
-    life without a limit."""
+    """Number of days on which an alarm is false: the days before the damage begins, or all days of
+    a life that never reaches the limit."""
     onset_day: float
     limit_day: float
     covered: bool | None
-    """Whether the interval that the first true alarm states contains the day of the limit; None: no
-    true alarm."""
+    """Whether the interval that the first true alarm states contains the day of the limit; None if
+    there is no true alarm."""
 
     @property
     def false_alarms(self) -> int:
-        """Return the number of alarms before the damage begins; in a life without a limit, that of
-        all alarms."""
+        """Return the number of alarms before the damage begins; in a life that never reaches the
+        limit, all alarms."""
         never = not np.isfinite(self.limit_day)
         return sum(never or day < self.onset_day for day in self.alarm_days)
 
@@ -56,8 +57,8 @@ class Judged:
 
 
 def judge(life: Life, seed: int) -> Judged:
-    """Evaluate a life after each of its sets, like ``arctrue life``, until the first true alarm or
-    the limit."""
+    """Evaluate a life after each of its measurement sets, like ``arctrue life``, until the first
+    true alarm or the limit."""
     random = np.random.default_rng(seed)
     days = life.series.days
     alarms: list[float] = []
@@ -83,7 +84,8 @@ def judge(life: Life, seed: int) -> Judged:
 
 
 def run_lives(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Do one task of a campaign: simulate and evaluate a life; return its events as numbers."""
+    """Do one task of a campaign: simulate and evaluate a life; return its alarms and its forecast
+    as numbers."""
     kind, seed = str(task["kind"]), int(task["seed"])
     found = judge(simulated_life(kind, seed), seed)
     return {
@@ -98,7 +100,7 @@ def run_lives(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def tasks(lives: int, seed: int) -> list[dict[str, Any]]:
-    """Return ``lives`` tasks, with equally many of each kind."""
+    """Return ``lives`` tasks, with equally many of each kind of life."""
     kinds = list(KINDS)
     return [{"kind": kinds[number % len(kinds)], "seed": seed + number} for number in range(lives)]
 

@@ -1,4 +1,4 @@
-"""Simulated lives: an effect over two years, whose size is measured every other week."""
+"""Simulates lives: the size of an effect over two years, measured every other week."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ LIMIT_ARCSEC = 1.0
 FIRST_SIZE_ARCSEC = 0.2
 """Largest size of the effect at the beginning of a life."""
 U_ARCSEC = 0.03
-"""Mean standard uncertainty of a fit; that of a set is 0.7 to 1.5 times this value."""
+"""Mean standard uncertainty of a fitted size; the uncertainty in one set is 0.7 to 1.5 times this
+value."""
 SCATTER_ARCSEC = 0.05
 """Standard deviation of the true size between sets, due to mounting and temperature."""
 STEP_DAYS = 0.25
@@ -35,14 +36,15 @@ Course = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Life:
-    """The measurements of a simulated life, and the truth."""
+    """Measurements of a simulated life, and the true days of damage and limit."""
 
     kind: str
     series: Series
     onset_day: float
     """Day on which the damage begins; infinite if it never begins."""
     limit_day: float
-    """Day on which the true size exceeds the limit; infinite if it never does within the life."""
+    """Day on which the true size exceeds the limit; infinite if the size stays within the limit for
+    the whole life."""
 
 
 def wearing_bearing(days: Float, begin: float, random: Random) -> Course:
@@ -60,7 +62,8 @@ def loosening_bracket(days: Float, begin: float, random: Random) -> Course:
 
 
 def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Simulate creep of a bolted joint, which grows with the logarithm of time beyond the limit."""
+    """Simulate creep of a bolted joint, which grows with the logarithm of time until it exceeds the
+    limit."""
     constant = random.uniform(30.0, 120.0)
     whole = random.uniform(200.0, 400.0)
     elapsed = np.maximum(days - begin, 0.0)
@@ -68,7 +71,7 @@ def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
 
 
 def settled_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Simulate creep that ends at 0.2 to 0.5 of the limit: every alarm is false."""
+    """Simulate creep that ends at 0.2 to 0.5 of the limit, so that every alarm is false."""
     end, constant = random.uniform(0.2, 0.5), random.uniform(20.0, 80.0)
     return np.asarray(end * -np.expm1(-np.maximum(days - begin, 0.0) / constant))
 
@@ -88,8 +91,8 @@ KINDS: dict[str, Callable[[Float, float, Random], Course]] = {
 
 
 def simulated_life(kind: str, seed: int) -> Life:
-    """Simulate a life of one kind; a bearing's size has amplitude and phase, any other size a
-    sign."""
+    """Simulate a life of one kind; the size has two components (amplitude and phase) for a bearing,
+    one component with a sign for every other kind."""
     random = np.random.default_rng([seed, list(KINDS).index(kind)])
     parts = 2 if kind == "bearing that wears" else 1
     begin = float(random.uniform(100.0, 300.0))

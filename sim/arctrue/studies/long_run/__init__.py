@@ -1,2 +1,2 @@
-"""Hundreds of turns of the virtual instrument: how the orders drift, and ways to correct the
-drift."""
+"""Simulates hundreds of turns of the virtual instrument, and compares ways to correct the drift of
+the orders."""

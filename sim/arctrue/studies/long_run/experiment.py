@@ -28,11 +28,11 @@ from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
 Float = NDArray[np.float64]
 
 LEARNED_PART = 0.45
-"""Part of the run, from its beginning, whose turns the temperature model is fitted to."""
+"""Share of the turns, from the beginning of the run, to which the temperature model is fitted."""
 AVERAGE_KEEP = 0.8
 """Default value of the firmware's parameter ``keep``."""
 DECIMALS = 4
-"""Number of decimals of each turn's figures, ″ and °C."""
+"""Number of decimals of the values of each turn, in ″ and °C."""
 STRATEGIES = {
     "held": "the first turn's coefficients, then frozen",
     "single": "calibrated anew in every turn, no average",
@@ -42,7 +42,8 @@ STRATEGIES = {
 
 
 def shortened(scenario: Scenario, turns: float) -> Scenario:
-    """Return the same scenario in fewer turns; temperatures and faults keep their relative time.
+    """Return the scenario with fewer turns; temperatures and faults stay at the same share of the
+    run.
 
     Raises ValueError for a scenario that is not one leg of turns.
     """
@@ -70,11 +71,11 @@ def run_long(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> dict[str, Any]:
-    """Run the scenario once for each strategy; return plain values.
+    """Run the scenario once for each strategy of correction; return the results as plain values.
 
-    ``single`` always runs: its turns are independent, as the Allan deviation and the model require.
-    Raises InstrumentError if the instrument cannot run, and ValueError if the turns for the fit do
-    not determine the model.
+    ``single`` always runs: its turns are calibrated independently, as the Allan deviation and the
+    model require. Raises InstrumentError if the instrument cannot run, and ValueError if the turns
+    for the fit do not determine the model.
     """
     begun = time.process_time()
     telemetry: dict[str, list[dict[str, Any]]] = {}
@@ -153,7 +154,8 @@ def _by_strategy(scenario: Scenario, name: str) -> Scenario:
 def _learned(
     result: ScenarioResult, telemetry: Sequence[dict[str, Any]]
 ) -> tuple[list[LearnedOrder], float]:
-    """Return the model, and the reference temperature at which its constant part applies."""
+    """Fit the temperature model; return the model, and the reference temperature at which its
+    constant part applies."""
     turns, values = telemetry_orders(telemetry)
     first = turns <= round(LEARNED_PART * len(result.turns))
     celsius = np.array([turn.temperature_c for turn in result.turns])[turns - 1]
@@ -162,8 +164,8 @@ def _learned(
 
 
 def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[str, Any]:
-    """Return the error that the coefficients leave in each turn, and the error of the core's
-    output."""
+    """Return, for each turn, the error that remains after a correction by the coefficients, and the
+    error of the core's output."""
     telemetry = [one for turn in result.turns for one in turn.telemetry]
     left = np.array([truth.left_arcsec(turn) for turn in result.turns])
     worst = SETTLED_TURNS + int(np.argmax(left[SETTLED_TURNS:]))
@@ -200,7 +202,8 @@ def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[st
 
 
 def _applied(result: ScenarioResult, place: int) -> dict[str, float]:
-    """Return the amplitude, in arcseconds, of each active order at the end of a turn."""
+    """Return the amplitude, in arcseconds, of each order that the coefficients at the end of a turn
+    correct."""
     bank = result.turns[place].bank
     if bank is None:
         return {}
@@ -223,8 +226,8 @@ def _rms(values: Float) -> float:
 def _allan(
     telemetry: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]
 ) -> dict[str, Any]:
-    """Return the Allan deviation of each listed order: root mean of the variances of cosine and
-    sine."""
+    """Return the Allan deviation of each listed order: the root of the mean of the Allan variances
+    of cosine and sine."""
     numbers, values = telemetry_orders(telemetry)
     series = np.full((turns + 1, values.shape[1]), np.nan, dtype=np.complex128)
     series[numbers[numbers <= turns]] = values[numbers <= turns]
@@ -248,7 +251,7 @@ def _allan(
 
 
 def _trends(telemetry: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """List the trends that ``arctrue monitor`` would report."""
+    """List the trends in the telemetry that ``arctrue monitor`` would report."""
     watch = TrendWatch()
     found = []
     for one in telemetry:

@@ -22,8 +22,8 @@ FALSE_FINDS = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class LearnedOrder:
-    """One order as c₀ + c₁·(T − T₀); the real part is the factor of cos nθ, the imaginary part of
-    sin nθ."""
+    """Order n as c₀ + c₁·(T − T₀); the real part is the factor of cos nθ, the imaginary part is the
+    factor of sin nθ."""
 
     order: int
     cold_arcsec: complex
@@ -35,7 +35,7 @@ class LearnedOrder:
 def telemetry_orders(telemetry: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np.int64], Complex]:
     """Return turn numbers (t,) and coefficients (t, orders) of all accepted turns.
 
-    If the firmware reported a turn twice, because of a further alarm, the turn counts once.
+    If the firmware reported a turn twice because of a further alarm, the turn is returned once.
     """
     by_turn = {int(one["turn"]): one["harmonics"] for one in telemetry if one.get("harmonics")}
     turns = np.array(sorted(by_turn), dtype=np.int64)
@@ -49,10 +49,11 @@ def telemetry_orders(telemetry: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np
 def learn(
     turns: NDArray[np.int64], values: Complex, celsius: Float, reference_c: float
 ) -> list[LearnedOrder]:
-    """Fit each order to 1, T − T₀ and the turn number (least squares); return those that follow T.
+    """Fit each order by least squares with a constant, T − T₀ and the turn number as regressors;
+    return the orders that follow T.
 
-    ``turns`` (t,), ``values`` (t, orders) and ``celsius`` (t,). The column of the turn number
-    absorbs wear and creep, so that these are not taken for effects of heat. An order follows the
+    ``turns`` (t,), ``values`` (t, orders) and ``celsius`` (t,). The regressor of the turn number
+    absorbs wear and creep, so that these are not attributed to temperature. An order follows the
     temperature if an F test detects its slope; in one of a thousand such fits, noise alone passes
     the test. Raises ValueError if the temperature depends on the turn number alone.
     """
@@ -67,7 +68,7 @@ def learn(
     per_sigma = float(np.sqrt(np.linalg.inv(columns.T @ columns)[1, 1]))
     ratio = np.abs(solution[1]) ** 2 / (2.0 * (per_sigma * sigma) ** 2)
     chance = stats.f.sf(ratio, 2, 2 * freedom)
-    # The third column is 0 in the middle of the turns, to which c₀ applies.
+    # The third column is 0 in the middle of the turns, so that c₀ applies to the middle.
     return [
         LearnedOrder(place + 1, solution[0, place], solution[1, place], per_sigma * sigma[place])
         for place in range(values.shape[1])
@@ -80,8 +81,8 @@ def as_coefficients(
 ) -> Coefficients:
     """Return lanes that follow the temperature, in the form of a coefficient file.
 
-    Raises ValueError if there is no such order, or if the number formats cannot represent the
-    lanes.
+    Raises ValueError if no order follows the temperature, or if the number formats cannot represent
+    the lanes.
     """
     if not learned:
         raise ValueError("no order follows the temperature significantly")

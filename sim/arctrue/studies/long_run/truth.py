@@ -1,5 +1,5 @@
-"""The true error of the table in each turn of a scenario, and the error that a correction
-leaves."""
+"""Computes the true error of the table in each turn of a scenario, and the error that remains after
+a correction."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from arctrue.studies.scenario import Scenario, ScenarioTurn
 Float = NDArray[np.float64]
 
 PLACES = 360
-"""Number of angles per turn: at least three times the highest requested order."""
+"""Number of angles per turn at which the error is computed: at least three times the highest
+requested order."""
 TURN_RAD = 2.0 * np.pi
 
 
@@ -23,16 +24,17 @@ class Truth:
     """Computes the error from the table's geometry, without noise and quantisation."""
 
     def __init__(self, scenario: Scenario) -> None:
-        """Build the scenario's table without noise. Only head 1 is evaluated."""
+        """Build the scenario's table without noise. The class evaluates only head 1."""
         quiet = structs.replace(scenario.errors, noise_arcsec=0.0)
         self._table = dataclasses.replace(scenario, errors=quiet).table()
         self._course = scenario.course()
         self._count_arcsec = arcsec_per_count(scenario.scale.counts_per_rev)
 
     def _turn(self, number: int) -> tuple[Float, Float]:
-        """Return readings in radians and errors in arcseconds, (PLACES,), at even instants.
+        """Return readings in radians and errors in arcseconds, (PLACES,), at evenly spaced instants
+        of a turn.
 
-        The mean is removed from the errors, because two heads cannot measure it.
+        The mean is removed from the errors, because two heads cannot measure the mean.
         """
         begin, end = (self._course.time_at_turn(float(turn)) for turn in (number - 1, number))
         places: Float = (np.arange(PLACES) + 0.5) / PLACES
@@ -43,7 +45,7 @@ class Truth:
         return reading, error - error.mean()
 
     def error_arcsec(self, number: int) -> Float:
-        """Return the error in turn ``number`` (first: 1), mean removed, (PLACES,)."""
+        """Return the true error in turn ``number`` (first: 1), mean removed, (PLACES,)."""
         return self._turn(number)[1]
 
     def left_arcsec(self, turn: ScenarioTurn) -> float:

@@ -46,7 +46,7 @@ PAIRED = "encoder makers' paired heads"
 
 @dataclass(frozen=True)
 class Places:
-    """A set of heads, with the noise gains of the orders."""
+    """Places of a set of heads, with the noise gains of the orders."""
 
     title: str
     places_deg: tuple[float, ...]
@@ -54,12 +54,12 @@ class Places:
     gain: NDArray[np.float64]
     """Noise gain of each order, ``(orders,)``."""
     mean_noise: float
-    """Noise of one reading of the weighted mean, divided by that of one head; inf if no such mean
-    exists."""
+    """Noise of one reading of the weighted mean, in units of the noise of one head; inf if no such
+    mean exists."""
 
 
 def places() -> tuple[Places, ...]:
-    """Return sets of two to four heads, each with the orders of the axis' motion that are
+    """Return sets of two to four heads; each set states at which orders the motion of the axis is
     unknown."""
     sets: tuple[tuple[str, tuple[float, ...], MotionOrders], ...] = (
         ("2 heads, axis at rest", TWO_DEG, ()),
@@ -83,7 +83,7 @@ def _noise(places_deg: tuple[float, ...]) -> float:
 
 
 def methods() -> tuple[Method, ...]:
-    """Return all methods; those that compute the angle from one head come first."""
+    """Return all methods; the methods that compute the angle from one head come first."""
     return (
         LOOK_UP_TABLE,
         REFERENCE_HARMONICS,
@@ -107,10 +107,10 @@ def methods() -> tuple[Method, ...]:
 def compare_methods(
     settings: MethodsSettings, report_step: ReportStep | None = None
 ) -> dict[str, Any]:
-    """Run all methods with a moving and with a resting axis; return plain values.
+    """Run all methods with a moving and with a resting axis; return the results as plain values.
 
-    The results of the moving axis are evaluated again after ball pass and heat have changed its
-    motion. Raises ValueError for a time of measurement that is too short for a method.
+    The results of the moving axis are evaluated again after ball pass and heat have changed the
+    motion of the axis. Raises ValueError for a time of measurement that is too short for a method.
     """
     sets = places()
     found: dict[str, Any] = {
@@ -151,8 +151,8 @@ def compare_methods(
 
 
 def _own_places(settings: MethodsSettings) -> list[dict[str, Any]]:
-    """Return the uncertainty with which four heads determine their own places in one turn, axis at
-    rest."""
+    """Return the uncertainty with which four heads determine their own places in one turn while the
+    axis does not move."""
     one_turn = dataclasses.replace(
         settings,
         minutes=6.0 / settings.speed_deg_s,

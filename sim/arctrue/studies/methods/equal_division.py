@@ -1,8 +1,9 @@
-"""Equal division average (EDA): head 1 against the mean of N heads at equal distances.
+"""Calibrates by the equal division average (EDA): compares head 1 with the mean of N heads at equal
+distances.
 
 The mean of N readings contains only those errors of the disc whose orders are multiples of N, and
-no radial motion of the axis (N ≥ 2). Head 1 minus the mean is therefore the error of head 1 without
-these orders.
+no radial motion of the axis (N ≥ 2). Head 1 minus the mean is therefore the error of head 1, except
+for the orders that are multiples of N.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def _run(world: World, heads: int) -> Output:
 
 
 def equal_division(heads: int) -> Method:
-    """Return the method with this number of heads."""
+    """Return the method of equal division with ``heads`` heads."""
     return Method(
         f"equal_division_{heads}",
         f"Equal division, {heads} heads (EDA)",

@@ -1,12 +1,13 @@
-"""Time measurement on a free spin with circle closure (TDR).
+"""Calibrates by time measurement on a free spin with circle closure (TDR).
 
 The motor spins the table up and releases it, and a fast clock times every line that passes head 1.
 The true angle follows the free response of the axis: with Coulomb and viscous friction this is the
-sum of a constant, a straight line and e^{−vt}. The same line passes again after exactly one turn
-(closure), which separates the lines' errors from the deceleration. A torque that repeats with the
-angle moves the table by an angle proportional to 1/speed²; this dependence (dynamic reversal)
-separates it. The friction is that of ``arctrue stop-and-go``: a spin lasts three turns, and the
-table is spun up repeatedly during the measuring time.
+sum of a constant, a straight line and e^{−vt}. Each line passes again after exactly one turn
+(closure); this separates the lines' errors from the deceleration. A torque that repeats with the
+angle moves the table by an angle proportional to 1/speed²; this dependence on speed (dynamic
+reversal) separates the torque from the lines' errors. The friction is the same as in ``arctrue
+stop-and-go``: a spin lasts three turns, and the table is spun up repeatedly during the measuring
+time.
 """
 
 from __future__ import annotations
@@ -26,12 +27,13 @@ from arctrue.table import TableState
 Float = NDArray[np.float64]
 
 AXIS = Axis()
-"""The mechanics of ``arctrue stop-and-go``."""
+"""Mechanics of the axis, the same as in ``arctrue stop-and-go``."""
 
 
 @dataclass(frozen=True)
 class FreeSpin:
-    """A free deceleration: ω′ = −coulomb − viscous·ω, plus a torque that repeats with the angle."""
+    """Free deceleration of the table: ω′ = −coulomb − viscous·ω, plus a torque that repeats with
+    the angle."""
 
     start_rad_s: float = 10.0 * TURN_RAD
     viscous_hz: float = AXIS.viscous_n_m_s / AXIS.inertia_kg_m2
@@ -52,7 +54,7 @@ class FreeSpin:
 
     @property
     def torque_rad_s2(self) -> tuple[float, ...]:
-        """Amplitudes of the torque divided by the moment of inertia."""
+        """Return the amplitudes of the torque divided by the moment of inertia."""
         return tuple(share * self.coulomb_rad_s2 for share in self.torque_shares)
 
     def smooth(self, time_s: Float) -> tuple[Float, Float]:
@@ -86,12 +88,12 @@ class FreeSpin:
 def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
     """Return, for each spin, the times of the lines in seconds and the readings in radians.
 
-    Raises ValueError for a spin that ends before its turns.
+    Raises ValueError if the table stops before it has made the turns of a spin.
     """
     random = np.random.default_rng([world.settings.seed, 7])
     line = np.arange(spin.turns_a_spin * spin.lines + 1)
     nominal: Float = line * np.float64(TURN_RAD / spin.lines)
-    # True angle at which each line of one turn passes the head.
+    # Compute the true angle at which each line of one turn passes the head.
     one_turn = nominal[: spin.lines]
     passes = one_turn.copy()
     table = world.table()
@@ -124,7 +126,8 @@ def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
 
 
 def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], Float]:
-    """Return the orders, and the coefficients of head 1's error as a function of its reading."""
+    """Fit the times of all spins; return the orders, and the coefficients of head 1's error as a
+    function of its reading."""
     orders = world.settings.orders
     torque = np.asarray(spin.fitted_torque_orders, dtype=np.float64)
     sums = NormalEquations(2 * orders.size + 2 * torque.size)
@@ -150,8 +153,8 @@ def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], 
             [np.cos(phase), np.sin(phase), weaker * np.cos(swing), weaker * np.sin(swing)]
         )
         basis, _ = np.linalg.qr(response / np.linalg.norm(response, axis=0))
-        # The fitted response is subtracted first, because the rounding error of 10⁶″ would be too
-        # large.
+        # Subtract the fitted response first; otherwise the rounding error of angles of 10⁶″ would
+        # be too large.
         observed = (reading - response @ fitted) * ARCSEC_PER_RAD
         sums.add(design - basis @ (basis.T @ design), observed - basis @ (basis.T @ observed))
     return orders, sums.solved()[: 2 * orders.size]

@@ -1,4 +1,5 @@
-"""Two to four heads: their weighted mean, and least squares of disc, places and motion of the axis.
+"""Calibrates with two to four heads: by their weighted mean, or by least squares for disc, places
+of the heads and motion of the axis.
 
 ``places_deg`` of a method are distances from head 1 to the other heads: a head at the distance p
 stands at the stator angle −p. The samples of all turns at one angle are averaged, because the
@@ -31,8 +32,8 @@ MOTION_ORDERS = tuple(range(1, 9))
 
 
 def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns, int]:
-    """Sum the samples of all turns to one turn; return the sums and their number of counts per
-    turn."""
+    """Add the samples of all turns at equal angles; return the sums as one turn, and their number
+    of counts per turn."""
     places = -np.radians(np.asarray(places_deg, dtype=np.float64))
     given = world.settings
     total: Integer | None = None
@@ -46,7 +47,8 @@ def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns
 
 
 def estimated(world: World, places_deg: Sequence[float], motion: MotionOrders) -> HeadsEstimate:
-    """Calibrate; places and index marks of the heads are known to ± 50″."""
+    """Estimate the disc's error by least squares; places and index marks of the heads are known to
+    ± 50″."""
     part, fine = averaged_turn(world, places_deg)
     radius = world.settings.radius_tolerance_m / DISC_RADIUS_M / float(np.sqrt(3.0))
     return heads_least_squares(

@@ -1,4 +1,5 @@
-"""Description of a calibration method: source, requirements, and orders that it cannot see."""
+"""Describes a calibration method: its source, its requirements, and the orders that it cannot
+determine."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Method:
-    """One method of calibration; ``run`` measures and returns the calibrated table's output."""
+    """Calibration method; ``run`` measures and returns the calibrated table's output."""
 
     name: str
     title: str
@@ -32,8 +33,8 @@ class Method:
 
 
 def of_harmonics(orders: Integer, values: Float) -> Output:
-    """Return head 1 minus Σ cosine·cos(n·R) + sine·sin(n·R); ``values``: arcseconds, cosines
-    first."""
+    """Return the output R − Σ(c·cos(n·R) + s·sin(n·R)) of head 1; ``values`` are the c, then the s,
+    in arcseconds."""
     return Output.of_head1(lambda reading_rad: error_arcsec(orders, values, reading_rad))
 
 

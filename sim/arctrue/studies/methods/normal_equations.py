@@ -1,4 +1,4 @@
-"""Least squares over more rows than fit into memory at once."""
+"""Solves a least-squares problem with more rows than fit into memory at once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Float = NDArray[np.float64]
 
 
 class NormalEquations:
-    """The matrix XᵀX and the vector Xᵀy of a design matrix X, summed block by block."""
+    """Normal equations of a design matrix X: sums XᵀX and Xᵀy block by block."""
 
     def __init__(self, columns: int) -> None:
         """Start with zero rows."""
@@ -32,5 +32,6 @@ class NormalEquations:
 
 
 LEAST_SINGULAR = 1e-9
-"""Ratio of eigenvalues of the scaled normal matrix below which a direction counts as undetermined:
-the rows determine it 30,000 times more weakly than the strongest one."""
+"""Ratio to the largest eigenvalue of the scaled normal matrix, below which a direction counts as
+undetermined: the rows determine such a direction 30,000 times more weakly than the best-determined
+direction."""

@@ -1,7 +1,8 @@
-"""Closure: re-indexing the polygon between cycles separates its faces' errors from the table's.
+"""Calibrates by closure: the polygon is re-indexed between cycles, which separates its faces'
+errors from the table's error.
 
 In cycle i, at station j, the error measured with the polygon is ε_j + p_(j − s_i) + c_i, with the
-shift s_i, the error p of the face and the zero c_i of the cycle. Both errors have mean 0: the
+shift s_i, the error p of the face and the zero c_i of the cycle. ε and p have mean 0, because the
 circle closes. Least squares solves for ε and p if the shifts connect all faces.
 """
 
@@ -53,7 +54,7 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
             "table by a number of faces that has no common divisor with their number"
         )
     observed = np.concatenate([errors_arcsec.ravel(), [0.0, 0.0]])
-    # The last two rows state the closure, which is exact: they are not part of the scatter.
+    # The last two rows state the exact closure, so their residuals do not count for the scatter.
     through = np.linalg.pinv(design)
     found = through @ observed
     left = errors_arcsec.ravel() - design[:-2] @ found

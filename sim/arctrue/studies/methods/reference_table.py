@@ -1,4 +1,5 @@
-"""A look-up table from a reference instrument: polygon and autocollimator, ten cycles."""
+"""Calibrates with a look-up table, measured with a reference instrument: polygon and
+autocollimator, ten cycles."""
 
 from __future__ import annotations
 

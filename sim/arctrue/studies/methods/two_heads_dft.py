@@ -1,4 +1,5 @@
-"""The paper's method: two heads and a discrete Fourier transform, which takes ε(R) for ε(θ)."""
+"""Calibrates by the paper's method: two heads and a discrete Fourier transform, with the
+approximation that ε(R) equals ε(θ)."""
 
 from __future__ import annotations
 
@@ -35,8 +36,8 @@ def _fourier(world: World, choice: Choice) -> Output:
 
 
 def _applied(estimate: Estimate) -> Output:
-    """Apply the orders that ``arctrue calibrate`` would apply: those whose gain is within its
-    limit."""
+    """Return the output corrected by the orders that ``arctrue calibrate`` would apply, that is,
+    the orders whose gain is within the limit."""
     kept = estimate.noise_gain <= GAIN_LIMIT_DEFAULT
     return of_harmonics(estimate.orders[kept], estimate.values[np.tile(kept, 2)])
 

@@ -1,5 +1,5 @@
-"""The table that every method measures; disc, bearing, noise and measuring time are always the
-same."""
+"""Simulates the table that every method measures; disc, bearing, noise and measuring time are the
+same for all methods."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Correction = Callable[[Float], Float]
 
 @dataclass(frozen=True)
 class Output:
-    """The output of a calibrated table: a function that computes the angle from the readings of
+    """Output of a calibrated table: a function that computes the angle from the readings of
     heads."""
 
     places_rad: tuple[float, ...]
@@ -53,7 +53,7 @@ class Output:
 
     @classmethod
     def of_head1(cls, correction: Correction) -> Output:
-        """Return head 1 minus this error."""
+        """Return an output that subtracts ``correction`` from the reading of head 1."""
         return cls((0.0,), lambda reading: reading[0] - correction(reading[0]) * RAD_PER_ARCSEC)
 
 
@@ -66,13 +66,13 @@ MOUNTING_ARCSEC = 50.0
 """Tolerance of a head's place, as in the paper."""
 
 WEAK_ORDER = 11
-"""An order that two heads at α = 33° determine with 19 times the noise."""
+"""Order that two heads at α = 33° determine with 19 times the noise of their difference."""
 SYMMETRIC_ORDERS = (12, 24)
 """Orders that 4 or 12 equally spaced heads cannot see; 24 faces cannot see order 24 either."""
 BLIND_ORDER = 120
-"""An order that two heads 33° apart do not see."""
+"""Order that two heads 33° apart cannot determine."""
 UNLISTED_ARCSEC = {47: 0.05, 77: 0.03}
-"""Amplitude of further orders of the disc, which no method fits."""
+"""Amplitudes of further orders of the disc, by order; no method fits these orders."""
 UNLISTED_MOTION = {1: -0.3, 9: 0.3, 13: -0.2}
 """Further circles of the axis by order, relative to the circle of order 2; negative orders turn
 backwards. No method fits orders 9 and 13."""
@@ -84,7 +84,7 @@ are added."""
 
 @dataclass(frozen=True)
 class MethodsSettings:
-    """Conditions that are the same for all methods."""
+    """Conditions of the measurement, the same for all methods."""
 
     minutes: float = 16.0
     """Measuring time: ten cycles of 24 faces of 4 s each, as in the paper; or 80 turns at 30°/s."""
@@ -94,9 +94,9 @@ class MethodsSettings:
     noise_arcsec: float = 0.1
     """Standard deviation of a head's reading."""
     scatter_arcsec: float = 0.08
-    """Standard deviation of a reading of the autocollimator, equal to that in ``arctrue paper``."""
+    """Standard deviation of a reading of the autocollimator, the same as in ``arctrue paper``."""
     radial_motion_m: float = 0.1e-6
-    """Amplitude of the axis' motion at order 2; at order 3 it is half of this."""
+    """Amplitude of the axis' motion at order 2; at order 3 the amplitude is half as large."""
     ripple_rad: float = 0.002
     ripple_order: int = 7
     most_order: int = 40
@@ -123,35 +123,35 @@ class MethodsSettings:
 
     @property
     def time_s(self) -> float:
-        """Measuring time of every method; pauses between the parts of a measurement do not
-        count."""
+        """Return the measuring time of every method in seconds; pauses between the parts of a
+        measurement do not count."""
         return 60.0 * self.minutes
 
     @property
     def turns(self) -> int:
-        """Number of whole turns in a capture."""
+        """Return the number of whole turns in a capture."""
         return int(self.time_s * self.speed_deg_s / 360.0)
 
     @property
     def cycles(self) -> int:
-        """Number of whole cycles over the polygon."""
+        """Return the number of whole cycles over the polygon."""
         return int(self.time_s / (self.station_s * PUBLISHED.faces))
 
     @property
     def samples_a_turn(self) -> int:
-        """Number of samples in a turn."""
+        """Return the number of samples in a turn."""
         return round(360.0 / self.speed_deg_s * self.sampling_hz)
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """Orders that every method fits as far as it can: 1 to ``most_order``, and the blind
-        one."""
+        """Return the orders that every method fits if the method can determine them: 1 to
+        ``most_order``, and BLIND_ORDER."""
         return np.append(np.arange(1, self.most_order + 1), BLIND_ORDER)
 
 
 @dataclass(frozen=True)
 class World:
-    """The simulated table and all measurements of it."""
+    """Simulated table with all its measurements."""
 
     settings: MethodsSettings
 
@@ -188,7 +188,8 @@ class World:
 
     @cached_property
     def later(self) -> tuple[Cause, ...]:
-        """Return the causes that are added after the calibration."""
+        """Return the causes that are added to the table after the calibration: ball pass and a
+        shift of the hub."""
         return (BallPass(BALLS_ORDER, BALLS_M), DiscEccentricity(HUB_SHIFT_M, 0.8))
 
     def table(
@@ -196,8 +197,8 @@ class World:
     ) -> RotaryTable:
         """Return the table with heads up to 50″ from their nominal places; head 1 defines 0.
 
-        The index marks repeat to ± 1 count. All methods with a head at some place get the same head
-        there. ``further``: causes in addition to those of the calibrated table.
+        The index marks repeat to ± 1 count. All methods with a head at one place get the same head
+        at this place. ``further``: causes in addition to the causes of the calibrated table.
         """
         heads = []
         for place in places_rad:
@@ -222,7 +223,7 @@ class World:
 
     @property
     def count_rad(self) -> float:
-        """Size of a count in radians."""
+        """Return the size of a count in radians."""
         return TURN_RAD / self.settings.counts_per_rev
 
     def turns(self, places_rad: Sequence[float]) -> Iterator[Counts]:
@@ -244,7 +245,8 @@ class World:
             yield np.stack([table.counts(head, state, random) for head in range(len(places_rad))])
 
     def reading_at_rest_rad(self, angle_rad: Float) -> Float:
-        """Return the reading of head 1 at rest at each angle: a mean without noise and rounding."""
+        """Return the reading of head 1 at rest at each angle, as a mean without noise and
+        rounding."""
         return self.table().reading_rad(0, TableState.at_rest(angle_rad))
 
     def instruments(self) -> tuple[Polygon, Autocollimator]:
@@ -275,7 +277,7 @@ class World:
         for shift in shifts:
             face = (place - shift) % faces
             direction = polygon.direction_rad(face, stands - target)
-            # The autocollimator's error depends on the position in its field, and so on the
+            # The autocollimator's error depends on the position in its field, and therefore on the
             # station.
             reading = autocollimator.reading_rad(place, direction, random)
             errors.append(-reading * ARCSEC_PER_RAD)
@@ -286,8 +288,8 @@ class World:
         """Compare ``output`` (None: head 1 without correction) with the true angle, mean removed.
 
         The heads are at rest at each angle, and their readings are averaged until noise and
-        rounding vanish. ``later``: some turns later, with the causes that are added after the
-        calibration.
+        rounding vanish. With ``later``, the comparison takes place some turns later, with the
+        causes that are added after the calibration.
         """
         if output is None:
             output = Output.of_head1(np.zeros_like)

@@ -1,4 +1,4 @@
-"""Input quantities of the calibration, and the distribution of each."""
+"""Defines the input quantities of the calibration, and draws each from its distribution."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ QUIET: Values = {
     "bracket_arcsec_per_k": 0.0,
     "lanes": float(LANES_DEFAULT),
 }
-"""Values of the quantities at which these have no effect."""
+"""Value of each quantity at which the quantity has no effect."""
 
 
 def _log_uniform(random: Random, limits: tuple[float, float]) -> float:
@@ -108,7 +108,7 @@ def _lanes(random: Random) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """One input quantity, or a group of related ones."""
+    """Input quantity, or group of related input quantities."""
 
     title: str
     """Name of the input on the page."""
@@ -162,11 +162,12 @@ CASES: dict[str, tuple[str, ...]] = {
     "all": tuple(INPUTS),
 }
 """Names of the active inputs, by case. Quantisation of counts and words is always active; in the
-case ``quantisation`` it is alone."""
+case ``quantisation`` no other input is active."""
 
 
 def drawn(seed: int, case: str) -> dict[str, float]:
-    """Draw the quantities of a trial: the inputs of the case at random, the others without effect.
+    """Draw the quantities of a trial: the inputs of the case at random, the other quantities have
+    no effect.
 
     Each input has its own stream of random numbers, so that its values in a trial are the same in
     every case. Raises KeyError for an unknown case.
@@ -179,7 +180,8 @@ def drawn(seed: int, case: str) -> dict[str, float]:
 
 
 def ellipse_m(values: Values) -> tuple[complex, complex]:
-    """Return the forward and the backward circle of the radial motion, metres."""
+    """Return the radii, as complex numbers in metres, of the forward and the backward circle of the
+    radial motion."""
     return (
         cmath.rect(values["forward_um"] * 1e-6, values["forward_rad"]),
         cmath.rect(values["backward_um"] * 1e-6, values["backward_rad"]),

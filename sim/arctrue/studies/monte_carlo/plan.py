@@ -1,4 +1,4 @@
-"""The trials of a Monte Carlo calculation as a campaign."""
+"""Makes the trials of a Monte Carlo calculation as tasks of a campaign."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ class TrialPlan:
     method: str = "least_squares"
 
     def tasks(self) -> list[Task]:
-        """Return the tasks; in all cases of a trial, one seed determines table and inputs."""
+        """Return the tasks; all cases of a trial have the same seed, which determines table and
+        inputs."""
         seeds = [
             int(np.random.SeedSequence([self.seed, number]).generate_state(1, np.uint32)[0])
             for number in range(self.trials)

@@ -19,15 +19,15 @@ Float = NDArray[np.float64]
 
 COVERAGE = 0.95
 SQUARE_LIMIT = float(chi2.ppf(COVERAGE, 2))
-"""Limit that the squared deviation of two components, in units of their covariance, keeps with the
-probability COVERAGE."""
+"""Limit that the squared deviation of two components, in units of their covariance, stays below
+with the probability COVERAGE."""
 FACTOR = float(norm.ppf(0.5 + COVERAGE / 2))
 FACTOR_ALPHA = COVERAGE * math.sqrt(3.0)
 """Coverage factor of α, whose main uncertainty, the place of the index sensors, has a rectangular
 distribution."""
 FALSE_ALARM = 0.01
-"""Probability that, by chance alone, at least one figure of a case counts as too small or too
-large."""
+"""Probability that, by chance alone, at least one tested coverage of a case counts as too small or
+too large."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,17 +38,17 @@ class Covered:
     hits: int
     trials: int
     figures: int
-    """Number of figures of the case that are tested together."""
+    """Number of coverages of the case that are tested together."""
 
     @property
     def rate(self) -> float:
-        """Share of trials whose region contains the truth; NaN without a trial."""
+        """Return the share of trials whose region contains the truth; NaN without a trial."""
         return self.hits / self.trials if self.trials else float("nan")
 
     @property
     def verdict(self) -> str:
         """Return ``too small`` or ``too large`` if the coverage shows that the stated uncertainty
-        is so, else an empty text."""
+        is too small or too large; otherwise return an empty text."""
         if not self.trials:
             return ""
         found = binomtest(self.hits, self.trials).proportion_ci(
@@ -69,8 +69,8 @@ class Covered:
 
 
 def scored(results: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> dict[str, Any]:
-    """Return each case's coverage of every order, of α and over the turn, with RMS deviation and
-    u."""
+    """Return, for each case, the coverage of every order, of α and over the turn, with the RMS
+    deviation and the stated u."""
     found = {}
     for case in CASES:
         trials = [result for task, result in results if task["case"] == case]
@@ -90,7 +90,7 @@ def _case(trials: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     square = _stacked(sound, "square")
     deviation, variance = _stacked(sound, "deviation_arcsec2"), _stacked(sound, "variance_arcsec2")
     u_turn = _stacked(sound, "u_turn_arcsec")
-    # All orders, α, and two curves over the turn are tested.
+    # The tested coverages are those of all orders, of α, and of two curves over the turn.
     figures = ORDERS + 3
     return {
         "trials": len(trials),
@@ -127,13 +127,13 @@ def _stacked(trials: Sequence[Mapping[str, Any]], name: str) -> Float:
 
 
 def _turn(off: Float, u: Float, figures: int) -> dict[str, Any]:
-    """Compute the coverage at each reading; the mean is tested, as angles of a trial are
-    correlated."""
+    """Compute the coverage at each reading; the test uses the mean coverage, because the errors at
+    different angles of a trial are correlated."""
     covered = np.abs(off) <= FACTOR * u
     by_place, by_trial = covered.mean(axis=0), covered.mean(axis=1)
     rate = float(by_trial.mean())
-    # The rate is a mean over trials; the standard deviation of a trial is at least half an angle's
-    # share.
+    # The rate is a mean over trials; its uncertainty assumes that the share of a trial varies by at
+    # least half an angle (standard deviation).
     error = max(float(by_trial.std(ddof=1)) if off.shape[0] > 1 else 1.0, 0.5 / off.shape[1])
     error /= float(np.sqrt(off.shape[0]))
     off_by = (rate - COVERAGE) / error

@@ -1,4 +1,5 @@
-"""One trial: draw a table, measure and calibrate it, and compare the result with the truth."""
+"""Runs one trial: draws a table, measures and calibrates it, and compares the result with the
+truth."""
 
 from __future__ import annotations
 
@@ -151,7 +152,7 @@ def drawn_table(seed: int, values: Values) -> RotaryTable:
 
 
 def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
-    # The capture is slightly longer than the whole turns: a further sample shows that these are
+    # The capture is slightly longer than the whole turns: a further sample shows that the turns are
     # complete.
     turns = task["turns"] + SPARE_TURN
     duration_s = turns * 2.0 * np.pi / SLOW_RAD_S
@@ -169,10 +170,11 @@ def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
 
 
 def true_error(table: RotaryTable, temperature_c: float) -> tuple[Float, Float]:
-    """Return readings of head 1 at even true angles, and R₁ − θ in arcseconds, (2048,) each.
+    """Return readings of head 1 at evenly spaced true angles, and R₁ − θ in arcseconds, (2048,)
+    each.
 
-    The calibration should determine these values: they have no noise and rounding, and one
-    temperature.
+    The calibration should determine these values; they are computed without noise and rounding, at
+    one temperature.
     """
     angle = np.linspace(0.0, 2.0 * np.pi, TRUTH_ANGLES, endpoint=False)
     state = conditions_of(TableState.at_rest(angle))
@@ -184,7 +186,7 @@ def true_error(table: RotaryTable, temperature_c: float) -> tuple[Float, Float]:
 def components(reading_rad: Float, error_arcsec: Float) -> Float:
     """Return the cosines, then the sines of orders 1 to 32 of the error over the reading, (64,).
 
-    They are (1/π)·∮ ε·e^{jnR} dR, integrated over the true angle: dR = (1 + ε′) dθ.
+    The components are (1/π)·∮ ε·e^{jnR} dR, integrated over the true angle: dR = (1 + ε′) dθ.
     """
     orders = np.arange(1, ORDERS + 1)
     spectrum = np.fft.fft(error_arcsec * RAD_PER_ARCSEC)
@@ -195,7 +197,8 @@ def components(reading_rad: Float, error_arcsec: Float) -> Float:
 
 
 def _in_stated_covariance(estimate: Estimate, off: Float) -> tuple[Float, Float]:
-    """Return each order's squared deviation in units of its covariance, and the mean variance.
+    """Return, for each order, the squared deviation in units of its stated covariance, and the mean
+    stated variance.
 
     An order that cannot be seen has an infinite stated variance: its squared deviation is 0.
     """
@@ -210,7 +213,8 @@ def _in_stated_covariance(estimate: Estimate, off: Float) -> tuple[Float, Float]
 
 
 def _over_the_turn(estimate: Estimate, off: Float, places: Float) -> tuple[Float, Float]:
-    """Return the error of the estimate at readings, and its stated u, arcseconds."""
+    """Return the error of the estimate at the readings ``places``, and its stated standard
+    uncertainty, arcseconds."""
     phase = np.multiply.outer(places, estimate.orders)
     waves = np.hstack([np.cos(phase), np.sin(phase)])
     variance = np.diag(estimate.covariance)
@@ -223,7 +227,8 @@ def _over_the_turn(estimate: Estimate, off: Float, places: Float) -> tuple[Float
 def _left_after_gateware(
     coefficients: Coefficients, reading_rad: Float, error_arcsec: Float, places: Float
 ) -> Float:
-    """Return the error of the angle after the correction by the bit-true gateware, mean removed."""
+    """Return the error of the angle after a correction by the bit-true model of the gateware, mean
+    removed."""
     counts_per_rev = coefficients.counts_per_rev
     turn = 2.0 * np.pi
     # The mean is computed over a whole turn of readings, at the middle of each count.
@@ -240,5 +245,5 @@ def _left_after_gateware(
 
 
 def _rounded(values: Float | list[float]) -> list[float]:
-    # Seven digits: the last bits of a sum may differ between processors.
+    # Round to seven digits, because the last bits of a sum may differ between processors.
     return [float(f"{value:.7g}") for value in values]

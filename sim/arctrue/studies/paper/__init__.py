@@ -1,4 +1,4 @@
-"""The paper's experiment (section 4): ten cycles of polygon and autocollimator, and the
+"""Repeats the paper's experiment (section 4): ten cycles with polygon and autocollimator, and the
 uncertainty."""
 
 from arctrue.studies.paper.budget import (

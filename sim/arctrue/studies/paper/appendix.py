@@ -1,4 +1,4 @@
-"""Bounds of the CORDIC's error, from the paper's appendix."""
+"""Computes bounds of the CORDIC's error by the equations of the paper's appendix."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Repeatability and uncertainty of the measurement: equations (13) to (17) of the paper."""
+"""Computes the repeatability and the uncertainty of the measurement by equations (13) to (17) of
+the paper."""
 
 from __future__ import annotations
 
@@ -78,7 +79,7 @@ def tower_difference_rad(working_angle_rad: float, tilt_rad: float) -> float:
 
 @dataclass(frozen=True)
 class UncertaintyBudget:
-    """Table 3: standard uncertainties in arcseconds; they are uncorrelated."""
+    """Standard uncertainties of the paper's Table 3 in arcseconds; they are uncorrelated."""
 
     polygon_arcsec: float
     """u₁: uncertainty of the polygon by its certificate."""

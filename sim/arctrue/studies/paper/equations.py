@@ -1,4 +1,5 @@
-"""Evaluates every equation of the paper with this implementation, for a page with one line each."""
+"""Evaluates every equation of the paper with this implementation, and returns one line of a page
+for each equation."""
 
 from __future__ import annotations
 
@@ -53,8 +54,8 @@ ORDERS = np.arange(1, 33)
 
 @dataclass(frozen=True)
 class Item:
-    """One line of the page: the paper's statement, the value computed here, and how to reproduce
-    it."""
+    """Line of the page: the paper's statement, the value computed here, and the command that
+    reproduces it."""
 
     label: str
     paper: str
@@ -82,7 +83,7 @@ def _order(values: Float, order: int) -> complex:
 
 
 def definition() -> Item:
-    """Evaluate equation (1)."""
+    """Return the line for equation (1), the definition of the error."""
     _, error, _ = _geometry()
     # A servo that moves the reading to the target stops the table at the angle target − ε.
     amplitude = 2.0 * abs(_order(error, 1))
@@ -97,7 +98,7 @@ def definition() -> Item:
 
 
 def readings() -> Item:
-    """Evaluate equations (2) and (3)."""
+    """Return the line for equations (2) and (3), the readings of both heads."""
     angle, first, second = _geometry()
     orders = np.arange(1, 8)
     lines = np.fft.rfft(first)[orders] * (2.0 / angle.size)
@@ -115,7 +116,7 @@ def readings() -> Item:
 
 
 def difference() -> Item:
-    """Evaluate equations (4) and (5)."""
+    """Return the line for equations (4) and (5), the difference of both readings."""
     _, first, second = _geometry()
     off = [
         abs(
@@ -134,7 +135,7 @@ def difference() -> Item:
 
 
 def transfer() -> Item:
-    """Evaluate equation (6)."""
+    """Return the line for equation (6), the transfer function."""
     gain = noise_gain(np.array([1, 11, 120]), HEAD_SEPARATION_RAD)
     return Item(
         "(6)",
@@ -147,7 +148,7 @@ def transfer() -> Item:
 
 
 def self_calibration() -> Item:
-    """Evaluate equation (7)."""
+    """Return the line for equation (7), the self-calibration."""
     angle, first, second = _geometry()
     lines = np.fft.rfft(second - first)[ORDERS] / angle.size
     found = 2.0 * lines * transfer_function(ORDERS, HEAD_SEPARATION_RAD)
@@ -163,7 +164,7 @@ def self_calibration() -> Item:
 
 
 def correction() -> Item:
-    """Evaluate equation (8)."""
+    """Return the line for equation (8), the correction."""
     amplitude = 150.0
     angle: Float = np.arange(4096) * np.float64(2.0 * np.pi / 4096)
     reading = angle + amplitude * np.cos(angle) / ARCSEC_PER_RAD
@@ -187,7 +188,7 @@ def correction() -> Item:
 
 
 def cosines() -> Item:
-    """Evaluate equation (9)."""
+    """Return the line for equation (9), the error as a sum of cosines."""
     value = complex(-60.0, 40.0)
     angle: Float = np.arange(360) * np.float64(np.pi / 180.0)
     complex_sum = 2.0 * (value * np.exp(1j * angle)).real
@@ -205,7 +206,7 @@ def cosines() -> Item:
 
 
 def rotation() -> Item:
-    """Evaluate equations (10) and (11)."""
+    """Return the line for equations (10) and (11), the rotations of the CORDIC."""
 
     def cosine(sign: float) -> float:
         scale = 1.0 / math.prod(math.sqrt(1.0 + 4.0**-i) for i in range(CORDIC_ITERATIONS))
@@ -232,7 +233,7 @@ def rotation() -> Item:
 
 
 def cosine() -> Item:
-    """Evaluate equation (12)."""
+    """Return the line for equation (12), the cosine that the CORDIC computes."""
     phase = np.arange(0, 1 << PHASE_WIDTH, 1 << (PHASE_WIDTH - 18), dtype=np.int32)
     exact = np.cos(phase * (2.0 * math.pi / (1 << PHASE_WIDTH)))
     error = float(np.max(np.abs(lane_cosine(phase) * 2.0 ** (2 - COSINE_WIDTH) - exact)))
@@ -246,7 +247,8 @@ def cosine() -> Item:
 
 
 def instrument_terms() -> Item:
-    """Evaluate equations (14) and (15)."""
+    """Return the line for equations (14) and (15), the uncertainties of the mounting and of the
+    polygon's tilt."""
     fourth = ARCSEC_PER_RAD * mounting_eccentricity_rad(
         PUBLISHED.mounting_offset_m, PUBLISHED.flatness_m, PUBLISHED.face_width_m
     )
@@ -264,7 +266,7 @@ def instrument_terms() -> Item:
 
 
 def first_bound() -> Item:
-    """Evaluate equation (A.1)."""
+    """Return the line for equation (A.1), the CORDIC's error of approximation."""
     value = approximation_bound(CORDIC_ITERATIONS)
     return Item(
         "(A.1)",
@@ -276,7 +278,8 @@ def first_bound() -> Item:
 
 
 def accumulated() -> Item:
-    """Evaluate equation (A.2): follow a unit error through the later rotations."""
+    """Return the line for equation (A.2), the accumulated rounding error; follows a unit error
+    through the later rotations."""
     worst = 0.0
     for j in range(1, CORDIC_ITERATIONS):
         error = complex(1.0, 0.0)
@@ -295,7 +298,7 @@ def accumulated() -> Item:
 
 
 def rounding_units() -> Item:
-    """Evaluate equations (A.3) and (A.4)."""
+    """Return the line for equations (A.3) and (A.4), the rounding error of one rotation."""
     printed = 2.0 ** (0.5 - COSINE_WIDTH)
     right = math.sqrt(2.0) * 2.0 ** -(COSINE_WIDTH - 1)
     return Item(
@@ -308,7 +311,7 @@ def rounding_units() -> Item:
 
 
 def second_bound() -> Item:
-    """Evaluate equation (A.5)."""
+    """Return the line for equation (A.5), the bound of the rounding error."""
     bound = rounding_bound(COSINE_WIDTH, CORDIC_ITERATIONS)
     total = bound + approximation_bound(CORDIC_ITERATIONS)
     return Item(
@@ -322,7 +325,7 @@ def second_bound() -> Item:
 
 
 def delays() -> Item:
-    """Evaluate Table 1."""
+    """Return the line for Table 1, the delays of the units."""
     count_ns = 360e9 / COUNTS_PER_REV / SPEED_DEG_S
     clock_ns = 1e9 / CLOCK_HZ
     pins_ns = pin_to_pin_clocks()[1] * clock_ns
@@ -346,7 +349,7 @@ def delays() -> Item:
 
 
 def measuring_equipment() -> Item:
-    """Evaluate Table 2."""
+    """Return the line for Table 2, the measuring equipment."""
     budget = PUBLISHED.budget
     largest = max(abs(limit) for limit in PUBLISHED.before_arcsec)
     return Item(
@@ -364,7 +367,7 @@ def measuring_equipment() -> Item:
 
 
 def resolution() -> Item:
-    """Evaluate the resolution in section 4."""
+    """Return the line for section 4, the resolution."""
     value = arcsec_per_count(COUNTS_PER_REV)
     eccentricity = ECCENTRICITY_M / DISC_RADIUS_M * ARCSEC_PER_RAD
     samples = RevolutionSettings().samples

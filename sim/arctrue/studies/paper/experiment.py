@@ -1,8 +1,8 @@
-"""Section 4 of the paper on the virtual instrument: ten cycles of 24 faces.
+"""Repeats section 4 of the paper on the virtual instrument: ten cycles of 24 faces.
 
 The table turns; the gateware corrects, the firmware calibrates every turn. At every 15° of the
-output, the autocollimator reads the polygon's face in front of it. The uncorrected error is that of
-head 1's signal in the same turns; a controller without compensation would use this signal.
+output, the autocollimator reads the polygon's face in front of it. The uncorrected error is the
+error of head 1's signal in the same turns; a controller without compensation would use this signal.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ Float = NDArray[np.float64]
 
 TURN_RAD = 2.0 * np.pi
 KEPT_A_TURN = 1 << 18
-"""Number of kept edges in a turn, 5″ apart; the true angle between two of them is interpolated
+"""Number of kept edges in a turn, 5″ apart; the true angle between two kept edges is interpolated
 linearly."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExperimentSettings:
-    """Settings of the experiment; gateware and table are those of ``arctrue revolution``."""
+    """Settings of the experiment; gateware and table are the same as in ``arctrue revolution``."""
 
     revolution: RevolutionSettings = dataclasses.field(
         default_factory=lambda: RevolutionSettings(noise_arcsec=0.1)
@@ -42,13 +42,13 @@ class ExperimentSettings:
     cycles: int = PUBLISHED.cycles
     scatter_arcsec: float = 0.08
     """Standard deviation of a reading of the autocollimator. With 0.1″ noise of the heads, a single
-    value then has a standard deviation of 0.13″, and the largest of 24 estimates from ten cycles is
-    about the paper's 0.2″."""
+    value then has a standard deviation of 0.13″, and the largest of the 24 estimates of this
+    standard deviation from ten cycles is about the paper's 0.2″."""
     seed: int = 1
 
     def motion(self) -> Motion:
-        """Return the motion: over both indices, then the calibrated turn, the ramp, and the
-        cycles."""
+        """Return the motion: it passes both indices, then follow the calibrated turn, the ramp, and
+        the cycles."""
         first = self.revolution.motion()
         more_s = self.cycles * TURN_RAD / self.revolution.speed_rad_s
         times = list(first.knot_times_s)
@@ -71,16 +71,16 @@ class ExperimentResult:
 
     @property
     def budget(self) -> UncertaintyBudget:
-        """Return Table 3 with the repeatability after compensation."""
+        """Return the uncertainty budget (Table 3) with the repeatability after compensation."""
         return self.after.budget(self.published)
 
     @property
     def residual_orders_arcsec(self) -> Float:
-        """Return the amplitudes of orders 1 to 12 after compensation, Fig. 11 b."""
+        """Return the amplitudes of orders 1 to 12 after compensation, as in Fig. 11 b."""
         return residual_orders(self.after.mean_arcsec)
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything as plain values."""
+        """Return the whole result as plain values."""
 
         def stations(errors: StationErrors) -> dict[str, Any]:
             return {
@@ -114,7 +114,7 @@ def run_experiment(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> ExperimentResult:
-    """Run the experiment.
+    """Run the paper's experiment on the virtual instrument.
 
     Raises InstrumentError if tools are missing or the firmware does not reach a swap, ValueError
     for fewer than two cycles.
@@ -171,16 +171,17 @@ def run_experiment(
 
 
 def _stations(track: EdgeTrack, faces: int) -> tuple[NDArray[np.intp], Float]:
-    """Return the numbers of the faces in the order of the turn, and the table's overshoot at each.
+    """Return the numbers of the faces in the order of the turn, and the table's overshoot at each
+    face.
 
     The autocollimator reads a face when the signal reaches the face's angle; the true angle then
-    differs by the overshoot. Both have the shape ``(faces,)``. The overshoot has the arbitrary zero
-    of the track.
+    differs by the overshoot. Both arrays have the shape ``(faces,)``. The zero of the overshoot is
+    the arbitrary zero of the track.
     """
     counts_per_face = track.counts_per_rev / faces
     first = int(np.ceil(track.true_angle_rad[0] * faces / TURN_RAD))
     numbers = first + np.arange(faces)
-    # The position of the signal at the first face is the zero of the positions.
+    # Positions count from the signal's position at the first face.
     start = np.interp(first * TURN_RAD / faces, track.true_angle_rad, track.position)
     due = np.round(start) + counts_per_face * np.arange(faces)
     stands = np.interp(due, track.position, track.true_angle_rad)

@@ -1,5 +1,5 @@
-"""Content of the page of ``arctrue paper`` as plain values: equations, tables, figures,
-experiment."""
+"""Collects the content of the page of ``arctrue paper`` as plain values: equations, tables,
+figures, experiment."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from arctrue.studies.paper.equations import EQUATIONS, Item
 
 
 def paper_items(experiments: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the content of the page as JSON.
+    """Return the content of the page as a mapping for JSON.
 
-    ``experiments``: values of ``ExperimentResult.as_json()``, that with the finest counts first.
-    Raises ValueError if there are none.
+    ``experiments``: values of ``ExperimentResult.as_json()``; the experiment with the finest counts
+    comes first. Raises ValueError without an experiment.
     """
     if not experiments:
         raise ValueError("the page needs at least one run of the experiment")

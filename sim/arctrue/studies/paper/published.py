@@ -1,4 +1,4 @@
-"""Figures that the paper publishes in section 4 and tables 2 and 3."""
+"""Contains the figures that the paper publishes in section 4 and tables 2 and 3."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Published:
     budget: UncertaintyBudget = field(
         default_factory=lambda: UncertaintyBudget(0.1, 0.05, 0.2, 0.0005, 0.0001)
     )
-    """Standard uncertainties of Table 3."""
+    """Standard uncertainties that Table 3 of the paper states."""
     combined_arcsec: float = 0.23
     """Combined standard uncertainty that the paper states."""
     expanded_arcsec: float = 0.46
@@ -53,8 +53,8 @@ class Published:
         Returns
         -------
         Polygon
-            The polygon. The errors of its normals have a normal distribution with the
-            certificate's u, its tilts an even distribution.
+            The polygon. The errors of its normals have a normal distribution with the certificate's
+            u; its tilts have a rectangular distribution.
         """
         certificate_rad = self.budget.polygon_arcsec / ARCSEC_PER_RAD
         tilt_rad = self.tilt_arcsec / ARCSEC_PER_RAD

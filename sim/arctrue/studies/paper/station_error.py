@@ -21,13 +21,13 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StationErrors:
-    """Positioning error at every face; shapes ``(faces,)``, arcseconds; the mean over the faces is
-    removed."""
+    """Positioning error at every face in arcseconds, shapes ``(faces,)``; the mean over the faces
+    is removed."""
 
     mean_arcsec: Float
     """Mean error over the cycles."""
     deviation_arcsec: Float
-    """Standard deviation of the error in a single cycle."""
+    """Standard deviation of the error between the cycles, for a single cycle."""
 
     @property
     def span_arcsec(self) -> tuple[float, float]:
@@ -35,7 +35,7 @@ class StationErrors:
         return float(self.mean_arcsec.min()), float(self.mean_arcsec.max())
 
     def budget(self, published: Published) -> UncertaintyBudget:
-        """Calculate Table 3 with the repeatability that was measured here.
+        """Calculate the uncertainty budget (Table 3) with the repeatability of these errors.
 
         Parameters
         ----------
@@ -45,7 +45,8 @@ class StationErrors:
         Returns
         -------
         UncertaintyBudget
-            The budget. Its repeatability is the mean of the standard deviations of the faces.
+            The budget. The budget's repeatability is the mean of the standard deviations of the
+            faces.
         """
         return UncertaintyBudget(
             published.budget.polygon_arcsec,
@@ -65,8 +66,9 @@ class StationErrors:
 def station_errors(readings_rad: Float) -> StationErrors:
     """Calculate the errors of the faces: error = −reading.
 
-    If the table has turned beyond its target, so has the face. The mean of each cycle is the
-    arbitrary zero of the cycle; it is removed, as an autocollimator is set to zero before a cycle.
+    If the table has turned beyond its target, the face has turned by the same angle. The mean of
+    each cycle is removed because its zero is arbitrary: the autocollimator is set to zero before a
+    cycle.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""One revolution of the virtual instrument at the paper's size: its conditions, run and score."""
+"""Simulates one revolution of the virtual instrument at the paper's size: conditions, run and
+score."""
 
 from arctrue.studies.revolution.experiment import (
     RevolutionResult,

@@ -31,10 +31,10 @@ from arctrue.studies.revolution.settings import (
 
 @dataclass(frozen=True, slots=True)
 class RevolutionResult:
-    """The result of the revolution."""
+    """Result of the revolution: errors, telemetry, clocks and faults."""
 
     settings: RevolutionSettings
-    """The settings of the run."""
+    """Settings of the run."""
     before: TurnScore
     """Error of the output in the turn that is captured and not yet corrected."""
     after: TurnScore
@@ -54,18 +54,19 @@ class RevolutionResult:
 
     @property
     def limit_arcsec(self) -> float:
-        """Return the permitted error of a bin; at the paper's size it is that of the settings.
+        """Return the permitted error of a bin of half a degree; at the paper's size it equals
+        ``limit_arcsec`` of the settings.
 
         The output is within half a count of its target, so that larger counts increase the limit by
-        half of their excess over the paper's count. Orders of the table without a lane remain;
-        their amplitudes are added too.
+        half of their excess over the paper's count. Orders of the table's error for which there is
+        no lane are not corrected; the limit also includes their amplitudes.
         """
         half_count = self.settings.arcsec_per_count / 2 - PAPER_COUNT_ARCSEC / 2
         without_lane = sum(GRADUATION_ARCSEC[self.settings.lanes - 1 :])
         return self.settings.limit_arcsec + half_count + without_lane
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything as plain values.
+        """Return the whole result as plain values.
 
         Returns
         -------
@@ -95,7 +96,7 @@ def run_revolution(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> RevolutionResult:
-    """Run the revolution: one turn before the calibration, one after it.
+    """Run one turn before and one turn after the calibration on the virtual instrument.
 
     Parameters
     ----------
@@ -163,7 +164,7 @@ def run_revolution(
 
 
 def _recorded_turn(instrument: Instrument, settings: RevolutionSettings, stage: str) -> Recording:
-    """Record every edge of the next whole turn."""
+    """Run the next whole turn and record every edge."""
     instrument.record(bins=FINE_BINS, turns=1.0)
     end = instrument.true_angle_rad + TURN_RAD
     instrument.firmware.run(

@@ -1,5 +1,5 @@
-"""Conditions of one revolution: a table with the paper's kind of error, its motion, and the
-gateware."""
+"""Defines the conditions of one revolution: a table with the paper's kind of error, its motion, and
+the gateware."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ PAPER_AFTER_ARCSEC = (-1.3, 1.6)
 faces and an autocollimator in ten cycles."""
 
 # An eccentricity of 37.7 µm causes 144″ at a radius of 53.975 mm, and a second order of 6″ shifts
-# both ends of the error's range by −6″. Higher orders are those of a clamped disc; their phases are
-# chosen so that the range equals the paper's.
+# both ends of the error's range by −6″. The higher orders are typical of a clamped disc; their
+# phases are chosen so that the range equals the paper's.
 ECCENTRICITY_M = 37.7e-6
 ECCENTRICITY_DIRECTION_RAD = 2.1
 GRADUATION_ORDERS = (2, 3, 4, 5, 8, 12)
@@ -42,21 +42,21 @@ GRADUATION_PHASES_RAD = (4.2, 3.1, 4.1, 4.8, 3.9, 4.6)
 
 PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
-# A capture begins at the first sample after both indices; this angle is for the calculation and the
-# ramp.
+# A capture begins at the first sample after both indices; the calculation and the ramp take place
+# in this additional angle.
 _SPARE_RAD = float(np.deg2rad(15.0))
-# Clocks to read one word of the bank over the bus; measured: 6.
+# Assumed number of clocks to read one word of the bank over the bus; 6 were measured.
 _CLOCKS_A_READ = 8
 DEPTH_STEP = 512
-"""Width of a bin of half a degree: its 23,302 edges at 2²⁴ counts average out noise, but not slow
-errors."""
+"""Step of the capture depth, in samples."""
 
 
 FOUR_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads relative to head 1, at which any head may fail: ``arctrue alpha --heads
-4``."""
+"""Places of four heads relative to head 1, at which any one head may fail; found by ``arctrue alpha
+--heads 4``."""
 FURTHER_OFF_ARCSEC = (-30.0, 40.0)
-"""Differences of the places of heads 3 and 4 from those that the firmware assumes, within ± 50″."""
+"""Differences of the true places of heads 3 and 4 from the places that the firmware assumes; they
+are within ± 50″."""
 
 LARGEST_RAMP_ARCSEC_S = 1e9
 LARGEST_RAMP_ARCSEC_S2 = 1e12
@@ -65,8 +65,8 @@ LARGEST_RAMP_ARCSEC_S2 = 1e12
 
 @dataclass(frozen=True, slots=True)
 class RevolutionSettings:
-    """Settings of the revolution; the defaults are the paper's conditions, tests use smaller
-    ones."""
+    """Settings of the revolution; the defaults are the paper's conditions; tests use fewer
+    counts."""
 
     heads: int = 2
     """Number of heads, two or four; with four, the firmware calibrates the mean of their
@@ -82,8 +82,8 @@ class RevolutionSettings:
     speed_deg_s: float = 30.0
     """Mean speed of the table, degrees a second."""
     clocks_per_count: float = 1.1
-    """Number of clocks per count; the gateware has a slower clock than the device to reach this
-    number."""
+    """Number of clocks per count; the simulated clock is slower than the device's clock to reach
+    this number."""
     alpha_error_arcsec: float = 50.0
     """Difference of the true separation of the heads from the 33° that the firmware assumes."""
     noise_arcsec: float = 0.2
@@ -109,8 +109,8 @@ class RevolutionSettings:
 
     @property
     def capture_depth(self) -> int:
-        """Return the number of samples that a bank holds: those of a turn plus a margin, in steps
-        of 512."""
+        """Return the number of samples that a bank holds: the samples of a turn plus a margin,
+        rounded up to a multiple of 512."""
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
     @property
@@ -140,8 +140,8 @@ class RevolutionSettings:
 
     @property
     def poll_clocks(self) -> int:
-        """Return the number of clocks between two rounds of the firmware's main loop: a tenth of a
-        degree."""
+        """Return the number of clocks between two rounds of the firmware's main loop: the table
+        turns by a tenth of a degree in this time."""
         return max(100, round(self.counts_per_rev * self.clocks_per_count / 3600))
 
     @property
@@ -156,8 +156,8 @@ class RevolutionSettings:
     def ramp_acceleration(self) -> int:
         """Return the word for the ramp's acceleration: the reset value in the time of the table.
 
-        Returns 0 (no limit) if the register cannot hold the value, because a smaller one would slow
-        the ramp.
+        Returns 0 (no limit) if the register cannot hold the value, because a smaller value would
+        slow the ramp.
         """
         (register,) = [r for r in REGISTERS if r.path == "ramp_acceleration"]
         preset = register.fields[0].reset or 0
@@ -166,8 +166,8 @@ class RevolutionSettings:
 
     @property
     def ramp_parameters(self) -> dict[str, float]:
-        """Return rate and acceleration in the firmware's units, limited to the ranges that it
-        accepts."""
+        """Return rate and acceleration in the firmware's units, limited to the ranges that the
+        firmware accepts."""
         velocity = ramp_arcsec_s(self.ramp_rate, self.counts_per_rev)
         acceleration = ramp_arcsec_s2(self.ramp_acceleration, self.counts_per_rev)
         return {
@@ -192,7 +192,7 @@ class RevolutionSettings:
             ),
         ]
         if self.noise_arcsec:
-            # The noise is independent from one sample to the next.
+            # The noise of each sample is independent of the noise of the other samples.
             correlation_s = self.sample_period_clocks / self.clock_hz / 5
             effects.append(
                 ReadingNoise(self.noise_arcsec * RAD_PER_ARCSEC, correlation_s, self.seed)
@@ -209,7 +209,8 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Return the motion: from rest over all indices, that of head 1 last, then over the turns.
+        """Return the motion: it starts from rest, passes all indices (the index of head 1 last),
+        and then makes the turns.
 
         Returns
         -------

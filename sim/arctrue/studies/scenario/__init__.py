@@ -1,4 +1,4 @@
-"""Long runs on the virtual instrument, described in files that people can read."""
+"""Runs scenarios on the virtual instrument: long runs that a TOML file describes."""
 
 from arctrue.studies.scenario.errors import ScenarioError
 from arctrue.studies.scenario.reader import read_scenario

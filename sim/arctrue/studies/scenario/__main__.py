@@ -1,4 +1,4 @@
-"""``python -m arctrue.studies.scenario RUN.json …`` prints the table of docs/scenarios.md."""
+"""Prints the table of docs/scenarios.md: ``python -m arctrue.studies.scenario RUN.json …``."""
 
 from __future__ import annotations
 

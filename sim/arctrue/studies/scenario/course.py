@@ -1,4 +1,5 @@
-"""The course of the table: its legs one after the other, with time and temperature."""
+"""Computes the course of the table: the motion over its legs, one after the other, with time and
+temperature."""
 
 from __future__ import annotations
 
@@ -12,9 +13,9 @@ from arctrue.table import HEAD_SEPARATION_RAD, Motion
 
 TURN_RAD = 2 * np.pi
 RUN_UP_RAD = float(np.deg2rad(1.0))
-"""Travel in which the table accelerates from rest to its speed."""
+"""Travel, in radians, in which the table accelerates from rest to its speed."""
 APPROACH_RAD = HEAD_SEPARATION_RAD + 3 * RUN_UP_RAD
-"""Travel before the first turn, over the index of both heads."""
+"""Travel, in radians, before the first turn; in it the table passes the index of both heads."""
 _LAST_STAND_S = 0.1
 _SAME_TRAVEL_RAD = 1e-9
 
@@ -23,21 +24,22 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A part of the course: turns at one speed, or a pause."""
+    """Part of the course: turns at one speed, or a pause."""
 
     turns: float = 0.0
     """Number of turns with the sign of the direction; 0 for a pause."""
     speed_rad_s: float = 0.0
     """Speed without its sign."""
     pause_s: float = 0.0
-    """Duration of the pause for the temperature of the table and its surroundings."""
+    """Duration of the pause in the time of the surroundings, in which table and surroundings change
+    temperature."""
     run_s: float = 0.0
     """Part of the pause that is simulated clock by clock; the simulation skips the remainder."""
 
 
 @dataclass(frozen=True, slots=True)
 class Course(Motion):
-    """A motion over legs, whose turns are counted from the angle after both indices.
+    """Motion over legs; turns count from the angle after both indices.
 
     ``time_s`` of its states is the time of the motion, in which a pause lasts as long as its
     simulated part; ``since_run_start_s`` is the time of the surroundings, in which the pause has
@@ -52,7 +54,8 @@ class Course(Motion):
         ripple_rad: float = 0.0,
         ripple_order: int = 1,
     ) -> Course:
-        """Return a course from rest over both indices, then over the legs, each from rest to rest.
+        """Return a course that starts from rest, passes both indices, and then runs the legs, each
+        from rest to rest.
 
         Travel 0 is the angle after the indices. Raises ValueError if the first leg is a pause or
         too short for its ramps.
@@ -95,8 +98,8 @@ class Course(Motion):
 
     @property
     def turns(self) -> float:
-        """Return the travel from the first turn's beginning to the end, in turns of either
-        direction."""
+        """Return the travel from the beginning of the first turn to the end of the course, in
+        turns; both directions count as positive."""
         return float(self.travel_turns(np.array([self.duration_s]))[0])
 
     def travel_turns(self, time_s: Float) -> Float:
@@ -109,7 +112,8 @@ class Course(Motion):
         turns."""
         travelled = self.travel_rad(np.asarray(self.knot_times_s))
         wanted = turn * TURN_RAD + APPROACH_RAD
-        # Choose the instant before a pause, even if the two sums differ in their last bit.
+        # At a pause choose the instant before the pause, even if two equal sums differ in their
+        # last bit.
         place = np.searchsorted(travelled, wanted - _SAME_TRAVEL_RAD) - 1
         leg = int(np.clip(place, 0, travelled.size - 2))
         begin, end = np.abs(self.knot_speeds_rad_s[leg : leg + 2])

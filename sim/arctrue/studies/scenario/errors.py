@@ -4,5 +4,5 @@ from __future__ import annotations
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be run; the message names the file and the key, and how to correct
-    it."""
+    """Raised for a scenario that cannot be run; the message names the file and the key, and says
+    how to correct the value."""

@@ -1,4 +1,4 @@
-"""Reads scenario files; rejects every unknown key, with an error message in sentences."""
+"""Reads scenario files, and rejects every unknown key with an error message in sentences."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ NAMES = tuple(
     for name, cause in CAUSES.items()
     if cause.values is not None and acts_on(cause.kind) - REFERENCE <= SIGNALS
 )
-"""Names of the causes that ``[[cause]]`` permits. It does not permit a counter that loses counts; a
-fault of pins simulates that."""
+"""Names of the causes that ``[[cause]]`` permits. The loss of counts is not permitted as a cause; a
+fault of pins simulates it."""
 PAUSE_RUN_S = 0.5
 """Default duration of the part of a pause that is simulated clock by clock."""
 Speed = Annotated[float, Meta(gt=0, le=3600)]
@@ -154,7 +154,8 @@ class _Pins(_Fault, tag="pins", kw_only=True):
 
 
 class _Parameters(Struct):
-    """Parameters of the firmware that a scenario may set; its scale determines the others."""
+    """Parameters of the firmware that a scenario may set; the scenario's scale determines the other
+    parameters."""
 
     keep: Number | None = None
     method: Number | None = None
@@ -180,7 +181,7 @@ class _Firmware(_Parameters, forbid_unknown_fields=True):
     coefficients: str | None = None
 
     def settings(self, folder: Path) -> FirmwareSettings:
-        """Make the settings.
+        """Convert the parameters to the settings of the firmware.
 
         Raises ContentError if a coefficient file, named relative to ``folder``, is invalid.
         """
@@ -224,8 +225,8 @@ class _File(Struct, forbid_unknown_fields=True, kw_only=True):
     temperature: tuple[TemperaturePoint, ...] = ()
     cause: list[dict[str, object]] = []
     effect: list[dict[str, object]] = []
-    """The former form of ``[[cause]]``, which has ``cause`` for ``name``; still read for one
-    release."""
+    """Former form of ``[[cause]]`` with the key ``cause`` in place of ``name``; it is still read
+    for one release."""
     fault: list[_HungProcessor | _BusStall | _Pins] = []
     firmware: _Firmware = field(default_factory=_Firmware)
     limits: Limits = field(default_factory=Limits)
@@ -235,15 +236,15 @@ class _File(Struct, forbid_unknown_fields=True, kw_only=True):
 def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
     """Read the scenario of a file.
 
-    The limits in arcseconds apply to the file's own number of lines: they are not checked with
-    another number.
+    The limits in arcseconds apply to the file's own number of lines: they are dropped if ``lines``
+    differs.
 
     Parameters
     ----------
     path : Path
         The TOML file.
     lines : int, optional
-        Number of lines of the disc in place of that of the file.
+        Number of lines of the disc in place of the file's number.
 
     Returns
     -------
@@ -303,7 +304,7 @@ class _OnlyName(Struct):
 
 
 def _renamed(values: dict[str, object]) -> dict[str, object]:
-    """Convert an ``[[effect]]`` to a ``[[cause]]``, the present form."""
+    """Convert the former ``[[effect]]`` to the present form, ``[[cause]]``."""
     return {("name" if key == "cause" else key): value for key, value in values.items()}
 
 
@@ -331,7 +332,7 @@ def _cause(values: dict[str, object], place: str, lines: int) -> ScenarioCause:
 
 
 def _check(scenario: Scenario) -> None:
-    """Raise ContentError for contradictions between parts of the scenario."""
+    """Raise ContentError if parts of the scenario contradict each other."""
     try:
         course: Course = scenario.course()
     except ValueError as error:

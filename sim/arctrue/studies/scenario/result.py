@@ -1,4 +1,4 @@
-"""The result of a scenario."""
+"""Defines the result of a scenario."""
 
 from __future__ import annotations
 
@@ -60,12 +60,12 @@ class ScenarioTurn:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioResult:
-    """All turns, and the limits that the run exceeded."""
+    """Result of a run: all turns, and the limits that the run exceeded."""
 
     scenario: Scenario
-    """The scenario that was run."""
+    """Scenario that was run."""
     turns: tuple[ScenarioTurn, ...]
-    """The turns in their order."""
+    """Turns in their order."""
     illegal: int
     """Number of clocks in which both A and B of the output changed."""
     clocks: int
@@ -89,7 +89,7 @@ class ScenarioResult:
         return sum(reply["result"] == result for turn in self.turns for reply in turn.telemetry)
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything as plain values.
+        """Return the whole result as plain values.
 
         Returns
         -------

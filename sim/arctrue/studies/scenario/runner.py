@@ -22,11 +22,11 @@ from arctrue.studies.scenario.seen import seen_by_reference
 LOOKS_A_TURN = 36
 """Number of times per turn at which flags and telemetry are read."""
 THERMOMETER_STEP_K = 1 / 128
-"""Resolution of a TMP117."""
+"""Resolution of the simulated thermometer, a TMP117."""
 
 
 class _Run:
-    """One run of a scenario."""
+    """State of one run of a scenario."""
 
     def __init__(self, instrument: Instrument, scenario: Scenario, course: Course) -> None:
         self.instrument, self.scenario, self.course = instrument, scenario, course
@@ -44,7 +44,7 @@ class _Run:
 
     @property
     def rows(self) -> int:
-        """Return the number of turns of travel; the last one may be incomplete."""
+        """Return the number of turns of travel; the last turn may be incomplete."""
         return max(1, int(np.ceil(self.course.turns - 1e-6)))
 
     def _row_of(self, turn: float) -> int:
@@ -53,7 +53,7 @@ class _Run:
     def _note_pauses(self) -> None:
         turn = 0.0
         for before, leg in zip((None, *self.scenario.legs), self.scenario.legs, strict=False):
-            # Events at the end of the last turn are noted in the row of this turn.
+            # Events exactly at the end of the last turn belong to the row of the last turn.
             row = self._row_of(turn)
             if not leg.turns:
                 self.events[row].append(f"pause of {leg.pause_s:g} s")
@@ -66,7 +66,7 @@ class _Run:
         return self.started + round(motion_s * self.instrument.clock_hz)
 
     def row_now(self) -> int:
-        """Return the row for the present clock."""
+        """Return the index of the turn at the present clock."""
         now_s = (self.instrument.clock - self.started) / self.instrument.clock_hz
         return self._row_of(float(self.course.travel_turns(np.array([now_s]))[0]))
 
@@ -80,7 +80,7 @@ class _Run:
         ]
 
     def lay_pin_faults(self) -> None:
-        """Give the instrument all faults of pins with their clocks."""
+        """Pass all faults of pins, with their clocks, to the instrument."""
         found = []
         for fault in self.scenario.faults:
             if fault.what != "pins":
@@ -99,7 +99,7 @@ class _Run:
             self.instrument.disturb(*found, seed=self.scenario.scale.seed)
 
     def look(self) -> None:
-        """Note raised flags and new telemetry in the present row."""
+        """Store raised flags and new telemetry in the row of the present turn."""
         row = self.row_now()
         for head in ("head1", "head2"):
             fields = self.instrument.read_fields(f"{head}.flags")
@@ -120,8 +120,8 @@ class _Run:
         return round(celsius / THERMOMETER_STEP_K) * THERMOMETER_STEP_K
 
     def freeze_when_wanted(self) -> None:
-        """Freeze the coefficients as soon as the first ones are applied, if the scenario requires
-        it."""
+        """If the scenario requires it, freeze the coefficients as soon as the first coefficients
+        are applied."""
         applied = any(t["result"] == "applied" for t in self.instrument.firmware.telemetry)
         firmware = self.scenario.firmware
         if firmware.recalibrate == "first_turn" and applied and not self._firmware_held:

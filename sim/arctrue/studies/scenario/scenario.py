@@ -1,4 +1,4 @@
-"""A scenario as plain values."""
+"""Defines a scenario as plain values, and makes its table and motion."""
 
 from __future__ import annotations
 
@@ -68,14 +68,14 @@ Reason = Literal[
     "noise",
     "not_better",
 ]
-"""Reasons for which the firmware refuses a capture or keeps the coefficients, as in its
-telemetry."""
+"""Reasons for which the firmware refuses a capture or keeps the coefficients, with the names that
+its telemetry uses."""
 FLAGS: tuple[str, ...] = get_args(Flag)
 REASONS: tuple[str, ...] = get_args(Reason)
 
 
 class Scale(Struct, frozen=True, forbid_unknown_fields=True):
-    """Size of disc, gateware and capture: the key ``[scale]``."""
+    """Size of disc, gateware and capture; it is the key ``[scale]`` of the file."""
 
     lines: Annotated[int, Meta(ge=16, le=16384)] = 1024
     interpolation: Annotated[int, Meta(ge=4, le=1024)] = 1024
@@ -94,17 +94,18 @@ class Scale(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def capture_depth(self) -> int:
-        """Return the number of samples that a bank holds: those of a turn plus a margin, in steps
-        of 512."""
+        """Return the number of samples that a bank holds: the samples of a turn plus a margin,
+        rounded up to a multiple of 512."""
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
 
 class TableErrors(Struct, frozen=True, forbid_unknown_fields=True):
-    """Errors of the table in addition to the named causes: the key ``[table]``."""
+    """Errors of the table in addition to the named causes; they are the key ``[table]`` of the
+    file."""
 
     errors: Literal["paper", "none"] = "paper"
-    """Kind of error: ``paper`` for that of the paper, [−150.0″, 137.9″], or ``none`` for a perfect
-    disc."""
+    """Kind of error: ``paper`` for an error like the paper's, [−150.0″, 137.9″], or ``none`` for a
+    perfect disc."""
     separation_error_arcsec: Annotated[float, Meta(ge=-3600, le=3600)] = 0.0
     """Difference of the true separation of the heads from the 33° that the firmware assumes."""
     noise_arcsec: Annotated[float, Meta(ge=0, le=100)] = 0.2
@@ -112,17 +113,17 @@ class TableErrors(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TemperaturePoint(Struct, frozen=True, forbid_unknown_fields=True):
-    """A point of the temperature's course: an entry of ``[[temperature]]``."""
+    """Point of the temperature's course; it is an entry of ``[[temperature]]`` in the file."""
 
     celsius: Annotated[float, Meta(ge=-50, le=150)]
     at_turn: NotNegative = 0.0
-    """Turn at whose first instant the time ``after_s`` starts."""
+    """Turn at the first instant of which the time ``after_s`` starts."""
     after_s: Number = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioCause:
-    """A cause of the scenario file, in the form that the table uses."""
+    """Cause of the scenario file, in the form that the simulated table uses."""
 
     name: str
     physical: Cause
@@ -131,14 +132,14 @@ class ScenarioCause:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A fault that lasts for a part of the motion."""
+    """Fault of pins, bus or processor that lasts for a part of the motion."""
 
     what: str
     """Kind of the fault: ``pins``, ``bus_stall`` or ``hung_processor``."""
     at_turn: float
     for_turns: float = 0.0
     for_s: float = 0.0
-    """Duration in the time of the motion, which follows the duration ``for_turns``."""
+    """Duration in seconds of the motion; it is added to the duration ``for_turns``."""
     pins: int = 0
     act: str = "invert"
     probability: float = 1.0
@@ -159,15 +160,14 @@ class FirmwareSettings:
     """Settings of the firmware."""
 
     recalibrate: str = "every_turn"
-    """Turns that the firmware calibrates: ``every_turn``, ``first_turn`` (then it is frozen) or
-    ``never``."""
+    """Turns that the firmware calibrates: ``every_turn``, ``first_turn`` (then the coefficients are
+    frozen) or ``never``."""
     orders: int = 32
     calculation_s: float = 0.25
     """Duration of a calibration, in the time of the table."""
     parameters: tuple[tuple[str, float], ...] = ()
     loaded: Coefficients | None = None
-    """Coefficients that are loaded over the console at the start, like those of ``arctrue
-    load``."""
+    """Coefficients that are loaded over the console at the start, as by ``arctrue load``."""
     thermometer: bool = False
     """Whether a thermometer is on the table; its resolution is 1/128 K, and it has no lag."""
 
@@ -177,15 +177,15 @@ Count = Annotated[int, Meta(ge=0)]
 
 
 class Limits(Struct, frozen=True, forbid_unknown_fields=True):
-    """Limits that a run must keep to pass: the key ``[limits]``. A limit that is None is not
-    checked."""
+    """Limits that a run must keep to pass; they are the key ``[limits]`` of the file. A limit that
+    is None is not checked."""
 
     from_turn: TurnNumber = 3
     to_turn: TurnNumber | None = None
     corrected_rms_arcsec: NotNegative | None = None
     corrected_reach_arcsec: NotNegative | None = None
     worse_by_arcsec: NotNegative | None = None
-    """Largest permitted difference of the corrected RMS minus the uncorrected one, in any turn."""
+    """Largest permitted value of the corrected minus the uncorrected RMS, in any turn."""
     applied_turns_least: Count | None = None
     refused_turns_least: Count | None = None
     refused_turns_most: Count | None = None
@@ -202,7 +202,7 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
             )
 
     def without_arcsec(self) -> Limits:
-        """Return the limits without those that depend on the size of a count."""
+        """Return the limits, but without the limits that depend on the size of a count."""
         return structs.replace(
             self, corrected_rms_arcsec=None, corrected_reach_arcsec=None, worse_by_arcsec=None
         )
@@ -210,7 +210,7 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """The whole content of a scenario file."""
+    """Content of a scenario file."""
 
     title: str
     """Title of the scenario."""
@@ -255,15 +255,15 @@ class Scenario:
 
     @property
     def sample_period_clocks(self) -> int:
-        """Return the clocks between two samples: a turn at the slowest speed has
-        ``scale.samples``."""
+        """Return the number of clocks between two samples: at the slowest speed a turn has
+        ``scale.samples`` samples."""
         turn_s = 2 * np.pi / min(self.speeds_rad_s)
         return round(turn_s * self.clock_hz / self.scale.samples)
 
     @property
     def revolution(self) -> RevolutionSettings:
-        """Return the scale as settings of the revolution, from which the paper's kind of table is
-        made."""
+        """Return the scale as settings of ``arctrue revolution``, which make the table with the
+        paper's kind of error."""
         return RevolutionSettings(
             lines=self.scale.lines,
             interpolation=self.scale.interpolation,
@@ -277,8 +277,8 @@ class Scenario:
 
     @property
     def kept_every(self) -> int:
-        """Return the step between kept edges: odd, so that they cover every phase of a line's
-        counts."""
+        """Return the step between kept edges; it is odd, so that the kept edges cover every count
+        of a line."""
         turns = sum(abs(leg.turns) for leg in self.legs)
         every = max(
             1,
@@ -354,7 +354,7 @@ class Scenario:
             causes += [e for e in plain if isinstance(e, DiscEccentricity | GraduationHarmonics)]
         causes += [cause.physical for cause in self.causes if not cause.reference_only]
         if self.errors.noise_arcsec:
-            # The noise of each sample is independent of that of the others.
+            # The noise of each sample is independent of the noise of the other samples.
             correlation_s = self.sample_period_clocks / self.clock_hz / 5
             rms_rad = self.errors.noise_arcsec * RAD_PER_ARCSEC
             causes.append(ReadingNoise(rms_rad, correlation_s, self.scale.seed))

@@ -1,4 +1,5 @@
-"""The error of the output that a reference instrument with its own errors measures."""
+"""Computes the error of the output that a reference instrument with its own errors would
+measure."""
 
 from __future__ import annotations
 
@@ -16,15 +17,15 @@ def seen_by_reference(
 ) -> TurnScore | None:
     """Return the error of turn ``number`` (first: 1) that a polygon with its own errors measures.
 
-    Returns None if no cause concerns the reference. Bins without a face are NaN.
+    Returns None if no cause concerns the reference. Bins of half a degree without a face are NaN.
     """
     causes = [cause.physical for cause in scenario.causes if cause.reference_only]
     if not causes or error is None:
         return None
     faces = np.arange(scenario.faces)
     angle_rad = np.asarray(faces * (TURN_RAD / scenario.faces), dtype=np.float64)
-    # Choose the bin of half a degree that begins at the face, whatever the last bit of the face's
-    # angle.
+    # Choose the bin of half a degree that begins at the face, independent of the last bit of the
+    # face's angle.
     bins = faces * BINS // scenario.faces
     stood_s = np.array([course.time_at_turn(number - 1 + f / scenario.faces) for f in faces])
     state = course.state(stood_s)

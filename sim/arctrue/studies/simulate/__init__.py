@@ -1,1 +1,2 @@
-"""Measurement sets of a table with exact geometry and physical causes, and their truth."""
+"""Simulates measurement sets of a table with exact geometry and physical causes, and writes their
+truth."""

@@ -1,4 +1,4 @@
-"""Experiments: the runs of a capture, and the stations of a reference run."""
+"""Defines experiments: the runs of a capture, and the stations of a reference run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arctrue.table.temperature import TemperatureCourse
 
 @dataclass(frozen=True, slots=True)
 class CaptureRun:
-    """One run of the capture at one speed."""
+    """Run of the capture, at one speed or with a speed profile."""
 
     start_s: float
     duration_s: float
@@ -47,7 +47,8 @@ class CaptureRun:
 
 @dataclass(frozen=True, slots=True)
 class MovingReference:
-    """Passes in which a reference is read while the table moves; one turn for each speed."""
+    """Passes in which a reference is read while the table moves; each pass is one turn at its own
+    speed."""
 
     speeds_rad_s: tuple[float, ...]
     stations: int = 360
@@ -55,15 +56,15 @@ class MovingReference:
 
 @dataclass(frozen=True, slots=True)
 class ReferencePlan:
-    """Cycles over all faces of a polygon, each up and back."""
+    """Plan of a reference run: cycles over all faces of a polygon, each up and back."""
 
     faces: int = FACES
     cycles: int = 10
     station_s: float = 4.0
     moving: MovingReference | None = None
     turned_faces: tuple[float, ...] = (0.0,)
-    """Numbers of faces by which the polygon is turned on the table; each entry means one pass of
-    all cycles."""
+    """Numbers of faces by which the polygon is turned on the table; for each entry, all cycles are
+    measured once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,12 +84,13 @@ class Experiment:
 
     @property
     def honoured(self) -> frozenset[str]:
-        """Return the methods of a cause on which a channel of this experiment depends."""
+        """Return the names of the methods of a cause that a channel of this experiment
+        evaluates."""
         nothing: frozenset[str] = frozenset()
         return (CAPTURE if self.runs else nothing) | (REFERENCE if self.reference else nothing)
 
     def can_honour(self, recipe: Recipe) -> bool:
-        """Tell whether the channels of the experiment depend on every method that the cause
+        """Tell whether the channels of the experiment evaluate every method that the cause
         overrides."""
         return acts_on(CAUSES[recipe.cause].kind) <= self.honoured
 
@@ -166,7 +168,7 @@ def short() -> Experiment:
 FURTHER_PAUSE_S = 600.0
 FURTHER_TURNS = 30
 FURTHER_SAMPLES = 5
-"""Factor by which the run ``samples`` has more samples per turn."""
+"""Factor by which the further run ``samples`` has more samples per turn than the other runs."""
 FURTHER_WARMER_C = 4.0
 FURTHER_TURNED_FACES = 1.0 / 3.0
 FURTHER_REINDEXED_FACES = 6.0
@@ -175,7 +177,7 @@ FURTHER_REINDEXED_FACES = 6.0
 def with_further(experiment: Experiment, kind: str) -> Experiment:
     """Return the experiment with one more measurement, of a kind that a diagnosis may request.
 
-    Raises ValueError for another kind, or for one that does not fit this experiment.
+    Raises ValueError for an unknown kind, or for a kind that does not fit this experiment.
     """
     if kind not in FURTHER:
         raise ValueError(f"no further measurement {kind!r}; there are: {', '.join(FURTHER)}")
@@ -185,7 +187,8 @@ def with_further(experiment: Experiment, kind: str) -> Experiment:
         if kind == "polygon_turned":
             plan = replace(plan, turned_faces=(*plan.turned_faces, FURTHER_TURNED_FACES))
         if kind == "polygon_reindexed":
-            # The file has no key for this measurement, so that it becomes a separate set.
+            # The reference file has no key for the rotation of the polygon, so the measurement
+            # becomes a separate set.
             plan = replace(plan, turned_faces=(FURTHER_REINDEXED_FACES,))
         if kind == "moving_reference":
             plan = replace(plan, moving=MovingReference((SLOW_RAD_S, -SLOW_RAD_S, 3 * SLOW_RAD_S)))
@@ -227,10 +230,10 @@ FURTHER = (
     "polygon_reindexed",
     "moving_reference",
 )
-"""Kinds of a further measurement. A further run: three times as fast, in the other direction,
-warmer, a repetition after a stop, with more turns, or with more samples. A further reference run:
-the first one; one with the polygon turned by a third of a face; one with the polygon turned by
-whole faces, as a separate set; one with a reference that is read in motion."""
+"""Kinds of a further measurement. A further capture run is three times as fast, in the other
+direction, warmer, a repetition after a stop, longer, or with more samples. A further reference run
+is the first reference run of the set, has the polygon turned by a third of a face, has it turned by
+whole faces (as a separate set), or is read in motion."""
 
 EXPERIMENTS = {
     "full": full,

@@ -1,4 +1,4 @@
-"""Measures a table with all its causes, as samplers and a polygon would."""
+"""Simulates how samplers and a polygon measure a table with all its causes."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ from arctrue.table.temperature import TemperatureCourse
 Float = NDArray[np.float64]
 
 SERVO_ROUNDS = 16
-"""Number of iterations of the servo. The largest slope of the error (2.4″ a signal period) is 0.2:
-each iteration divides the remaining distance by 5, so that 10⁻¹¹ of the first 150″ remain."""
+"""Number of iterations of the servo. The largest slope of the error (2.4″ in a signal period) is
+0.2, so each iteration divides the remaining distance by 5, and 10⁻¹¹ of the initial 150″ remain."""
 MICROSECOND_S = 1e-6
 CLOCK_HZ = 100e6
 
 
 @dataclass(frozen=True)
 class TrueNoise:
-    """The noise that was drawn for the rows of one channel."""
+    """Noise that was drawn for the rows of one channel."""
 
     gaussian: Noise
     """Gaussian noise; it contains the rounding to counts as white noise of count²/12 a head."""
@@ -53,7 +53,7 @@ class TrueNoise:
 
 @dataclass(frozen=True)
 class Measured:
-    """A measurement set, and for each channel the RMS of the noise, which no model can explain."""
+    """Measurement set with its exact signals and its noise; no model can explain the noise."""
 
     measurement: MeasurementSet
     floor_arcsec: dict[str, float]
@@ -62,11 +62,11 @@ class Measured:
     noise: dict[str, TrueNoise]
     """Noise that was drawn for each channel."""
     index_variance_arcsec2: float
-    """Variance of R₂ − R₁ between runs, which the index marks cause."""
+    """Variance of R₂ − R₁ between runs that the index marks cause."""
 
 
 class MeasuredTable:
-    """A table, its causes and the random streams of one measurement."""
+    """Table with its causes and the random streams of one measurement."""
 
     def __init__(
         self,
@@ -90,7 +90,7 @@ class MeasuredTable:
     def measure(
         self, experiment: Experiment, *, title: str, drive_gear_teeth: float | None = None
     ) -> Measured:
-        """Measure everything that the experiment requires.
+        """Simulate all measurements that the experiment requires.
 
         Raises UnhonouredCauseError for a cause that acts on a channel that is not measured.
         """
@@ -144,7 +144,7 @@ class MeasuredTable:
                 white[head].append(self.random.normal(0.0, sigma_counts, run.samples))
                 index[head].append(self.index.index_shift_counts(self.random))
         state = _joined(motions)
-        # The causes draw their own values: first those of each run, then those of each row.
+        # Each cause first draws its values for each run, then its values for each row.
         for cause, random in zip(self.causes, self._cause_random, strict=True):
             for number in range(len(runs)):
                 for head in heads:
@@ -162,7 +162,7 @@ class MeasuredTable:
             for cause, random in zip(self.causes, self._cause_random, strict=True):
                 process = cause.head_noise(head, state)
                 if process is not None:
-                    # The noise that the set states is that of R₂ − R₁.
+                    # The set states the noise of R₂ − R₁.
                     if head < 2:
                         processes.append(process)
                     noisy = noisy + process.draw(random) / self.table.count_rad
@@ -198,7 +198,7 @@ class MeasuredTable:
         )
 
     def _head_places(self) -> dict[str, Any]:
-        """Return the nominal places of the heads in the form of keys of ``[table]``."""
+        """Return the nominal places of the heads as keys of ``[table]``."""
         heads = len(self.table.heads)
         if heads == 2:
             return {"head_separation_deg": float(np.rad2deg(HEAD_SEPARATION_RAD))}
@@ -220,7 +220,7 @@ class MeasuredTable:
         travelled_rad: float,
         temperature: TemperatureCourse,
     ) -> Conditions:
-        # The file has a resolution of a microsecond, to which the times are rounded.
+        # Times are rounded to the file's resolution, a microsecond.
         nominal_s = np.arange(run.samples) * (run.duration_s / run.samples)
         time_s = np.round(nominal_s / MICROSECOND_S) * MICROSECOND_S
         motion = run.motion(start_rad)
@@ -249,8 +249,7 @@ class MeasuredTable:
         turned_faces = np.repeat([item.turned_faces for item in plans], sizes)
         wanted_rad = np.deg2rad(target_deg)
         conditions = stations(time_s, wanted_rad, direction, speed)
-        # The head reads the scale at its present place; if readings are late, those of all heads
-        # are.
+        # The head reads the scale at its present place; a latency delays the readings of all heads.
         for _ in range(SERVO_ROUNDS):
             standing = replace(conditions, speed_rad_s=np.zeros_like(speed))
             # The servo brings the reading of head 1, not the table, to the target.
@@ -296,7 +295,7 @@ class MeasuredTable:
 
 
 def _joined(parts: Sequence[Conditions]) -> Conditions:
-    """Join the rows of several runs in sequence."""
+    """Join the rows of several runs, in the order of the runs."""
     names = [field.name for field in fields(Conditions)]
     return Conditions(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
@@ -308,8 +307,8 @@ def _run_means(values: Float, run: NDArray[np.int64]) -> Float:
 
 @dataclass(frozen=True, slots=True)
 class _Stations:
-    """A planned reference run: arrays ``(n,)``, and one speed (0 if the table stands at each
-    station)."""
+    """Stations of a planned reference run, arrays ``(n,)``, and one speed (0 if the table stands at
+    each station)."""
 
     time_s: Float
     cycle: NDArray[np.int64]

@@ -24,20 +24,20 @@ from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.table.rotary_table import HEAD_PLACES_DEG, RotaryTable, heads_at, two_heads
 
 ECCENTRICITY_UM = (20.0, 30.0)
-"""Range of the eccentricity; that of the paper's table is 28 µm, which causes 108″ of order 1."""
+"""Range of the eccentricity in µm; the paper's table has 28 µm, which cause 108″ in order 1."""
 GRADUATION_ORDERS = (2, 3, 4, 5, 6, 8)
 GRADUATION_ARCSEC = (0.15, 1.0)
 NOISE_ARCSEC = 0.1
 REFERENCE_NOISE_ARCSEC = 0.15
 INDEX_SCATTER_COUNTS = 1
 LARGEST_SIZE = 1000.0
-"""Largest permitted ratio of a size to the largest size that is drawn; the numbers of turns and
-counts have no room for a larger size."""
+"""Largest permitted size of a cause, divided by the largest size that is drawn; with a larger size,
+turn numbers and counts would overflow."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A cause, given by its name; its size is drawn if it is None."""
+    """Wanted cause, given by its name; if ``size`` is None, the size is drawn."""
 
     name: str
     size: float | None = None
@@ -45,16 +45,16 @@ class Wanted:
 
 @dataclass(frozen=True)
 class SimulatedSet:
-    """The measurement set, which a user may see, and its truth, which a user may not."""
+    """Measurement set, which a user may see, and its truth, which a user may not see."""
 
     measurement: MeasurementSet
     truth: dict[str, Any]
     exact_arcsec: dict[str, NDArray[np.float64]]
-    """Signal of each channel without noise and rounding; it belongs to the truth."""
+    """Signal of each channel without noise and rounding; these signals belong to the truth."""
     noise: dict[str, TrueNoise]
     index_variance_arcsec2: float
     table: RotaryTable
-    """The table with all its causes."""
+    """Simulated table with all its causes."""
 
 
 def simulate_set(
@@ -149,7 +149,8 @@ def simulate_set(
         _heads(heads), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
     )
     for kind in further:
-        # This draw follows that of the causes, so that the causes depend on the experiment alone.
+        # The further measurements are drawn after the causes, so that the causes depend on the
+        # experiment alone.
         experiment = with_further(experiment, kind)
     teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
     measured_table = MeasuredTable(
@@ -204,7 +205,7 @@ def _base_effects(random: np.random.Generator) -> list[Cause]:
 
 
 def _with_order(part: str, cause: Cause) -> str:
-    """Replace ``order:*`` in a recipe by the order that was drawn."""
+    """Replace ``order:*`` in the name of a recipe's part by the order that was drawn."""
     if part != "order:*":
         return part
     assert isinstance(cause, BeltPull)
@@ -212,7 +213,8 @@ def _with_order(part: str, cause: Cause) -> str:
 
 
 def _plain(effect: Cause) -> dict[str, Any]:
-    """Convert a cause to JSON: its class and its fields; a complex number becomes two numbers."""
+    """Return the class and the fields of a cause as values for JSON; a complex number becomes two
+    numbers."""
     fields = {
         key: [value.real, value.imag] if isinstance(value, complex) else value
         for key, value in asdict(effect).items()  # type: ignore[call-overload]

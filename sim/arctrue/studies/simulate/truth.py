@@ -1,4 +1,5 @@
-"""The sealed truth: the hidden causes of a measurement set, in a file next to its folder."""
+"""Reads and writes the sealed truth: the hidden causes of a measurement set, in a file next to the
+set's folder."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ class _Sealed(Struct):
 
 
 class BrokenSealError(ValueError):
-    """The set has changed since its truth was sealed."""
+    """Raised if the measurement set has changed since its truth was sealed."""
 
 
 def truth_path(folder: Path) -> Path:
@@ -31,7 +32,7 @@ def truth_path(folder: Path) -> Path:
 
 
 def fingerprint(folder: Path) -> dict[str, str]:
-    """Return SHA-256 of every file of the set."""
+    """Return the SHA-256 digest of every file of the set, by file name."""
     return {
         file.name: hashlib.sha256(file.read_bytes()).hexdigest()
         for file in sorted(folder.iterdir())
@@ -60,8 +61,8 @@ def write_truth(folder: Path, truth: dict[str, Any]) -> Path:
 def read_truth(folder: Path) -> dict[str, Any]:
     """Read the truth of the set in ``folder``.
 
-    Raises FileNotFoundError without a truth file, ContentError for a file of other content, and
-    BrokenSealError for a changed set.
+    Raises FileNotFoundError without a truth file, ContentError for a file that is no truth, and
+    BrokenSealError if the set has changed.
     """
     path = truth_path(folder)
     truth = read_json(path, dict[str, Any])

@@ -1,8 +1,9 @@
-"""Ten cycles of 24 faces with a servo whose feedback is head 1's own or the corrected signal.
+"""Simulates ten cycles of 24 faces twice: the servo's feedback is head 1's signal, then the
+corrected signal.
 
 The table of ``arctrue revolution`` is calibrated from one captured turn by least squares. The
 corrected signal is equation (9), rounded to a count, with the coefficients in the number formats of
-the gateware. Polygon and autocollimator are those of ``arctrue paper``.
+the gateware. Polygon and autocollimator are the same as in ``arctrue paper``.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ ORDERS = np.arange(1, 17)
 
 @dataclass(frozen=True)
 class StopAndGoSettings:
-    """Settings of the study; axis and controller are those of :mod:`servo`; the noise acts on every
+    """Settings of the study; :mod:`servo` defines axis and controller; the noise acts on every
     sample of the loop."""
 
     cycles: int = PUBLISHED.cycles
@@ -53,8 +54,8 @@ class StopAndGoSettings:
 
 
 def run_stop_and_go(settings: StopAndGoSettings | None = None) -> dict[str, Any]:
-    """Run the cycles with either feedback; return plain values. Raises ValueError below two
-    cycles."""
+    """Run the cycles with each of the two feedbacks; return plain values. Raises ValueError for
+    fewer than two cycles."""
     settings = settings or StopAndGoSettings()
     if settings.cycles < 2:
         raise ValueError(f"a deviation needs two cycles or more, found {settings.cycles}")
@@ -86,8 +87,8 @@ def run_stop_and_go(settings: StopAndGoSettings | None = None) -> dict[str, Any]
 
 
 def calibrated(table: RotaryTable, random: np.random.Generator) -> Coefficients:
-    """Calibrate by least squares from one captured turn at 30°/s, in the gateware's number
-    formats."""
+    """Calibrate by least squares from one captured turn at 30°/s; return coefficients in the
+    gateware's number formats."""
     speed = float(np.radians(30.0))
     motion = Motion.steady(speed, TURN_RAD / speed, ripple_rad=0.002, ripple_order=7)
     state = motion.state(np.arange(SAMPLES) * np.float64(motion.duration_s / SAMPLES))
@@ -108,8 +109,8 @@ def calibrated(table: RotaryTable, random: np.random.Generator) -> Coefficients:
 def feedback_of(
     table: RotaryTable, coefficients: Coefficients | None, random: np.random.Generator
 ) -> Feedback:
-    """Return the servo's feedback: the counts as an angle. Without coefficients they are head 1's
-    own."""
+    """Return the servo's feedback: a function that returns the counts of head 1 or, with
+    ``coefficients``, the corrected counts, as an angle."""
 
     def shown(angle_rad: Float) -> Float:
         counts = table.counts(0, TableState.at_rest(angle_rad), random)
@@ -130,8 +131,8 @@ def _cycles(settings: StopAndGoSettings, feedback: Feedback) -> Stopped:
 
 
 def _plain(errors: StationErrors, stopped: Stopped, off_rad: Float) -> dict[str, Any]:
-    # The sign is that of the stations: if the table stands beyond its target, the error is
-    # negative.
+    # The sign is the same as in ``station_errors``: if the table stands beyond its target, the
+    # error is negative.
     by_cycle = -off_rad.reshape(-1, errors.mean_arcsec.size) * ARCSEC_PER_RAD
     true = by_cycle.mean(axis=0)
     return {

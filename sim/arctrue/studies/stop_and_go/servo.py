@@ -1,9 +1,10 @@
-"""A rotary axis with motor, friction and a position loop whose only feedback is an encoder.
+"""Simulates a rotary axis with motor, friction and a position loop whose only feedback is an
+encoder.
 
-Friction is the LuGre model (Canudas de Wit et al., IEEE Trans. Automatic Control 40, 1995):
-bristles of stiffness σ₀ that bend before the axis slides, Stribeck's curve, viscous friction. The
-controller is a proportional position loop around a proportional-integral speed loop; the speed is
-computed from the difference of two readings.
+Friction follows the LuGre model (Canudas de Wit et al., IEEE Trans. Automatic Control 40, 1995):
+bristles of stiffness σ₀ bend before the axis slides; Stribeck's curve and viscous friction are
+added. The controller is a proportional position loop around a proportional-integral speed loop; the
+speed is computed from the difference of two readings.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ RECENT_SHARE = 0.01
 """Weight of a new sample in the averaged feedback, which shows whether the table has settled; it
 averages about 100 samples (10 ms) of 0.1″ noise."""
 Feedback = Callable[[Float], Float]
-"""Function that returns the position that the encoder shows, in radians but whole counts, for a
-true angle."""
+"""Function that returns the position that the encoder shows, in radians and rounded to whole
+counts, at a true angle."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Axis:
     stribeck_rad_s: float = 2e-3
     viscous_n_m_s: float = 0.05
     bristle_n_m_rad: float = 3_000.0
-    """σ₀, stiffness of the bristles: the axis bends by 100 µrad, 20″, before it slides."""
+    """σ₀, stiffness of the bristles: they bend by 100 µrad (20″) before the axis slides."""
     bristle_n_m_s: float = 8.0
     """σ₁, damping of the bristles."""
     torque_limit_n_m: float = 5.0
@@ -62,7 +63,8 @@ class Axis:
 
 @dataclass(frozen=True)
 class Controller:
-    """Gains of the controller at its sampling rate; each sample gives a new torque."""
+    """Gains of the controller at its sampling rate; the controller computes a new torque at each
+    sample."""
 
     rate_hz: float = 10_000.0
     position_1_s: float = 60.0
@@ -75,7 +77,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class Moves:
-    """Many independent moves, each from rest to rest; arrays ``(moves,)`` in radians."""
+    """Independent moves, each from rest to rest; arrays ``(moves,)`` in radians."""
 
     start_rad: Float
     target_rad: Float
@@ -107,7 +109,7 @@ class Moves:
 
 @dataclass(frozen=True)
 class Stopped:
-    """Final state of the table after each move, ``(moves,)``."""
+    """State of the table at the end of each move, ``(moves,)``."""
 
     angle_rad: Float
     """Mean of the true angle over the dwell."""
@@ -116,8 +118,8 @@ class Stopped:
     following_rad: float
     """Largest distance of the feedback from the path during the moves."""
     settled_s: Float
-    """Time from the end of the path until the averaged feedback stays within SETTLED_COUNTS of the
-    target."""
+    """Time from the end of the path to the last instant at which the averaged feedback was more
+    than SETTLED_COUNTS from the target."""
 
 
 def drive(
@@ -130,7 +132,7 @@ def drive(
     settle_s: float = 0.8,
     dwell_s: float = 0.2,
 ) -> Stopped:
-    """Simulate all moves in parallel.
+    """Simulate all moves in parallel; return the state of the table at their ends.
 
     At first the table stands at the angle at which its feedback shows the start. The torque of the
     controller is constant within a step. The semi-implicit Euler rule integrates the motion; in a

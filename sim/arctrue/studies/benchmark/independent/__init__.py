@@ -1,6 +1,7 @@
-"""A second generator of benchmark sets, written from the physics only.
+"""Generates benchmark sets a second time, with code that was written from the physics only.
 
-Its author has read neither the effects of the workbench nor the first generator (``arctrue.table``
-and ``arctrue.studies.simulate``), and it imports neither. Every file in ``worlds`` is one world;
-``independent_set`` of ``sets`` makes a set from the world, the content and a seed.
+The author of this code has read neither the effects of the workbench nor the first generator
+(``arctrue.table`` and ``arctrue.studies.simulate``), and the code imports neither. Every file in
+``worlds`` defines one world (one kind of measurement); ``independent_set`` in ``sets`` makes a set
+from a world, a content (``nothing`` or ``hidden``) and a seed.
 """

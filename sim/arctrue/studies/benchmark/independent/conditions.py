@@ -1,4 +1,5 @@
-"""Position of the table and conditions in each row: sweeps and stations."""
+"""Defines the table's position and the conditions in each row, for sweeps (moving table) and for
+stations (standstill)."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Conditions:
-    """Quantities on which a cause may depend, as arrays (rows,)."""
+    """Quantities on which a cause may depend; each is an array (rows,)."""
 
     time_s: Float
     """Time since the start of the session."""
@@ -42,7 +43,8 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Sweep:
-    """One run of a moving table: θ(t) = begin + ω·t + a·t²/2 + ripple, and temperature in time."""
+    """Run of a moving table: θ(t) = begin + ω·t + a·t²/2 + ripple, and a temperature that changes
+    linearly in time."""
 
     number: int
     begin_s: float
@@ -98,7 +100,8 @@ class Stations:
 def sweeps(
     speeds_rad_s: list[float], rows: int, turns: float, warming_k: list[float] | None = None
 ) -> list[Sweep]:
-    """Make consecutive runs; each starts one minute after the previous one, at its last angle.
+    """Make consecutive runs; each starts one minute after the previous run, at the angle where that
+    run ended.
 
     Each run has ``rows`` rows over ``turns`` turns. ``warming_k``: temperature above nominal in
     each run, constant during the run.
@@ -128,9 +131,9 @@ def stations(
     seconds_a_station: float = 5.0,
     begin_s: float = 0.0,
 ) -> Stations:
-    """Visit all targets upwards in every cycle, and with ``both_ways`` also downwards.
+    """Make visits of all targets, upwards in every cycle and, with ``both_ways``, also downwards.
 
-    Each pass in one direction is a run. The temperature is constant.
+    Each pass in one direction counts as a run. The temperature is constant.
     """
     turned: list[Float] = []
     direction: list[Float] = []
@@ -140,8 +143,8 @@ def stations(
     for turn in range(cycles):
         for way in (1, -1) if both_ways else (1,):
             order = np.arange(targets_rad.size)[:: 1 if way > 0 else -1]
-            # Cycles in one direction continue over the turn; cycles both ways return to their
-            # start.
+            # Without ``both_ways`` each cycle continues into the next turn; with ``both_ways`` each
+            # cycle returns to its start.
             over = 0.0 if both_ways else 2 * np.pi * turn
             turned.append(targets_rad[order] + over)
             direction.append(np.full(order.size, float(way)))

@@ -1,5 +1,5 @@
-"""Designs that several worlds share; for each design, a function draws one cause of the
-catalogue."""
+"""Makes the designs of experiments that several worlds share, and draws one cause of the catalogue
+for a design."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def polygon(cycles: int, both_ways: bool, faces: int = 24, begin_s: float = 0.0)
 
 
 def capture_cause(random: Random, runs: list[Sweep]) -> Cause:
-    """Draw, with equal probabilities, one of the catalogue's causes that four runs of two heads
+    """Draw, with equal probabilities, one of the catalogue's causes that four runs of two heads can
     show."""
     first = runs[0]
     step_s = max(float(run.time_s[1] - run.time_s[0]) for run in runs)
@@ -90,8 +90,8 @@ def slip(random: Random, runs: list[Sweep]) -> Slip:
 
 
 def reference_cause(random: Random, faces: int, length_s: float) -> Cause:
-    """Draw, with equal probabilities, one of the catalogue's causes that polygon and capture
-    show."""
+    """Draw, with equal probabilities, one of the catalogue's causes that a polygon together with a
+    capture can show."""
     draws: list[Callable[[], Cause]] = [
         lambda: Faces.drawn(random, faces),
         lambda: FirstOrderOfReference.drawn(random),

@@ -1,4 +1,5 @@
-"""Plane geometry of a graduated disc under fixed read heads, and the reading of a head.
+"""Computes the reading of a head from the plane geometry of a graduated disc under fixed read
+heads.
 
 Stator angles count in the direction in which the table turns while its readings rise; head 1 stands
 at 0, head 2 at −α. The mark with the label ψ lies at the stator angle θ − ψ, seen from the centre
@@ -21,19 +22,21 @@ from arctrue.studies.benchmark.independent.conditions import Conditions, Sweep
 Float = NDArray[np.floating[Any]]
 Random = np.random.Generator
 SERVO_STEPS = 4
-"""Number of fixed-point iterations of the servo: each multiplies the remaining distance by the
-slope ε′ < 10⁻², so that at most 10⁻¹¹ rad remain after four."""
+"""Number of fixed-point iterations of the servo: each iteration multiplies the remaining distance
+by the slope ε′ < 10⁻², so that at most 10⁻¹¹ rad remain after four iterations."""
 
 
 @dataclass(frozen=True)
 class Disc:
-    """The disc and its heads without any cause: eccentricity, and long-wave graduation errors."""
+    """Disc and heads without any cause; the disc has an eccentricity and graduation errors of low
+    orders."""
 
     radius_m: float = 0.107950 / 2
     lines: int = 16_384
     counts_per_rev: int = 1 << 24
     separation_rad: float = float(np.radians(33.0))
-    """Nominal separation of the heads; the true one differs only if a cause turns a bracket."""
+    """Nominal separation of the heads; the true separation differs only if a cause turns a
+    bracket."""
     eccentricity_m: complex = 0j
     """Eccentricity: the disc's centre relative to the axis, in the disc's frame at θ = 0."""
     orders: Float = field(default_factory=lambda: np.zeros(0, dtype=complex))
@@ -45,7 +48,8 @@ class Disc:
         return 1_296_000 / self.counts_per_rev
 
     def graduation_rad(self, label_rad: Float) -> Float:
-        """Return the placement error of the mark with a label."""
+        """Return the graduation's placement error g(ψ) of the marks with the labels
+        ``label_rad``."""
         found = np.zeros_like(label_rad)
         for order, size in enumerate(self.orders, start=1):
             found += (size * np.exp(1j * order * label_rad)).real
@@ -53,7 +57,8 @@ class Disc:
 
 
 def any_disc(random: Random, counts_per_rev: int = 1 << 24) -> Disc:
-    """Draw an eccentricity of 5 to 40 µm, and orders 2 to 12 that fall as 1/n² from 3 to 20″."""
+    """Draw an eccentricity of 5 to 40 µm, and graduation orders 2 to 12 whose amplitudes fall as
+    1/n² from a random value between 3 and 20″."""
     off = np.exp(random.uniform(np.log(5e-6), np.log(40e-6)))
     number = np.arange(1, 13)
     sizes = np.radians(random.uniform(3, 20) / 3600) / number**2 * random.rayleigh(1.0, 12)
@@ -66,14 +71,16 @@ def any_disc(random: Random, counts_per_rev: int = 1 << 24) -> Disc:
 
 
 def head_reading_rad(disc: Disc, at: Conditions, head: int, causes: Sequence[Cause]) -> Float:
-    """Return the reading of ``head`` (1 or 2), continuous, in radians; not yet in counts."""
+    """Return the reading of ``head`` (1 or 2) in radians, continuous, before it is rounded to
+    counts."""
     turned = at.turned_rad - sum((cause.wound_rad(at) for cause in causes), np.zeros(at.rows))
     centre = disc.eccentricity_m * np.exp(1j * turned)
     for cause in causes:
         centre = centre + cause.centre_m(at)
     place = 0.0 if head == 1 else -disc.separation_rad
     bracket = sum((cause.bracket_rad(at, head) for cause in causes), np.zeros(at.rows))
-    # The angle is relative to the head's nominal place, so that the argument stays near zero.
+    # The angle is relative to the head's nominal place, so that ``np.angle`` gets an argument near
+    # zero and does not wrap.
     seen = disc.radius_m * np.exp(1j * bracket) - centre * np.exp(-1j * place)
     label = turned - place - np.angle(seen)
     reading = label + disc.graduation_rad(label)
@@ -93,14 +100,13 @@ def head_reading_rad(disc: Disc, at: Conditions, head: int, causes: Sequence[Cau
 
 
 def swept_reading_rad(disc: Disc, sweep: Sweep, head: int, causes: Sequence[Cause]) -> Float:
-    """Return a head's reading at each row of a sweep: it shows the angle one delay before the
-    row."""
+    """Return a head's reading at each row of a sweep, taken ``delay_s`` before the row's time."""
     delay = sum(cause.delay_s(head) for cause in causes)
     return head_reading_rad(disc, sweep.conditions(sweep.time_s - delay), head, causes)
 
 
 def servo_error_rad(disc: Disc, at: Conditions, causes: Sequence[Cause]) -> Float:
-    """Return head 1's reading minus the true angle while a servo holds the reading at
+    """Return head 1's reading minus the true angle while a servo holds head 1's reading at
     ``turned_rad``."""
     error = np.zeros(at.rows)
     for _ in range(SERVO_STEPS):

@@ -1,4 +1,5 @@
-"""Scenes without any cause, and for each effect one cause to inject at a given size."""
+"""Makes scenes without any cause, and for each effect one cause that can be injected at a given
+size."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ Random = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """An effect to inject: the scene in which a diagnosis searches for it, and its cause."""
+    """Functions for one effect: one makes the scene in which a diagnosis searches for the effect,
+    the other draws a cause."""
 
     scene: Callable[[Random, int], Scene]
     """Function that makes a scene without any cause, from a random generator and the largest number
@@ -53,7 +55,7 @@ class Injection:
 
 
 def rms_arcsec(scene: Scene, cause: Cause) -> dict[str, float]:
-    """Return the RMS of the cause by channel; the mean over the reference is removed first."""
+    """Return the RMS of the cause by channel; in the reference, the mean is removed first."""
     shown, without = scene.channels([cause]), scene.channels([])
     found = {}
     for channel, values in shown.items():
@@ -69,8 +71,8 @@ def _world(name: str) -> Callable[[Random, int], Scene]:
 
 
 def _geared(random: Random, rows: int) -> Scene:
-    """Draw a scene of 72 unevenly spaced stations, approached from both sides, and a drive whose
-    tooth count is stated."""
+    """Draw a scene with 72 unevenly spaced stations, which are approached from both sides, and with
+    a drive whose tooth count is stated."""
     places = np.arange(72) + random.uniform(-0.3, 0.3, 72)
     at = stations(places * (2 * np.pi / 72), 4, True, 6.0)
     sigma = float(random.uniform(0.05, 0.4))
@@ -97,7 +99,8 @@ def _creep(random: Random, scene: Scene) -> Cause:
 
 
 def _defect(random: Random, scene: Scene) -> Cause:
-    """Draw a narrow defect: the first 20 orders absorb about a seventh of the RMS of a 2° bump."""
+    """Draw a defect with a half width of 2°; the first 20 orders absorb about a seventh of its
+    RMS."""
     return Defect(1.0, _phase(random), float(np.radians(2.0)))
 
 
@@ -131,4 +134,4 @@ INJECTIONS = {
     "reference_drift": Injection(_BOTH, _creep),
     "periodic_error": Injection(_MOVING, _line),
 }
-"""Injections by the name of the effect."""
+"""Injections by the name of the injected effect."""

@@ -1,4 +1,5 @@
-"""Noise processes of the second generator: each draws noise, and whitens columns exactly.
+"""Defines the noise processes of the second generator: each process draws noise and whitens columns
+exactly.
 
 A process is either a sum of white noise and linear Gaussian states (:class:`StateNoise`), which a
 Kalman filter whitens, or a fractional difference (:class:`FlickerNoise`), which its inverse filter
@@ -19,7 +20,7 @@ Random = np.random.Generator
 
 
 class NoiseProcess(Protocol):
-    """Noise of one channel in one run."""
+    """Process that generates the noise of one channel in one run."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
         """Draw noise in arcseconds at the given times, (n,)."""
@@ -31,8 +32,8 @@ class NoiseProcess(Protocol):
         """Return the same process with its standard deviation multiplied by ``factor``."""
 
     def with_white(self, sigma_arcsec: float) -> NoiseProcess:
-        """Return the process plus independent white noise for the rounding; used for whitening
-        only."""
+        """Return the process plus independent white noise that models the rounding; only whitening
+        uses this sum."""
 
     def rms_arcsec(self, time_s: Float) -> float:
         """Return the expected standard deviation of a row about the mean of its run."""
@@ -44,7 +45,7 @@ class NoiseProcess(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Relaxation:
-    """An Ornstein–Uhlenbeck process: covariance σ²·exp(−|t|/τ)."""
+    """Ornstein–Uhlenbeck process with the covariance σ²·exp(−|t|/τ)."""
 
     sigma_arcsec: float
     time_constant_s: float
@@ -54,14 +55,15 @@ class Relaxation:
         return np.array([[self.sigma_arcsec**2]])
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Return the transition and the covariance of the added noise, both (1, 1)."""
+        """Return the state's transition matrix over ``seconds`` and the covariance of the added
+        noise, both (1, 1)."""
         decay = float(np.exp(-seconds / self.time_constant_s))
         return np.array([[decay]]), np.array([[self.sigma_arcsec**2 * (1.0 - decay**2)]])
 
 
 @dataclass(frozen=True, slots=True)
 class RandomWalk:
-    """A random walk that begins at zero: variance σ²·t."""
+    """Random walk that begins at zero and has the variance σ²·t."""
 
     sigma_arcsec_per_root_s: float
 
@@ -70,13 +72,14 @@ class RandomWalk:
         return np.zeros((1, 1))
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Return the transition and the covariance of the added noise, both (1, 1)."""
+        """Return the state's transition matrix over ``seconds`` and the covariance of the added
+        noise, both (1, 1)."""
         return np.eye(1), np.array([[self.sigma_arcsec_per_root_s**2 * seconds]])
 
 
 @dataclass(frozen=True, slots=True)
 class DrivenOscillator:
-    """A damped oscillator driven by white noise: x″ + 2γx′ + ω₀²x = w, γ = ω₀/(2·Q), Q > ½.
+    """Damped oscillator that white noise drives: x″ + 2γx′ + ω₀²x = w, γ = ω₀/(2·Q), Q > ½.
 
     The state is (x, x′); its stationary covariance is diag(σ², σ²ω₀²).
     """
@@ -95,7 +98,8 @@ class DrivenOscillator:
         return self.hz / (2 * self.quality)
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Return the matrix exponential and the covariance of the added noise, both (2, 2)."""
+        """Return the state's transition matrix over ``seconds``, a matrix exponential, and the
+        covariance of the added noise, both (2, 2)."""
         natural = 2 * np.pi * self.hz
         damping = natural / (2 * self.quality)
         rate = float(np.sqrt(natural**2 - damping**2))
@@ -112,16 +116,17 @@ State = Relaxation | RandomWalk | DrivenOscillator
 
 @dataclass(frozen=True)
 class StateNoise:
-    """White noise, with a normal or a Student's t distribution, plus any states."""
+    """White noise with a normal or a Student's t distribution, plus any number of noise states
+    (such as Relaxation)."""
 
     white_arcsec: float
     states: tuple[State, ...] = ()
     freedom: float = float("inf")
     """Degrees of freedom (above 2) of the Student's t distribution of the white noise, whose
-    standard deviation is ``white_arcsec``; infinite: normal distribution."""
+    standard deviation is ``white_arcsec``; ``inf`` gives a normal distribution."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
-        """Draw white noise plus each state, which its own noise drives, (n,)."""
+        """Draw white noise plus all states, each driven by its own noise, (n,)."""
         if np.isinf(self.freedom):
             found = self.white_arcsec * random.standard_normal(time_s.size)
         else:
@@ -132,7 +137,7 @@ class StateNoise:
         return found
 
     def whiten(self, columns: Float, time_s: Float) -> Float:
-        """Return the innovations of a Kalman filter over the rows.
+        """Return the innovations of the columns in a Kalman filter that runs over the rows.
 
         The filter takes Student's t noise as normal noise with the same Fisher information about a
         shift: its variance is scale²·(ν + 3)/(ν + 1).
@@ -154,7 +159,7 @@ class StateNoise:
         )
 
     def with_white(self, sigma_arcsec: float) -> StateNoise:
-        """Return the process with this variance added to the white part."""
+        """Return the process with ``sigma_arcsec``² added to the variance of its white part."""
         return replace(self, white_arcsec=float(np.hypot(self.white_arcsec, sigma_arcsec)))
 
     def rms_arcsec(self, time_s: Float) -> float:
@@ -197,14 +202,14 @@ class StateNoise:
 
 @dataclass(frozen=True)
 class FlickerNoise:
-    """1/f^a noise, 0 < a ≤ 1, by fractional integration of white noise (Kasdin 1995); f is per
-    row."""
+    """1/f^a noise, 0 < a ≤ 1, made by fractional integration of white noise (Kasdin 1995); the unit
+    of f is 1/row."""
 
     innovation_arcsec: float
     exponent: float
     white_arcsec: float = 0.0
-    """Rounding noise. Its variance is added to that of the innovation, which makes the oracle's
-    sensitivity a little too low."""
+    """Standard deviation of rounding noise. The variance of this noise is added to the variance of
+    the innovations, which makes the oracle's sensitivity a little too low."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
         """Filter white noise with (1 − z⁻¹)^(−a/2), (n,)."""
@@ -217,7 +222,7 @@ class FlickerNoise:
         return _filtered(columns, -self.exponent / 2) / sigma
 
     def scaled(self, factor: float) -> FlickerNoise:
-        """Return the process with its innovations multiplied by ``factor``."""
+        """Return the process with innovations and rounding noise multiplied by ``factor``."""
         return replace(
             self,
             innovation_arcsec=self.innovation_arcsec * factor,
@@ -225,7 +230,8 @@ class FlickerNoise:
         )
 
     def with_white(self, sigma_arcsec: float) -> FlickerNoise:
-        """Return the process with this rounding noise added."""
+        """Return the process with rounding noise of the standard deviation ``sigma_arcsec``
+        added."""
         return replace(self, white_arcsec=float(np.hypot(self.white_arcsec, sigma_arcsec)))
 
     def rms_arcsec(self, time_s: Float) -> float:
@@ -241,8 +247,8 @@ class FlickerNoise:
 
 
 def any_noise(random: Random, sigma_arcsec: float, length_s: float, step_s: float) -> StateNoise:
-    """Draw one of five kinds: white noise alone, with a relaxation, a random walk or both, or heavy
-    tails."""
+    """Draw one of five kinds of noise: white alone, white with a relaxation, with a random walk or
+    with both, or white with heavy tails."""
     kind = int(random.integers(5))
     tau_s = float(np.exp(random.uniform(np.log(5 * step_s), np.log(length_s / 5))))
     relaxation = Relaxation(sigma_arcsec * random.uniform(0.3, 1.0), tau_s)

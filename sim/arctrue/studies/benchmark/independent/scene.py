@@ -1,4 +1,4 @@
-"""One experiment with its hidden causes; makes it into a measurement set with its truth."""
+"""Simulates one experiment with its hidden causes and makes the measurement set and the truth."""
 
 from __future__ import annotations
 
@@ -29,20 +29,21 @@ SENSOR_NOISE_K = 0.005
 
 @dataclass(frozen=True)
 class Accepted:
-    """Further accepted answers, in addition to the names of the hidden causes in the catalogue."""
+    """Answers that are accepted in addition to the names of the hidden causes in the catalogue."""
 
     names: tuple[str, ...] = ()
-    """Other names of the same cause; an answer that puts one of them first is right."""
+    """Other names of a hidden cause; an answer that names one of them first is right."""
     alike: tuple[str, ...] = ()
     """Names that describe only a part of the hidden cause; they count as neither right nor
     false."""
     verdicts: tuple[str, ...] = ()
-    """Verdicts that are right for this design, whatever the oracle finds."""
+    """Verdicts that are right for this design, independent of the oracle's result."""
 
 
 @dataclass
 class Scene:
-    """The experiment, its instruments, and the hidden causes."""
+    """Description of one experiment: its design, its instruments, its noise, and the hidden
+    causes."""
 
     disc: Disc
     causes: Sequence[Cause] = ()
@@ -67,7 +68,7 @@ class Scene:
     columns: tuple[str, ...] = ("run", "time_s", "cycle", "direction")
     """Optional columns of the reference file."""
     lost: float = 0.0
-    """Share of the rows that are missing at random."""
+    """Share of the rows that are missing; they are chosen at random."""
     accepted: Accepted = Accepted()
     adverse_conditions: tuple[str, ...] = ()
     """Names of the kinds of bad data in this set."""
@@ -106,7 +107,8 @@ class Scene:
 
 
 def made(scene: Scene, random: Random) -> tuple[MeasurementSet, dict[str, Any]]:
-    """Make the set and its truth: causes with oracle results, accepted answers, noise floor."""
+    """Make the measurement set of a scene and its truth: causes with oracle results, accepted
+    answers, noise floor."""
     shown = scene.channels(scene.causes)
     alone = [_alone(scene, number, shown) for number in range(len(scene.causes))]
     channels: list[Channel] = []
@@ -139,7 +141,7 @@ def made(scene: Scene, random: Random) -> tuple[MeasurementSet, dict[str, Any]]:
         "disc_diameter_mm": 2000 * scene.disc.radius_m,
     }
     if capture is None:
-        # With a reference alone, only the scene's own keys describe the disc.
+        # If the set has only a reference, only the keys in ``scene.table`` describe the disc.
         stated = {}
     table = Table(**{**stated, **scene.table})
     measurement = MeasurementSet(table, capture, reference, title="benchmark")
@@ -147,7 +149,7 @@ def made(scene: Scene, random: Random) -> tuple[MeasurementSet, dict[str, Any]]:
 
 
 def _alone(scene: Scene, number: int, shown: dict[str, Float]) -> dict[str, Float]:
-    """Return the signal of a set with all causes minus the signal without this one cause."""
+    """Return the signal with all causes minus the signal without cause ``number``, by channel."""
     others = [cause for place, cause in enumerate(scene.causes) if place != number]
     without = scene.channels(others)
     return {channel: whole - without[channel] for channel, whole in shown.items()}
@@ -199,7 +201,8 @@ def _reference(
     }
     if scene.temperature:
         chosen["temperature_c"] = sensor[kept]
-    # Stations are angles within a turn; a log of a moving table continues over turns.
+    # The target angles of stations are reduced to one turn; those of a moving table continue over
+    # turns.
     target = np.degrees(at.turned_rad)
     if scene.stations is not None:
         target = np.round(np.mod(np.round(target, 9), 360.0), 9)
@@ -210,7 +213,8 @@ def _reference(
 
 
 def _kept(scene: Scene, rows: int, random: Random) -> NDArray[np.int64]:
-    """Return the rows that are not lost; the first and the last row of the file stay."""
+    """Return the indices of the rows that are not lost; the first and the last row are never
+    lost."""
     lost = random.random(rows) < scene.lost
     lost[[0, -1]] = False
     return np.flatnonzero(~lost)
@@ -258,7 +262,8 @@ def _truth(scene: Scene, sights: Sequence[Sight], channels: Sequence[Channel]) -
 
 
 def _oscillations(channel: Channel) -> list[dict[str, Any]]:
-    """Describe the damped oscillators in the noise: a cause that the catalogue does not have."""
+    """Describe the damped oscillators in a channel's noise as causes; the catalogue does not
+    contain them."""
     seen = look_at_oscillators(channel)
     if seen is None:
         return []
@@ -279,9 +284,9 @@ def _oscillations(channel: Channel) -> list[dict[str, Any]]:
 
 
 def _resolution(channels: Sequence[Channel]) -> dict[str, float]:
-    """Return the resolution of two lines: their smallest distance in order and in frequency.
+    """Return the smallest distance at which two lines can be resolved, in order and in frequency.
 
-    It is the reciprocal of the longest run's or log's length, in turns and in seconds.
+    The distance is the reciprocal of the length of the longest run or log, in turns and in seconds.
     """
     turned, lasted = 0.0, 0.0
     for channel in channels:

@@ -1,4 +1,4 @@
-"""A set of the second generator from its world, content and seed."""
+"""Makes a set of the second generator from its world, content and seed."""
 
 from __future__ import annotations
 

@@ -1,8 +1,10 @@
-"""The oracle's test of a cause: it compares the error that the base cannot absorb with the noise.
+"""Computes the oracle's result for a cause: the part of the error that the base model cannot
+absorb, compared with the noise.
 
-The oracle knows the exact form of all causes, the noise process and the scatter of the index. It
-also fits 20 orders of the disc, an offset for each run and a zero of the reference. Its threshold
-includes the look-elsewhere effect of a search for an order, a frequency or an instant.
+The oracle knows the exact form of all causes, the noise process and the scatter of the index. The
+oracle also fits 20 orders of the disc, an offset for each run and a zero of the reference. The
+threshold of its test includes the look-elsewhere effect of a search for an order, a frequency or an
+instant.
 """
 
 from __future__ import annotations
@@ -23,19 +25,20 @@ from arctrue.studies.benchmark.independent.noise import NoiseProcess, StateNoise
 Float = NDArray[np.floating[Any]]
 BASE_ORDERS = 20
 FALSE_ALARM, POWER = 0.01, 0.95
-"""False-alarm probability of the oracle's test and its power, equal for both generators."""
+"""False-alarm probability and power of the oracle's test; both generators use these values."""
 DEPENDENT = 1e-8
-"""Ratio to the largest singular value of the scaled base below which a singular value counts as
-zero."""
+"""Ratio of a singular value of the scaled base to the largest one, below which the singular value
+counts as zero."""
 OSCILLATOR_PARAMETERS = 3
 """Number of parameters of a damped oscillator: size, frequency and quality."""
 EXACT_INDEX_ARCSEC = 1e-6
-"""Standard deviation of an exactly repeating index, which holds the offset of a run at zero."""
+"""Standard deviation that stands for an exactly repeating index; it holds the offset of each run at
+zero."""
 
 
 @dataclass(frozen=True)
 class Channel:
-    """The rows of one file in the form that the oracle uses."""
+    """Rows of one file (capture or reference), as arrays that the oracle uses."""
 
     name: str
     angle_rad: Float
@@ -58,17 +61,17 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """The oracle's result for one cause."""
+    """Result of the oracle for one cause."""
 
     noncentrality: float
-    """Square, in units of the noise, of the signal's part that no base column and no other cause
-    absorbs."""
+    """Sum of squares, in units of the noise, of the part of the signal that neither the base
+    columns nor the other causes absorb."""
     needed: float
-    """Noncentrality at which the test finds the cause in 95 % of such sets at a false alarm of 1
-    %."""
+    """Noncentrality at which the test, with a false-alarm probability of 1 %, finds the cause in 95
+    % of such sets."""
     rms_arcsec: float
-    """Largest RMS over the channels of the part that the base does not absorb; offsets of runs
-    count."""
+    """RMS of the part that the base does not absorb, in the channel where it is largest; the
+    offsets of runs count too."""
 
 
 @cache
@@ -85,7 +88,7 @@ def look(
     causes: Sequence[Cause],
     index_arcsec: float,
 ) -> list[Sight]:
-    """Return the oracle's result for each cause; ``alone``: the signal of each cause alone, by
+    """Return the oracle's result for each cause; ``alone`` holds, for each cause, its own signal by
     channel."""
     if not causes:
         return []
@@ -132,7 +135,7 @@ def look_at_oscillators(channel: Channel) -> Sight | None:
     The rows are evenly spaced. The oracle uses the true spectrum of the noise and compares it with
     the nearest spectrum that never rises with frequency; white noise and relaxations have such
     spectra. The noncentrality is twice the mean log likelihood ratio (Whittle), summed over all
-    runs. Returns None without an oscillator.
+    runs. Returns None if the noise contains no oscillator.
     """
     noise = channel.noise
     if not noise.oscillators:
@@ -143,7 +146,8 @@ def look_at_oscillators(channel: Channel) -> Sight | None:
     for run in np.unique(runs):
         time_s = channel.time_s[runs == run]
         power = noise.mean_periodogram(time_s.size, float(np.median(np.diff(time_s))))
-        # The nearest spectrum in likelihood is the isotonic regression (Barlow and Brunk).
+        # Among the spectra that never rise, the spectrum of greatest likelihood is the isotonic
+        # regression (Barlow and Brunk).
         falling = isotonic_regression(power, increasing=False).x
         noncentrality += 2.0 * float(np.sum(np.log(falling / power)))
         places = max(places, power.size)

@@ -1,4 +1,4 @@
-"""Finds the worlds of the second generator: each file of ``worlds`` is one world."""
+"""Finds the worlds of the second generator: each file in ``worlds`` defines one world."""
 
 from __future__ import annotations
 
@@ -19,17 +19,18 @@ NOTHING, HIDDEN = "nothing", "hidden"
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """One world: a kind of measurement from which sets are drawn."""
+    """World: a kind of measurement from which sets are drawn."""
 
     name: str
     about: str
     """Description of the measurement and of what may be hidden: the first paragraph of the world's
     file."""
     draw: Draw
-    """Function that draws a scene. Its arguments are a random generator, whether anything is
-    hidden, and the largest number of rows in a run or a log."""
+    """Function that draws a scene. Its arguments are a random generator, whether a cause is hidden,
+    and the largest number of rows in a run or a log."""
     contents: tuple[str, ...]
-    """Contents that sets of the world may have: ``nothing``, ``hidden``."""
+    """Contents that sets of the world may have: ``nothing`` (no cause), ``hidden`` (at least one
+    cause)."""
 
 
 @cache

@@ -1,4 +1,5 @@
-"""Simple rival programs, whose scores are compared with those of the diagnosis.
+"""Contains simple rival programs; the benchmark compares their scores with the score of the
+diagnosis.
 
-They read the same folders as the diagnosis, and share no code with the workbench.
+The rivals read the same folders as the diagnosis and share no code with the workbench.
 """

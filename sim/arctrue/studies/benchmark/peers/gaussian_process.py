@@ -1,7 +1,7 @@
 """Tests with a Gaussian process whether the residual contains a discrepancy in addition to noise.
 
-The discrepancy of Kennedy and O'Hagan (2001) is a smooth function of the conditions, added to the
-model.
+The discrepancy of Kennedy and O'Hagan (2001) is a smooth function of the conditions that is added
+to the model.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ CYCLES_TOGETHER = 2
 def gaussian_process(folder: Path) -> dict[str, Any]:
     """Answer ``unknown`` if a smooth function has a lower BIC than white noise, else ``adequate``.
 
-    This rival gives no names. The computing time grows with the cube of the number of rows, so a
-    run is averaged over 48 stretches, and the reference over two cycles.
+    This rival names no effects. The computing time grows with the cube of the number of rows;
+    therefore each run is averaged in 48 stretches, and the reference over two cycles.
     """
     fit = Fit(problem(folder))
     left = fit.left()
@@ -39,14 +39,16 @@ def gaussian_process(folder: Path) -> dict[str, Any]:
         _capture(fit.given, left[fit.part(0)]),
         _reference(fit.given, left[fit.part(1)]),
     )
-    # The capture is tested first; the reference need not show the same effect.
+    # The verdict is ``unknown`` if the residual of one channel is not noise; an effect need not
+    # appear in both.
     sees = any(_beats_noise(*channel) for channel in channels if channel[1].size > 4)
     verdict = "unknown" if sees else "adequate"
     return {"verdict": verdict, "named": None, "class": [], "further": []}
 
 
 def _capture(given: Problem, left: Float) -> tuple[Float, Float]:
-    """Average each run over 48 stretches; return conditions ``(n, c)`` and residual ``(n,)``."""
+    """Average the rows in each of 48 stretches per run; return conditions ``(n, c)`` and residual
+    ``(n,)``."""
     if not left.size:
         return np.zeros((0, 4)), left
     order = np.zeros(left.size, dtype=np.int64)
@@ -61,7 +63,7 @@ def _capture(given: Problem, left: Float) -> tuple[Float, Float]:
 
 
 def _reference(given: Problem, left: Float) -> tuple[Float, Float]:
-    """Average the rows of a station that were approached from one side over neighbouring cycles."""
+    """Average the readings of each station and direction of approach over neighbouring cycles."""
     if not left.size:
         return np.zeros((0, 4)), left
     station = np.unique(np.round(np.degrees(given.target), 6), return_inverse=True)[1]
@@ -92,8 +94,8 @@ def _beats_noise(conditions: Float, values: Float) -> bool:
         warnings.simplefilter("ignore", ConvergenceWarning)
         found = GaussianProcessRegressor(smooth, random_state=0).fit(inputs, outputs)
     gain = float(found.log_marginal_likelihood_value_) - _white_log_likelihood(outputs)
-    # In addition to the parameter of white noise, the process has an amplitude, and a length for
-    # each condition.
+    # The process has one parameter for white noise, one amplitude, and one length for each
+    # condition.
     return gain > 0.5 * (1 + lengths.size) * float(np.log(values.size))
 
 

@@ -1,4 +1,5 @@
-"""The rule of thumb: name the effect by the order or frequency of the residual's strongest line."""
+"""Applies the rule of thumb: the order or frequency of the residual's strongest line names the
+effect."""
 
 from __future__ import annotations
 
@@ -36,7 +37,8 @@ def periodogram_rule(folder: Path) -> dict[str, Any]:
 
 
 def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:
-    """Return the order of the strongest line and the line's false-alarm probability."""
+    """Return the order of the strongest line in angle, and the false-alarm probability of this
+    line."""
     values = left - left.mean()
     turned = values * np.exp(-1j * orders[0] * angle)
     step = np.exp(-1j * (orders[1] - orders[0]) * angle)
@@ -59,7 +61,8 @@ def _in_time(given: Problem, left: Float) -> float:
 
 
 def _chance(power: float, values: Float, places: int) -> float:
-    """Return the probability that white noise has a line of this power at one of ``places`` places.
+    """Return the probability that white noise has a line of at least this power at one of
+    ``places`` orders or frequencies.
 
     The probability at one place is exp(−power/σ²).
     """

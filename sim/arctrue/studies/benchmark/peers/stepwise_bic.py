@@ -1,5 +1,5 @@
-"""Stepwise regression: in each step, adds the effect that lowers the BIC most, until none lowers
-it."""
+"""Adds in each step of a stepwise regression the effect that lowers the BIC most, until no effect
+lowers it."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from arctrue.studies.benchmark.peers.textbook import (
 MOST_STEPS = 3
 THINNED, MANY_ROWS = 4, 12_000
 INDEPENDENT = 0.02
-"""Smallest part of a column, as a share of its length, that must be orthogonal to the model; this
-excludes an order that is an alias of another one at these samples."""
+"""Smallest share of a column's length that must be orthogonal to the model; a smaller share
+excludes the column, for example an order that is an alias of another order at these samples."""
 
 
 def stepwise_bic(folder: Path) -> dict[str, Any]:
     """Add effects one by one; return them in the order in which they were added.
 
-    This rival states neither a class nor an unknown cause, and it assumes white noise. A search
-    costs 2·ln(places) in addition to its coefficients.
+    This rival states neither a class nor an unknown cause, and it assumes white noise. The BIC of
+    an effect with a search includes 2·ln(places) in addition to the cost of its coefficients.
     """
     given = problem(folder)
     fit = Fit(given)
-    # Places are searched in a subset of rows that still shows every order; the BIC is that of all
+    # The search uses a subset of rows that still resolves every order; the BIC is computed from all
     # rows.
     coarse = Fit(given.thinned(THINNED)) if given.theta.size > MANY_ROWS else fit
     names: list[str] = []
@@ -53,7 +53,7 @@ def stepwise_bic(folder: Path) -> dict[str, Any]:
 
 def _best(fit: Fit, coarse: Fit) -> tuple[str, Float, Float] | None:
     """Return the effect that lowers the BIC most, with its columns in both fits; None if no effect
-    does."""
+    lowers it."""
     left, coarse_left = fit.scaled_left, coarse.scaled_left
     square, rows = float(left @ left), left.size
     best: tuple[float, str, Float, Float] | None = None
@@ -87,10 +87,11 @@ def _chunks(fit: Fit, effect: TextbookEffect) -> Iterator[tuple[int, Float]]:
 
 
 def _gains(fit: Fit, columns: Float, left: Float) -> tuple[Float, Float]:
-    """Return by how much each place lowers the sum of squares, and its number of coefficients."""
+    """Return, for each place, by how much it lowers the sum of squares, and its number of
+    coefficients."""
     rows, places, width = columns.shape
     flat = columns.reshape(rows, places * width)
-    # The residual is orthogonal to the model, so that only the columns need the projection.
+    # The residual is already orthogonal to the model, so only the columns are projected.
     inside = (fit.basis.T @ flat).reshape(-1, places, width)
     moment = (flat.T @ left).reshape(places, width)
     by_place = np.ascontiguousarray(columns.transpose(1, 2, 0))

@@ -1,4 +1,5 @@
-"""Least-squares problem of a set, and the columns of each effect by its textbook equation."""
+"""Defines the least-squares problem of a set, and computes the columns of each effect by its
+textbook equation."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ stopped."""
 
 @dataclass(frozen=True)
 class Problem:
-    """Both channels of a set, arcseconds; arrays ``(n,)``, empty for a channel that is missing."""
+    """Values and conditions of both channels of a set, as arrays ``(n,)``; errors in arcseconds;
+    empty for a missing channel."""
 
     difference: Float
     theta: Float
@@ -96,12 +98,12 @@ def waves(angle: Float, orders: Float | Whole) -> Float:
 
 
 def problem(folder: Path) -> Problem:
-    """Read the set of a folder."""
+    """Read the set in ``folder`` and return its least-squares problem."""
     measured = read_measurement_set(folder)
     facts = measured.table
     counts = float(facts.counts_per_rev or 1)
     repeats = facts.index_repeatability_counts
-    # Without a statement of the repeatability: within one count, a rectangular distribution.
+    # If no repeatability is stated, the index is rectangularly distributed within one count.
     repeats = 1.0 / math.sqrt(3.0) if repeats is None else repeats
     return Problem(
         **_of_capture(measured.capture, facts),
@@ -183,10 +185,10 @@ def _of_reference(reference: Reference | None) -> dict[str, Any]:
 
 
 class Fit:
-    """An orthonormal basis of the present model, and the residuals of the data.
+    """Orthonormal basis of the present model, and the residuals of the data from this model.
 
-    Rows: the capture, the reference, and one row per run for the offset of its index, with the
-    measured value 0 and the repeatability of the index as standard deviation.
+    The rows are the capture's, then the reference's, then one row per run for the offset of its
+    index, which has the measured value 0 and the index's repeatability as standard deviation.
     """
 
     def __init__(self, given: Problem) -> None:
@@ -221,7 +223,8 @@ class Fit:
         self._take(base / self.scale[:, None])
 
     def part(self, number: int) -> slice:
-        """Return the rows of the capture (0), of the reference (1), or of the index (2)."""
+        """Return the slice of the rows that belong to the capture (``number`` 0), the reference
+        (1), or the index (2)."""
         begin = sum(self.rows[:number])
         return slice(begin, begin + self.rows[number])
 
@@ -266,18 +269,22 @@ Columns = Callable[[Places], tuple[Float | None, Float | None]]
 
 @dataclass(frozen=True)
 class TextbookEffect:
-    """One effect: its columns ``(n, places, rank)`` in both channels at places of its search."""
+    """Effect of the catalogue: its columns ``(n, places, rank)`` in both channels, at the places of
+    its search."""
 
     name: str
     columns: Columns
     places: Places
-    """Places of the search; a single 0 for an effect without a search."""
+    """Places (orders, frequencies, angles or instants) of the search; a single 0 for an effect
+    without a search."""
     share: float = 1.0
-    """Number of candidate places for each given place; above 1 if a spectrum selected the place."""
+    """Number of candidate places that each given place stands for; above 1 if a spectrum selected
+    the place."""
 
 
 def effects_of(fit: Fit) -> Iterator[TextbookEffect]:
-    """Yield every effect of the catalogue for which the set has the rows and facts."""
+    """Yield every effect of the catalogue for which the set contains the necessary rows and
+    statements."""
     given = fit.given
     if given.theta.size:
         yield from _of_heads(fit)
@@ -354,8 +361,8 @@ def _ends(values: Float) -> tuple[float, float]:
 
 
 def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
-    """Return columns for both directions of axis motion; capture and reference see different
-    ones."""
+    """Return the columns of axis motion in both directions; the columns of the capture differ from
+    the columns of the reference."""
     seen, read = waves(given.theta, orders), waves(given.target, orders)
     return (
         np.concatenate([seen, np.zeros_like(seen)], axis=2),
@@ -364,7 +371,8 @@ def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
 
 
 def _steps(given: Problem, instants: Places) -> Float:
-    """Return 0 before each instant and 1 from it to the end of its run, ``(n, instants, 1)``."""
+    """Return the columns of steps: 0 before each instant and 1 from the instant to the end of its
+    run, ``(n, instants, 1)``."""
     number = np.searchsorted(given.time_s, instants).clip(0, given.time_s.size - 1)
     same_run = given.run[:, None] == given.run[number]
     after = given.time_s[:, None] >= instants
@@ -372,7 +380,8 @@ def _steps(given: Problem, instants: Places) -> Float:
 
 
 def _bells(angle: Float, places: Places) -> Float:
-    """Return a bell of 0.5° (1 sigma) about each place, ``(n, places)``."""
+    """Return a Gaussian bell with a standard deviation of 0.5° about each place, ``(n,
+    places)``."""
     width = np.radians(0.5)
     found = np.zeros((angle.size, places.size))
     for at, place in enumerate(places):

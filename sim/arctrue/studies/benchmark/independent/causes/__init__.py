@@ -1,1 +1,2 @@
-"""Physical causes of the second generator, one module for each place of action."""
+"""Contains the physical causes of the second generator, in one module for each place where they
+act."""

@@ -1,4 +1,5 @@
-"""A cause: a disturbance at one point of the path from the table's angle to a recorded row."""
+"""Defines the base class of causes: a cause disturbs one step between the table's angle and a
+recorded row."""
 
 from __future__ import annotations
 
@@ -18,17 +19,19 @@ MICROMETRE = 1e-6
 
 
 def log_uniform(random: Random, low: float, high: float) -> float:
-    """Draw a value evenly distributed in the logarithm."""
+    """Draw a value between ``low`` and ``high`` whose logarithm is uniformly distributed."""
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
 
 class Cause:
-    """A cause without effect; subclasses override the methods where they act."""
+    """Base class that causes no error; each subclass overrides the method of the step that it
+    disturbs."""
 
     name = ""
-    """Name of the cause in the catalogue if ``known``, otherwise a name of this generator's own."""
+    """Name of the cause in the catalogue if ``known``, otherwise a name that only this generator
+    uses."""
     known = True
-    """Whether the catalogue has the cause."""
+    """Whether the workbench's catalogue of effects contains the cause."""
     columns = 1
     """Number of free coefficients in the exact form of the cause, for the oracle."""
     places = 1
@@ -59,7 +62,7 @@ class Cause:
         return 0.0
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float | float:
-        """Return the placement error of the marks."""
+        """Return the placement error of the marks with these labels."""
         return 0.0
 
     def signals(
@@ -69,7 +72,7 @@ class Cause:
         return sine, cosine
 
     def delay_s(self, head: int) -> float:
-        """Return the age of a reading of the head."""
+        """Return the time, in seconds, by which the head's reading is older than its row."""
         return 0.0
 
     def slipped_counts(self, at: Conditions, head: int) -> Float | float:
@@ -77,11 +80,11 @@ class Cause:
         return 0.0
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float | float:
-        """Return the error that the reference adds to ``error_rad``, the quantity that it
-        measures."""
+        """Return the error that the reference adds to ``error_rad``, the quantity that the
+        reference measures."""
         return 0.0
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the orders (per turn) or frequencies that a search should find, under ``order`` or
-        ``hz``."""
+        """Return the orders (per turn) under ``order`` or the frequencies under ``hz`` that a
+        search should find."""
         return {}

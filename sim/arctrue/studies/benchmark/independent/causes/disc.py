@@ -1,4 +1,4 @@
-"""Causes on the disc and its axis."""
+"""Defines the causes on the disc and its axis."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class HighOrder(Cause):
     columns, places = 2, 400
 
     def __init__(self, size: float, order: int, phase_rad: float) -> None:
-        """``size``: amplitude."""
+        """Set the amplitude ``size`` in arcseconds, the order per turn, and the phase."""
         super().__init__(size)
         self.order, self.phase_rad = order, phase_rad
 
     @classmethod
     def drawn(cls, random: Random) -> HighOrder:
-        """Draw an order from 23 to 180 that two heads 33° apart see: not near a multiple of
-        120/11."""
+        """Draw an order from 23 to 180 that is not near a multiple of 120/11, because two heads 33°
+        apart are blind to these multiples."""
         seen = [n for n in range(23, 181) if abs(np.sin(n * np.radians(33.0) / 2)) > 0.5]
         return cls(
             log_uniform(random, 0.1, 2.0), int(random.choice(seen)), random.uniform(0, 2 * np.pi)
@@ -49,13 +49,14 @@ class HighOrder(Cause):
 
 
 class Defect(Cause):
-    """Dirt or a scratch: a raised-cosine error of the marks over a few degrees."""
+    """Dirt or a scratch displaces the marks over a few degrees by a raised cosine."""
 
     name = "graduation_defect"
     columns, places = 1, 400
 
     def __init__(self, size: float, place_rad: float, half_width_rad: float) -> None:
-        """``size``: the largest error."""
+        """Set the largest error ``size`` in arcseconds, the place on the disc, and the half
+        width."""
         super().__init__(size)
         self.place_rad, self.half_width_rad = place_rad, half_width_rad
 
@@ -66,7 +67,7 @@ class Defect(Cause):
         return cls(size, random.uniform(0, 2 * np.pi), np.radians(random.uniform(1.5, 6.0)))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """Return a·(1 + cos(πx/w))/2 within ±w of the place."""
+        """Return a·(1 + cos(πx/w))/2 at the distance x from the place, within ±w."""
         off = np.angle(np.exp(1j * (label_rad - self.place_rad))) / self.half_width_rad
         bump = np.where(np.abs(off) < 1, 0.5 + 0.5 * np.cos(np.pi * off), 0.0)
         found: Float = self.size * ARCSEC * bump
@@ -96,7 +97,7 @@ class AxisMotion(Cause):
         return cls(log_uniform(random, 0.05, 1.0), orders, x.tolist(), y.tolist())
 
     def centre_m(self, at: Conditions) -> Complex:
-        """Return the displacement of the axis, which carries the disc."""
+        """Return the displacement of the axis, with which the disc's centre moves."""
         found: Complex = np.zeros(at.rows, dtype=complex)
         for order, x, y in zip(self.orders, self.x, self.y, strict=True):
             wave = np.exp(1j * order * at.turned_rad)
@@ -105,22 +106,23 @@ class AxisMotion(Cause):
 
 
 class BallPass(Cause):
-    """The cage and the balls of the bearing move the axis at an order that is not a whole
-    number."""
+    """The cage and the balls of the bearing move the axis at an order per turn that is not an
+    integer."""
 
     name = "bearing_ball_pass"
     unit = "um"
     columns, places = 4, 400
 
     def __init__(self, size: float, order: float, phase_rad: float, ratio: float) -> None:
-        """Set an ellipse with the half axes ``size`` and ``size·ratio``."""
+        """Set the path of the axis: an ellipse with the half axes ``size`` (µm) and
+        ``size·ratio``."""
         super().__init__(size)
         self.order, self.phase_rad, self.ratio = order, phase_rad, ratio
 
     @classmethod
     def drawn(cls, random: Random) -> BallPass:
-        """Draw the number of balls n and the value of d/D·cos; the order is that of the outer race,
-        n/2·(1 − d/D·cos), or of the cage."""
+        """Draw the number of balls n and d/D·cos (d: ball, D: pitch diameter, cosine of the contact
+        angle); the order is n/2·(1 − d/D·cos) of the outer race, or the order of the cage."""
         share = random.uniform(0.06, 0.25)
         cage = 0.5 * (1 - share)
         order = cage * int(random.integers(8, 22)) if random.random() < 0.6 else cage
@@ -130,7 +132,7 @@ class BallPass(Cause):
         return cls(size, float(order), random.uniform(0, 2 * np.pi), random.uniform(-1, 1))
 
     def centre_m(self, at: Conditions) -> Complex:
-        """Return an ellipse whose phase continues over all turns of the session."""
+        """Return a point on an ellipse; its phase continues over all turns of the session."""
         angle = self.order * at.turned_rad + self.phase_rad
         found: Complex = self.size * MICROMETRE * (np.cos(angle) + 1j * self.ratio * np.sin(angle))
         return found
@@ -148,17 +150,17 @@ class WarmCentre(Cause):
     columns = 2
 
     def __init__(self, size: float, place_rad: float) -> None:
-        """``place_rad``: direction of the motion, in the disc's frame."""
+        """Set the motion ``size`` in µm/K and its direction ``place_rad`` in the disc's frame."""
         super().__init__(size)
         self.place_rad = place_rad
 
     @classmethod
     def drawn(cls, random: Random) -> WarmCentre:
-        """Draw 0.1 to 1 µm/K."""
+        """Draw a motion of 0.1 to 1 µm/K."""
         return cls(log_uniform(random, 0.1, 1.0), random.uniform(0, 2 * np.pi))
 
     def centre_m(self, at: Conditions) -> Complex:
-        """Return a displacement proportional to the warming, which turns with the disc."""
+        """Return a displacement that is proportional to the warming and turns with the disc."""
         found: Complex = (
             self.size * MICROMETRE * at.warming_k * np.exp(1j * (at.turned_rad + self.place_rad))
         )
@@ -166,19 +168,19 @@ class WarmCentre(Cause):
 
 
 class Backlash(Cause):
-    """The disc lags behind the table by half the play in either direction."""
+    """The disc lags behind the table by half the play, against the direction of motion."""
 
     name = "hysteresis"
 
     def __init__(self, size: float, share: float = 0.0, phase_rad: float = 0.0) -> None:
-        """``size``: the whole play; ``share``: the relative variation of the play around the
+        """Set the whole play ``size`` in arcseconds and its relative variation ``share`` around the
         turn."""
         super().__init__(size)
         self.share, self.phase_rad = share, phase_rad
 
     @classmethod
     def drawn(cls, random: Random) -> Backlash:
-        """Draw 0.2 to 5″."""
+        """Draw a play of 0.2 to 5″."""
         return cls(log_uniform(random, 0.2, 5.0))
 
     def wound_rad(self, at: Conditions) -> Float:

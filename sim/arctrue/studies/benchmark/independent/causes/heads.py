@@ -1,4 +1,4 @@
-"""Causes at the heads, their brackets and their counters."""
+"""Defines the causes at the heads, their brackets and their counters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class HeadStandsOff(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> HeadStandsOff:
-        """Draw 1 to 40″ with either sign."""
+        """Draw a displacement of 1 to 40″ with either sign."""
         return cls(log_uniform(random, 1.0, 40.0) * float(random.choice([-1, 1])))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -47,10 +47,10 @@ class SubdivisionError(Cause):
         uneven: float = 0.0,
         at_rad: float = 0.0,
     ) -> None:
-        """Set the size and the shape.
+        """Set the size and the shape of the subdivision error.
 
         ``size``: amplitude of the error that the offset alone causes with 16,384 lines. ``uneven``:
-        share by which the whole error varies around the disc.
+        relative variation of the whole error around the disc.
         """
         super().__init__(size)
         self.head, self.offset, self.gain, self.phase_rad = head, offset, gain, phase_rad
@@ -58,8 +58,8 @@ class SubdivisionError(Cause):
 
     @classmethod
     def drawn(cls, random: Random, uneven: float = 0.0) -> SubdivisionError:
-        """Draw an offset that causes 0.06 to 2.4″; gain and phase errors have about the same
-        effect."""
+        """Draw an offset that causes 0.06 to 2.4″; gain and phase errors are drawn so that each has
+        about the same effect."""
         size = log_uniform(random, 0.06, 2.4)
         share = size * ARCSEC * 16_384
         return cls(
@@ -108,7 +108,8 @@ class Shaking(Cause):
 
     @classmethod
     def drawn(cls, random: Random, runs: int, step_s: float, run_s: float) -> Shaking:
-        """Draw 0.1 to 2″ and a frequency from ten periods a run to a third of the sampling rate."""
+        """Draw 0.1 to 2″ and a frequency between ten periods per run and a third of the sampling
+        rate."""
         hz = log_uniform(random, 10 / run_s, 1 / (3 * step_s))
         phases = random.uniform(0, 2 * np.pi, runs)
         return cls(log_uniform(random, 0.1, 2.0), int(random.integers(1, 3)), hz, phases)
@@ -135,7 +136,7 @@ class LateHead(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> LateHead:
-        """Draw 1 to 60 µs with either sign."""
+        """Draw a delay of 1 to 60 µs with either sign."""
         return cls(log_uniform(random, 1.0, 60.0) * float(random.choice([-1, 1])))
 
     def delay_s(self, head: int) -> float:
@@ -144,18 +145,18 @@ class LateHead(Cause):
 
 
 class OldReading(Cause):
-    """Both heads are read late by the same time."""
+    """Both heads are read later than the row's time by the same delay."""
 
     name = "latency"
     unit = "us"
 
     @classmethod
     def drawn(cls, random: Random) -> OldReading:
-        """Draw 5 to 300 µs."""
+        """Draw a delay of 5 to 300 µs."""
         return cls(log_uniform(random, 5.0, 300.0))
 
     def delay_s(self, head: int) -> float:
-        """Return the same delay for either head."""
+        """Return the delay, which is equal for both heads."""
         return self.size * 1e-6
 
 
@@ -167,7 +168,7 @@ class WarmBracket(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> WarmBracket:
-        """Draw 0.1 to 3″/K with either sign."""
+        """Draw a displacement of 0.1 to 3″/K with either sign."""
         return cls(log_uniform(random, 0.1, 3.0) * float(random.choice([-1, 1])))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -183,7 +184,8 @@ class Slip(Cause):
     places = 2000
 
     def __init__(self, size: int, head: int, run: int, instant_s: float) -> None:
-        """``instant_s``: time in the session; the next run starts from the index again."""
+        """Set the slip of ``size`` counts at the session time ``instant_s`` of a run; the next run
+        starts from the index again."""
         super().__init__(float(size))
         self.head, self.run, self.instant_s = head, run, instant_s
 

@@ -1,4 +1,4 @@
-"""Causes in the drive and in the reference, which only rows of a reference show."""
+"""Defines the causes in the drive and in the reference; only the rows of a reference show them."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class GearError(Cause):
     columns = 4
 
     def __init__(self, size: float, teeth: float, phases_rad: tuple[float, float]) -> None:
-        """``size``: amplitude at the tooth count; the second harmonic has a fifth of this
-        amplitude."""
+        """Set the amplitude ``size`` (arcseconds) at the tooth count; the second harmonic has a
+        fifth of this amplitude."""
         super().__init__(size)
         self.teeth, self.phases_rad = teeth, phases_rad
 
@@ -43,14 +43,14 @@ class GearError(Cause):
 
 
 class Line(Cause):
-    """A part of the drive that the description does not mention causes an error that is a sine in
-    time."""
+    """A part of the drive, which the description does not mention, causes an error that is a sine
+    in time."""
 
     name = "periodic_error"
     columns, places = 2, 1000
 
     def __init__(self, size: float, hz: float, phase_rad: float) -> None:
-        """``size``: amplitude."""
+        """Set the amplitude ``size`` in arcseconds, the frequency and the phase."""
         super().__init__(size)
         self.hz, self.phase_rad = hz, phase_rad
 
@@ -73,7 +73,8 @@ class AngleLine(Cause):
     def __init__(
         self, size: float, order: float, phase_rad: float, back_rad: float | None = None
     ) -> None:
-        """``back_rad``: the phase in the backward direction, if it differs."""
+        """Set amplitude, order and phase; ``back_rad`` is the phase in the backward direction if it
+        differs."""
         super().__init__(size)
         self.order, self.phase_rad = order, phase_rad
         self.back_rad = phase_rad if back_rad is None else back_rad
@@ -95,8 +96,8 @@ class Faces(Cause):
     name = "polygon_face_error"
 
     def __init__(self, size: float, faces_arcsec: Float) -> None:
-        """``size``: standard deviation from which the faces' errors are drawn; ``faces_arcsec``:
-        these errors, by station."""
+        """Set the faces' errors ``faces_arcsec``, by station, and ``size``, the standard deviation
+        with which they were drawn."""
         super().__init__(size)
         self.faces_rad = np.asarray(faces_arcsec) * ARCSEC
         self.columns = len(faces_arcsec) - 1
@@ -114,26 +115,26 @@ class Faces(Cause):
         return found
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return the constant error of the face that each row sees."""
+        """Return, for each row, the error of the polygon's face that the autocollimator reads."""
         found: Float = self.faces_rad[at.station]
         return found
 
 
 class FirstOrderOfReference(Cause):
-    """The reference alone has an error of order 1: tilt and pyramidal error of the polygon
-    together."""
+    """Tilt and pyramidal error of the polygon together cause an error of order 1 in the reference
+    alone."""
 
     name = "polygon_eccentricity"
     columns = 2
 
     def __init__(self, size: float, phase_rad: float) -> None:
-        """``size``: amplitude."""
+        """Set the amplitude ``size`` in arcseconds and the phase."""
         super().__init__(size)
         self.phase_rad = phase_rad
 
     @classmethod
     def drawn(cls, random: Random) -> FirstOrderOfReference:
-        """Draw 0.1 to 2″."""
+        """Draw an amplitude of 0.1 to 2″."""
         return cls(log_uniform(random, 0.1, 2.0), random.uniform(0, 2 * np.pi))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
@@ -150,11 +151,11 @@ class GainOfReference(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> GainOfReference:
-        """Draw 0.2 to 2 % with either sign."""
+        """Draw a gain error of 0.2 to 2 % with either sign."""
         return cls(log_uniform(random, 2e-3, 2e-2) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return an error proportional to the reading."""
+        """Return an error proportional to the measured error."""
         found: Float = self.size * error_rad
         return found
 
@@ -167,7 +168,7 @@ class Creep(Cause):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> Creep:
-        """Draw 0.3 to 3″ over the session, with either sign."""
+        """Draw a creep of 0.3 to 3″ over the session, with either sign."""
         over = log_uniform(random, 0.3, 3.0) * float(random.choice([-1, 1]))
         return cls(over * 3600 / length_s)
 

@@ -1,4 +1,5 @@
-"""Causes that no catalogue has: the right answer is ``unknown``."""
+"""Defines causes that the catalogue does not contain; for a set with such a cause the right answer
+is ``unknown``."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from arctrue.studies.benchmark.independent.conditions import Conditions
 
 
 class Stranger(Cause):
-    """A cause that the catalogue does not have."""
+    """Base class of the causes that the catalogue does not contain."""
 
     known = False
 
@@ -30,7 +31,7 @@ class WarmOval(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> WarmOval:
-        """Draw 0.1 to 1″/K."""
+        """Draw an amplitude of 0.1 to 1″/K."""
         return cls(log_uniform(random, 0.1, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
@@ -47,7 +48,7 @@ class FastLobes(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> FastLobes:
-        """Draw 0.05 to 1″ at 30°/s."""
+        """Draw an amplitude of 0.05 to 1″ at 30°/s."""
         return cls(log_uniform(random, 0.05, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
@@ -64,13 +65,13 @@ class SettlingBracket(Stranger):
     places = 10
 
     def __init__(self, size: float, time_constant_s: float) -> None:
-        """``size``: displacement at the start."""
+        """Set the angle ``size`` (arcseconds) at the start of the session and the time constant."""
         super().__init__(size)
         self.time_constant_s = time_constant_s
 
     @classmethod
     def drawn(cls, random: Random, run_s: float) -> SettlingBracket:
-        """Draw 0.5 to 5″; the time constant is a fraction of the first run."""
+        """Draw an angle of 0.5 to 5″, and a time constant that is a fraction of the first run."""
         return cls(log_uniform(random, 0.5, 5.0), run_s * random.uniform(0.1, 0.4))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -88,7 +89,7 @@ class AirDrag(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> AirDrag:
-        """Draw 0.5 to 5″ at 30°/s."""
+        """Draw an angle of 0.5 to 5″ at 30°/s."""
         return cls(log_uniform(random, 0.5, 5.0))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -101,14 +102,15 @@ class AirDrag(Stranger):
 
 
 class Sectors(Stranger):
-    """The disc was written in equal sectors, and every second sector is shifted: the error is a
-    square wave."""
+    """Every second sector of the disc is shifted, because the disc was written sector by sector:
+    the error is a square wave."""
 
     name = "sectors"
     columns, places = 2, 40
 
     def __init__(self, size: float, pairs: int, phase_rad: float) -> None:
-        """``size``: half of the shift between two sectors."""
+        """Set ``size``, half of the shift between two sectors in arcseconds, the number of pairs of
+        sectors, and the phase."""
         super().__init__(size)
         self.pairs, self.phase_rad = pairs, phase_rad
 
@@ -119,7 +121,7 @@ class Sectors(Stranger):
         return cls(log_uniform(random, 0.2, 2.0), pairs, random.uniform(0, 2 * np.pi))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """Return the sign of a sine."""
+        """Return ±size: the sign of a sine with one period per pair of sectors."""
         found: Float = self.size * ARCSEC * np.sign(np.sin(self.pairs * label_rad + self.phase_rad))
         return found
 
@@ -131,18 +133,19 @@ class LooseBracket(Stranger):
     columns, places = 6, 2000
 
     def __init__(self, size: float, instants_s: Float) -> None:
-        """``size``: displacement by one jump."""
+        """Set the distance ``size`` (arcseconds) between the two positions and the instants of the
+        jumps."""
         super().__init__(size)
         self.instants_s = np.sort(instants_s)
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> LooseBracket:
-        """Draw 0.3 to 3″ and 9 to 16 jumps."""
+        """Draw a distance of 0.3 to 3″ and 9 to 16 jumps."""
         instants = random.uniform(0, length_s, int(random.integers(9, 17)))
         return cls(log_uniform(random, 0.3, 3.0), instants)
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Return the position of the bracket: one of the two."""
+        """Return the bracket's position: 0, or ``size`` after an odd number of jumps."""
         if head != 2:
             return 0.0
         found: Float = self.size * ARCSEC * (np.searchsorted(self.instants_s, at.time_s) % 2)
@@ -158,19 +161,20 @@ class WobblingRoller(Stranger):
     columns, places = 4, 400
 
     def __init__(self, size: float, order: float, swell_s: float) -> None:
-        """``swell_s``: period in which the amplitude rises and falls."""
+        """Set the amplitude ``size`` in µm, the order per turn, and ``swell_s``, the period in
+        which the amplitude rises and falls."""
         super().__init__(size)
         self.order, self.swell_s = order, swell_s
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> WobblingRoller:
-        """Draw 0.1 to 1 µm, an order of 2.3 to 8.7, and 1.3 to 2.7 periods ``swell_s`` per
-        session."""
+        """Draw an amplitude of 0.1 to 1 µm, an order of 2.3 to 8.7, and 1.3 to 2.7 periods
+        ``swell_s`` per session."""
         order = float(random.integers(2, 9)) + random.uniform(0.3, 0.45)
         return cls(log_uniform(random, 0.1, 1.0), order, length_s / random.uniform(1.3, 2.7))
 
     def centre_m(self, at: Conditions) -> Complex:
-        """Return a displacement of the axis along one straight line."""
+        """Return the displacement of the axis, which lies on one straight line."""
         swell = np.sin(2 * np.pi * at.time_s / self.swell_s)
         found: Complex = (
             self.size * MICROMETRE * swell * np.cos(self.order * at.turned_rad) * (1 + 1j)
@@ -186,7 +190,7 @@ class BentScale(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> BentScale:
-        """Draw a size of 0.5 to 3″, which applies at the largest error."""
+        """Draw a size of 0.5 to 3″, which is the cubic part at the largest error."""
         return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
@@ -197,20 +201,21 @@ class BentScale(Stranger):
 
 
 class Chirp(Stranger):
-    """A sine in time whose frequency changes: a slipping belt, an accelerating fan."""
+    """A slipping belt or an accelerating fan causes a sine in time whose frequency changes."""
 
     name = "chirp"
     columns, places = 2, 5000
 
     def __init__(self, size: float, hz: float, hz_s: float, phase_rad: float) -> None:
-        """Set the sine; its frequency starts at ``hz`` and changes by ``hz_s`` per second."""
+        """Set a sine with the amplitude ``size`` (arcseconds) whose frequency starts at ``hz`` and
+        changes by ``hz_s`` per second."""
         super().__init__(size)
         self.hz, self.hz_s, self.phase_rad = hz, hz_s, phase_rad
 
     @classmethod
     def drawn(cls, random: Random, length_s: float, sigma_arcsec: float) -> Chirp:
-        """Draw a size of 1 to 4 σ and a first frequency of 8 to 20 periods a session, which at most
-        triples."""
+        """Draw a size of 1 to 4 σ and an initial frequency of 8 to 20 periods per session, which at
+        most triples."""
         hz = random.uniform(8, 20) / length_s
         size = sigma_arcsec * log_uniform(random, 1.0, 4.0)
         return cls(size, hz, 2 * hz / length_s, random.uniform(0, 2 * np.pi))
@@ -224,13 +229,13 @@ class Chirp(Stranger):
 
 
 class ReferenceJump(Stranger):
-    """The reference's stand was knocked: all later readings have the same offset."""
+    """The stand of the reference was knocked; all later readings have the same offset."""
 
     name = "reference_jump"
     places = 500
 
     def __init__(self, size: float, instant_s: float) -> None:
-        """``size``: offset after the jump."""
+        """Set the offset ``size`` (arcseconds) after the jump and the instant of the jump."""
         super().__init__(size)
         self.instant_s = instant_s
 
@@ -241,7 +246,7 @@ class ReferenceJump(Stranger):
 
 
 class TimeDrift(Stranger):
-    """The bracket of head 2 creeps at a constant rate, at any temperature."""
+    """The bracket of head 2 creeps at a constant rate that does not depend on temperature."""
 
     name = "head_creep"
     unit = "arcsec/h"

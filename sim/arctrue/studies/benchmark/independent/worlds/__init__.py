@@ -1,4 +1,5 @@
-"""Each file is one world: its docstring says what is measured, ``draw`` makes the scene.
+"""Contains one file for each world: the file's docstring says what is measured, its function
+``draw`` makes the scene.
 
 ``draw(random, hidden, rows)`` returns a Scene; a world that does not have both contents,
 ``nothing`` and ``hidden``, defines ``CONTENTS``.

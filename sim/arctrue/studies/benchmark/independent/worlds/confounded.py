@@ -1,8 +1,8 @@
-"""One run in which the temperature rises in proportion to time, so that effects of both look the
-same.
+"""One run in which the temperature rises in proportion to time, so that an effect of temperature
+and an effect of time look the same.
 
 Half of the hidden causes follow the temperature; these are in the catalogue. The other half follow
-time, and are not in the catalogue. No data of this design distinguish the two.
+time, and are not in the catalogue. No data of this design can distinguish the two halves.
 """
 
 from __future__ import annotations

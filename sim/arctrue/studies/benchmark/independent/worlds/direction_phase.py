@@ -1,5 +1,5 @@
-"""A drive with a periodic error whose phase depends on the direction: by stiction, or by the other
-flank of a tooth."""
+"""A drive with a periodic error whose phase depends on the direction, because of stiction or
+because the other flank of a tooth is in contact."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """Draw a scene of this world: a log of one turn up and one turn down, both twice."""
+    """Draw a scene of this world: a log of two turns up and two turns down, in alternation."""
     speed = float(np.radians(1.0))
     passes = sweeps([speed, -speed, speed, -speed], rows, 1.0)
     order = int(random.integers(30, 140))
@@ -33,7 +33,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         temperature=False,
         columns=("run", "time_s", "direction"),
         accepted=Accepted(
-            # The catalogue has the order, but not the dependence of its phase on direction.
+            # The catalogue contains a line at this order, but no line whose phase depends on
+            # direction.
             names=("drive_gear_error", "high_order_graduation")
             if stated
             else ("high_order_graduation",),

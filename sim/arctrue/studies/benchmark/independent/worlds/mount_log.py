@@ -1,7 +1,7 @@
 """An hour's log of a driven axis at 1 to 100 Hz: one to five lines, slow noise of any kind.
 
 The axis turns evenly; the log states its distance from the target. The slowest line is the worm,
-whose teeth the description may state; the others are faster, at any ratio.
+whose number of teeth the description may state; the other lines are faster, at any ratio.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ FEWEST_PERIODS = 5.0
 
 
 def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
-    """Return the times of a log: an hour at one of the rates, shorter if that gives too many rows.
+    """Return the times of a log: one hour at one of the rates, or less if an hour would give too
+    many rows.
 
     A log may have four times ``rows`` rows, as many as four runs.
     """
@@ -34,7 +35,7 @@ def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
 
 
 def log_noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> NoiseProcess:
-    """Draw white noise, a relaxation, a random walk, heavy tails, or 1/f."""
+    """Draw the kind of noise: white, a relaxation, a random walk, heavy tails, or 1/f."""
     if random.random() < 0.2:
         return FlickerNoise(sigma, float(random.uniform(0.5, 1.0)))
     return any_noise(random, sigma, float(np.ptp(time_s)), float(time_s[1]))
@@ -55,8 +56,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     sigma = log_uniform(random, 0.1, 1.0)
     teeth = float(random.integers(100, 400))
     speed = SIDEREAL_RAD_S
-    # The worm must turn at least FEWEST_PERIODS times in the log, so that a slow axis gets more
-    # speed.
+    # The worm must turn at least FEWEST_PERIODS times in the log, so the speed of a slow axis is
+    # raised.
     speed *= max(1.0, FEWEST_PERIODS * 2 * np.pi / (teeth * speed * length_s))
     causes: list[Cause] = []
     stated = bool(random.random() < 0.5)
@@ -80,8 +81,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         table={"drive_gear_teeth": teeth} if stated else {},
         temperature=False,
         columns=("run", "time_s", "direction"),
-        # A shaking stand also causes a line in time. On a short arc, a whole order cannot be
-        # distinguished from its neighbours.
+        # Vibration of the stand also causes a line in time, so its name is accepted too. On a short
+        # arc, an integer order cannot be distinguished from its neighbours.
         accepted=Accepted(
             names=("periodic_error", "vibration") if hidden else (),
             alike=("high_order_graduation", "bearing_ball_pass") if hidden else (),

@@ -1,5 +1,5 @@
-"""A reference run without stops, in both directions at two speeds: it shows latency, reversal, and
-lines in angle or time."""
+"""A reference run without stops, in both directions at two speeds: it can show latency, reversal,
+and lines in angle or time."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         temperature=False,
         columns=("run", "time_s", "direction"),
         accepted=Accepted(
-            # A shaking stand also causes a line in time that keeps its phase; a bearing causes an
-            # order that is not whole.
+            # Vibration of the stand also causes a line in time that keeps its phase; a bearing also
+            # causes an order that is not an integer.
             names=("vibration",)
             if isinstance(cause, Line)
             else ("bearing_ball_pass",)

@@ -1,5 +1,5 @@
-"""Only a reference, at 24 to 72 stations: reversal, creep, or a drive whose tooth count is
-known."""
+"""Only a reference at 24 to 72 stations; the cause is a reversal error, creep, or a drive whose
+tooth count is known."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     """Draw a scene of this world."""
     number = int(random.choice([24, 36, 48, 72]))
     teeth = int(random.integers(25, 90))
-    # A gear needs unevenly spaced stations; otherwise its order is an alias of a low one.
+    # A gear needs unevenly spaced stations; otherwise the order of its teeth is an alias of a low
+    # order.
     uneven = random.random() < 0.5
     places = np.arange(number) + (random.uniform(-0.3, 0.3, number) if uneven else 0.0)
     at = stations(places * (2 * np.pi / number), int(random.integers(3, 7)), True, 6.0)

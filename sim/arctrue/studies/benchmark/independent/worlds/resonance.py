@@ -1,8 +1,8 @@
 """Noise with a resonance (a damped oscillator that noise drives), without a line or another cause.
 
 The oscillator is a cause that the catalogue does not have: `unknown` is right if the answer states
-its frequency. The sets are logs and single runs; the quality is 3 to 60, and the coherence time a
-twentieth of the record at most.
+its frequency. The sets are logs and single runs; the quality factor is 3 to 60, and the coherence
+time is at most a twentieth of the record.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
 def _noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> StateNoise:
     length_s, step_s = float(np.ptp(time_s)), float(time_s[1])
     quality = log_uniform(random, 3.0, 60.0)
-    # The coherence time 1/γ = Q/(π·f) is limited to its share of the length.
+    # The coherence time 1/γ = Q/(π·f) is limited to COHERENT_SHARE of the record's length.
     lowest = quality / (np.pi * COHERENT_SHARE * length_s)
     hz = log_uniform(random, lowest, max(0.15 / step_s, 1.01 * lowest))
     return StateNoise(sigma, (DrivenOscillator(sigma * random.uniform(0.5, 2.0), hz, quality),))

@@ -32,7 +32,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         lambda: Defect.drawn(random),
     ]
     cause = draws[int(random.integers(len(draws)))]()
-    # At one speed a line in time equals a line in angle, so that its cause cannot be identified.
+    # At one speed a line in time equals a line in angle, so that the cause of a line cannot be
+    # identified.
     line = isinstance(cause, Shaking)
     return Scene(
         any_disc(random),

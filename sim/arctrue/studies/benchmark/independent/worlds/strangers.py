@@ -60,7 +60,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     ]
     cause = draws[int(random.integers(len(draws)))]()
     bent = isinstance(cause, BentScale)
-    # The harmonics of a square wave are high orders of the disc: a part of the hidden cause.
+    # The harmonics of a square wave on the disc are high orders, so the name of a high order
+    # describes a part of the hidden cause.
     alike = ("high_order_graduation",) if isinstance(cause, Sectors) else ()
     return Scene(
         any_disc(random),

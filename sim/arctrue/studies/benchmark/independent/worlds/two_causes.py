@@ -1,4 +1,4 @@
-"""Four runs of two heads, in half of the sets with a polygon too, and two causes at once."""
+"""Four runs of two heads with two causes at once; half of the sets also have a polygon."""
 
 from __future__ import annotations
 
