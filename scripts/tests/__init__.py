@@ -1,1 +1,1 @@
-"""Tests of the scripts and of the commands of the Makefile."""
+"""Contains the tests of the scripts, which the Makefile's targets run."""

@@ -47,8 +47,8 @@ async def start(dut: Any) -> None:
 
 
 async def count_slots(dut: Any) -> None:
-    """Count slots: a new angle comes every FOLD clocks; a swap is allowed in the clock before
-    it."""
+    """Drive the count of slots: a new angle comes every FOLD clocks, and a swap is allowed in the
+    clock before the angle."""
     slot = 0
     while True:
         await RisingEdge(dut.clock)
@@ -206,7 +206,8 @@ async def pulse_swap_and_settle(dut: Any) -> None:
 
 @cocotb.test(skip=FOLD > 1)
 async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
-    """While a swap waits no write reaches the idle bank, and another swap joins the waiting one."""
+    """While a swap waits, no write reaches the idle bank, and a second request is joined with the
+    waiting swap."""
     rng, before = await start_with_idle_bank(dut, 5)
     await pulse_swap_and_settle(dut)
     after = random_bank(rng)
@@ -239,8 +240,8 @@ async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
 
 @cocotb.test()
 async def swaps_one_after_the_other(dut: Any) -> None:
-    """A swap that comes while the idle bank is filled waits; words of the earlier bank do not
-    return."""
+    """A swap that comes while the idle bank is filled waits; no word of an earlier bank becomes
+    active again."""
     _, bank = await start_with_idle_bank(dut, 6)
     markers = 0
     for clock in range(2 * (FILLED + FOLD) + 10):
@@ -257,7 +258,7 @@ async def read_back_shows_what_is_stored(dut: Any) -> None:
     await start(dut)
     rng = random.Random(2)
     model = CoefficientMemory(COUNTS_PER_REV, LANES)
-    # A simulation run keeps the state of the previous test: write every word.
+    # The memory keeps the words of the previous test of this simulation, so write every word.
     for address in rng.sample(range(256), 256):
         data = rng.getrandbits(32)
         await write(dut, address, data)
@@ -272,7 +273,7 @@ async def read_back_shows_what_is_stored(dut: Any) -> None:
     model.swap()
     await check_active(dut, model.active)
     assert dut.idle_offset.value.to_signed() == model.active.offset
-    # The idle bank still has all words: change one word and swap again.
+    # The idle bank still holds all words, so change one word and swap again.
     await write(dut, 3, 12345)
     model.write(3, 12345)
     await pulse_swap_and_settle(dut)
@@ -283,7 +284,8 @@ async def read_back_shows_what_is_stored(dut: Any) -> None:
 
 @cocotb.test()
 async def every_angle_meets_one_bank(dut: Any) -> None:
-    """Swaps and writes come at random instants: each angle meets the idle bank of one instant."""
+    """Each angle meets the words that the idle bank had at one instant, while swaps and writes come
+    at random instants."""
     await start(dut)
     rng = random.Random(3)
     model = CoefficientMemory(COUNTS_PER_REV, LANES)
@@ -343,7 +345,7 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_leaves_whole_banks(dut: Any) -> None:
-    """A reset during a swap only drops the pending write."""
+    """A reset during a swap drops only the pending write; both banks stay whole."""
     _, bank = await start_with_idle_bank(dut, 4)
     dut.swap.value = 1
     await RisingEdge(dut.clock)

@@ -39,7 +39,7 @@ NAMES = ("direction", "speed", "word_a", "word_b")
 
 
 def bank_of(seed: int) -> Coefficients:
-    """Return a bank with lanes of every modulator, one of them of order 0."""
+    """Return a bank that has lanes with every modulator; one of the lanes has order 0."""
     rng = np.random.default_rng(seed)
     orders = rng.integers(0, 90, LANES)
     orders[0] = 0

@@ -150,8 +150,8 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
 
 @cocotb.test()
 async def speed_of_a_table(dut: Any) -> None:
-    """In steady motion the speed ratio is right to one clock per window; at standstill it decays to
-    0."""
+    """In steady motion the speed ratio is right to one clock per window; at standstill the ratio
+    decays to 0."""
     window = Window(dut)
     await window.start()
     nominal = round(0.5 * 2**32)

@@ -17,8 +17,8 @@ CLOCKS = 12_000
 
 
 def levels(random: np.random.Generator, chance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return A and B that run either way at about ``chance`` counts a clock and sometimes change
-    both at once."""
+    """Return levels of A and B that count in either direction, at about ``chance`` counts per
+    clock, and that sometimes change both at once."""
     direction = np.repeat(random.integers(-1, 2, CLOCKS // 60), 60)
     place = np.cumsum(np.where(random.random(CLOCKS) < chance, direction, 0))
     place += 2 * np.cumsum(random.random(CLOCKS) < 0.03)
@@ -68,7 +68,7 @@ async def a_period_ahead(dut: Any) -> None:
     for count in range(1, PERIOD + 1):
         dut.a.value = count % 4 in (1, 2)
         dut.b.value = count % 4 in (2, 3)
-        # The fault shows 3 clocks after the levels.
+        # The fault appears 3 clocks after the levels.
         for _ in range(6):
             await FallingEdge(dut.clock)
         assert int(dut.swallowed.value) == (count == PERIOD), f"after {count} counts"
@@ -77,7 +77,8 @@ async def a_period_ahead(dut: Any) -> None:
 
 @cocotb.test()
 async def counters_stop_at_their_end(dut: Any) -> None:
-    """With a fault of each kind in every clock, the counters stop at 65,535 instead of wrapping."""
+    """The counters of faults stop at 65,535 and do not wrap, with a fault of each kind in every
+    clock."""
     for name in ("a", "b", "comes", "down", "clear", "settling", "filter_length", "stands"):
         getattr(dut, name).value = 0
     for name in ("moves", "up", "breaks_order", "misplaced", "reset"):

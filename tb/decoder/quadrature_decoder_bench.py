@@ -91,7 +91,8 @@ async def wait(clocks: int) -> None:
 
 
 async def begin(dut, counts_per_rev: int) -> None:
-    """Start a clock of 10 ns and reset; return in the middle of a clock."""
+    """Start a clock with a period of 10 ns and reset the decoder; return in the middle of a
+    clock."""
     inputs = (
         "a",
         "b",

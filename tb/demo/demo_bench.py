@@ -30,7 +30,7 @@ BUS_INPUTS = (
 # the device the timer wakes the firmware every millisecond, which is longer than a turn of this
 # table.
 LOOKS_A_TURN = 64
-# OUTPUT_CLOCKS: the output is a few clocks behind the pipeline.
+# OUTPUT_CLOCKS: allowance in clocks, because the output follows the pipeline a few clocks later.
 OUTPUT_CLOCKS = 100
 # Number of recorded turns: the judged turn and a little more.
 RECORDED_TURNS = 1.01
@@ -54,7 +54,8 @@ class Clocks:
 
 
 class Operator:
-    """Types at the console, keeps the typed and received lines, and reports the progress."""
+    """Types on the firmware's console, stores the typed and received lines, and reports the
+    progress."""
 
     def __init__(self, dut: HierarchyObject, files: DemoFiles) -> None:
         self.clocks = Clocks()

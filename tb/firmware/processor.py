@@ -69,8 +69,8 @@ class SimulatedCore:
             self.error = BusError(f"{what} answered {response!r}")
 
     def _capture(self, _: Any, number: int) -> Any:
-        # The real processor reads the bank in place and some words many times; here each word is
-        # fetched once.
+        # The real processor reads the bank in place, and some words many times; the simulation
+        # fetches each word once.
         self._on_capture()
         bank = np.frombuffer(self._bytes(CAPTURE_ADDRESS, number), dtype="<i4").copy()
         self.banks.append(bank)
@@ -78,7 +78,7 @@ class SimulatedCore:
 
 
 class Processor:
-    """Application and console of the firmware over the simulated core."""
+    """Firmware's application and console, which access the simulated core."""
 
     def __init__(self, dut: HierarchyObject, on_capture: Callable[[], None]) -> None:
         self._interrupt = dut.interrupt
@@ -93,7 +93,7 @@ class Processor:
         return answer
 
     async def start(self) -> None:
-        """Act as the processor does after a reset."""
+        """Start the firmware as the processor does after a reset."""
         library, application = self._firmware.library, self._firmware.application
         await self._call(lambda: library.application_start(application))
 

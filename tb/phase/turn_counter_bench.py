@@ -29,8 +29,8 @@ async def start(dut: Any, first: int = 0) -> None:
 
 
 async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Drive the angles; return select and turn number of each. Angles that are not accepted come
-    between them."""
+    """Drive the angles; return `select` and the turn number for each angle. Angles that are not
+    accepted come between them."""
     rng = np.random.default_rng(0)
     selects, turns = [], []
     clocks = FOLD * angles.size + 2

@@ -1,7 +1,7 @@
 """Runs one cocotb test module on one VHDL top level in GHDL.
 
 A pytest function calls :func:`simulate`; a failing cocotb test of the module fails that pytest
-function. VHDL assertions of severity ``error`` or worse fail it too.
+function. A VHDL assertion of severity ``error`` or worse also fails the pytest function.
 
 GHDL 2.0 looks for cocotb's finish only after timers. If the VHDL makes its own clock, the last
 await of a cocotb test must be a ``Timer``; otherwise GHDL runs for ever.
@@ -38,7 +38,7 @@ COVERAGE = "ARCTRUE_COVERAGE"
 """Environment variable in which scripts/gateware_coverage.py names the folder of executed lines."""
 
 Backend = Literal["mcode", "llvm"]
-"""Code generator: llvm runs a design three times as fast and keeps what it compiled."""
+"""Code generator: llvm runs a design three times as fast as mcode and keeps the compiled units."""
 
 STANDARD = ("--std=08",)
 LIBRARY = "top"
@@ -75,7 +75,8 @@ def vhdl_sources(toplevel: str) -> tuple[Path, ...]:
 
 @functools.cache
 def _flat(toplevel: str) -> str | None:
-    """Return the VHDL wrapper of ``toplevel``, or None if cocotb can access all of its ports."""
+    """Return the VHDL of the wrapper of ``toplevel``, or None if cocotb can access all ports of
+    ``toplevel``."""
     texts = {path.stem: path.read_text(encoding="utf-8") for path in vhdl_sources(toplevel)}
     return wrapper(toplevel, texts[toplevel], texts.values())
 
@@ -97,7 +98,8 @@ def _library_folder(backend: Backend) -> Path:
 
 
 def _counting() -> list[str]:
-    """Return options with which GHDL counts executed lines, or none without the variable."""
+    """Return options with which GHDL counts executed lines, or an empty list if the environment
+    variable is not set."""
     folder = os.environ.get(COVERAGE)
     if folder is None:
         return []
@@ -199,9 +201,9 @@ def simulate(
 
     If ``toplevel`` has record ports, the tests run on the wrapper that ``flat_ports`` makes.
     ``generics`` are integers, enumerations or strings. ``testcase`` names one or more cocotb tests
-    of the module; if it is None, all tests run. ``environment`` reaches the cocotb process as
-    variables. Returns the folder in which the simulation ran. Raises AssertionError with the names
-    of the cocotb tests that failed.
+    of the module; if it is None, all tests run. The cocotb process gets ``environment`` as
+    environment variables. Returns the folder in which the simulation ran. Raises AssertionError
+    with the names of the cocotb tests that failed.
     """
     os.environ["GHDL_BACKEND"] = backend
     # Remove the previous run's results, because a run that crashes would leave them in place.

@@ -61,7 +61,7 @@ async def each_head_has_its_pins(dut: Any) -> None:
         "failover": 0,
         "events": 0,
     }
-    # The slave has 512 KiB: the address after its last word is refused.
+    # The slave's window has 512 KiB; the bridge refuses the address after its last word.
     (answer,) = await axi.read_burst(BASE + registers.MAP_BYTES, 1)
     assert answer[1] == DECERR
     await names.write("counts_per_rev", COUNTS)

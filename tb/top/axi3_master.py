@@ -33,7 +33,7 @@ class Axi3Master:
     """Sends one burst at a time in each direction; every answer must have the ID of its burst.
 
     The fabric's signals change only with the rising edge, so the next rising edge samples the
-    levels that they have at the falling edge.
+    levels that the signals have at the falling edge.
     """
 
     def __init__(self, ps7: Any) -> None:

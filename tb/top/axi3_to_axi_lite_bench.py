@@ -184,7 +184,8 @@ class Machine:
             )
 
     def receive(self, port: str, fields: tuple[str, ...]) -> tuple[int, ...] | None:
-        """Set ready at random; return the payload when the next rising edge transfers one.
+        """Set ready at random; return the payload if the next rising edge transfers it, otherwise
+        None.
 
         A valid payload must stay constant until its transfer.
         """

@@ -1,4 +1,4 @@
-"""Compares the LEDs in each window with the random events of the window before."""
+"""Compares the LEDs in each window of time with the random events of the previous window."""
 
 from __future__ import annotations
 

@@ -128,7 +128,7 @@ OPEN_TOOLS = {
     "xc7frames2bit": FRAMES2BIT,
 }
 
-# Project X-Ray's database of a chip with a single tile.
+# The files are Project X-Ray's database of a chip with a single tile.
 GRID = {
     "PSS2_X1": {
         "type": "PSS2",
@@ -175,8 +175,8 @@ class Bench:
         self.set_path()
 
     def set_path(self, *more: str) -> None:
-        """Set PATH to the fake programs and the programs that the tests need, without tools of a
-        flow."""
+        """Set PATH so that it contains the fake programs and the programs that the tests need, but
+        no real tool of a flow."""
         self.monkeypatch.setenv("PATH", os.pathsep.join([str(self.programs), *more]))
 
     def add(self, name: str, text: str) -> Path:

@@ -1,7 +1,7 @@
 """Lists the pins of the clg400 package on the boards' connectors, from the package file of the
 XC7Z020.
 
-Bank and function are those of AMD's xc7z020clg400pkg.txt; the connectors are listed as in the
+Bank and function of a pin come from AMD's xc7z020clg400pkg.txt; the connectors are listed as in the
 boards' manuals.
 """
 
@@ -38,9 +38,9 @@ BANKS = {
 SUPPLY_VOLTS = {34: 3.3, 35: 3.3}
 """Supply voltage of each bank on both boards."""
 
-# Numbers of the pins at the connector: 5, 6, 11 and 12 are ground and supply. The connectors of
-# both boards are at the same pins of the package, but these pins have other names on the
-# connectors.
+# The keys are the numbers of the pins at the connector; 5, 6, 11 and 12 are ground and supply. The
+# connectors of both boards are at the same pins of the package, but these pins have other names on
+# the connectors.
 PLACES = (1, 2, 3, 4, 7, 8, 9, 10)
 FIRST_PMOD = dict(zip(PLACES, FIRST_PMOD_PINS, strict=True))
 SECOND_PMOD = dict(zip(PLACES, SECOND_PMOD_PINS, strict=True))

@@ -222,7 +222,7 @@ def test_inputs_are_timed_and_their_skew_is_bounded() -> None:
     text = vivado_text()
     for port in ("head*", "sync_in", "probe_in"):
         assert f"set_input_delay -clock fabric_clock 0.000 [get_ports {port}]" in text
-    # No exception may cancel the bound of the skew.
+    # Check that no timing exception cancels the bound of the skew.
     assert not re.search(r"^set_false_path -from \[get_ports head", text, re.MULTILINE)
     assert not re.search(r"^set_false_path -to \[get_ports (out|trig|comp)", text, re.MULTILINE)
     jitter = re.search(r"^set_input_jitter fabric_clock ([\d.]+)$", text, re.MULTILINE)
@@ -287,8 +287,8 @@ def test_vivado_constraints_are_whole_tcl(top: str, expected: set[str]) -> None:
 
 
 def test_the_clock_of_the_identifier_is_the_one_that_the_entity_makes() -> None:
-    """The generic of the entity divides the clock, and the limit of each path is less than half a
-    period of the divided clock."""
+    """Vivado's file states the same divided clock as the entity's generic, and the limit of each
+    path is less than half a period of this clock."""
     entity = (ROOT / "rtl" / "top" / "chip_dna.vhd").read_text(encoding="utf-8")
     found = re.search(r"CLOCKS_PER_HALF\s*: positive[^:]*:= (\d+)", entity)
     assert found is not None

@@ -1,4 +1,5 @@
-"""Tests of single cells decoded from features; test_place_and_route.py decodes whole designs."""
+"""Tests how single cells are decoded from features; test_place_and_route.py decodes whole
+designs."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests the conversion of FASM to frames with a handmade database of one tile; docs/ has a
-comparison with Project X-Ray."""
+"""Tests the conversion of FASM to frames with a handmade database of one tile; docs/ reports a
+comparison with Project X-Ray's fasm2frames."""
 
 from __future__ import annotations
 

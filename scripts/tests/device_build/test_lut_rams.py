@@ -1,4 +1,4 @@
-"""Tests of look-up tables as RAM, decoded from features, against the chip's primitives (UG953)."""
+"""Compares look-up tables as RAM, decoded from features, with the chip's primitives (UG953)."""
 
 from __future__ import annotations
 
@@ -222,8 +222,8 @@ def simulated(memories: list[Memory], rows: np.ndarray, folder: Path) -> list[st
 @pytest.mark.large
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_rams_of_look_up_tables_do_what_the_primitives_do(tmp_path: Path) -> None:
-    """RAM32M, RAM64X1D, RAM128X1D and RAM256X1S start with random contents and get random levels at
-    every pin."""
+    """The decoded RAM32M, RAM64X1D, RAM128X1D and RAM256X1S behave like the primitives, with random
+    initial contents and random levels at every pin."""
     rng = np.random.default_rng(1)
     memories = [make(rng) for make in (ram32m, ram64x1d_twice, ram128x1d, ram256x1s)]
     rows = rng.integers(0, 2, (CLOCKS, sum(len(memory.free) for memory in memories)))

@@ -1,4 +1,5 @@
-"""Tests of ``make bitstream FLOW=open`` with stand-ins for the tools, and of the real netlist."""
+"""Tests ``make bitstream FLOW=open`` with fake programs in place of the tools, and tests the real
+netlist."""
 
 from __future__ import annotations
 
@@ -315,7 +316,8 @@ def test_the_makefile_hands_its_variables_on() -> None:
 @pytest.mark.large
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
 def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
-    """The netlist has PS7 and one BUFG with the primitives' ports, pads, and no latch."""
+    """The netlist contains PS7 and one BUFG, with the primitives' ports, and pads; it contains no
+    latch."""
     netlist = netlist_of_small_top(tmp_path)
     check_primitives(netlist, SMALL_TOP)
     check_contents(netlist, SMALL_TOP)
@@ -346,8 +348,8 @@ def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
 @pytest.mark.parametrize("top", TOPS.values(), ids=TOPS)
 def test_yosys_reads_the_netlist_of_every_top(tmp_path: Path, top: Top) -> None:
-    """Yosys reads the netlist of every top; it once rejected one, because the name of an instance
-    was a keyword of Verilog."""
+    """Yosys reads the netlist of every top; it once rejected the netlist of one top, because the
+    name of an instance was a keyword of Verilog."""
     generics = {"LANES": 1, "CAPTURE_DEPTH": 64} if top.has_core else {}
     netlist = write_netlist(top.name, tmp_path / "made", generics=generics)
     script = f"read_verilog {netlist.name}; hierarchy -top {top.name}; select -assert-any c:*"

@@ -96,7 +96,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
 
 
 def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> None:
-    """Project X-Ray's reader finds exactly the bits that the frames contain, in the same frames."""
+    """Project X-Ray's reader finds in the bitstream exactly the bits that the frames contain."""
     assert f"for {PART}" in check_bitstream(made.job.bitstream, PART)
     frames = frames_of(made.job.folder / "arctrue.tied.fasm", made.chip)
     asked = {
@@ -158,9 +158,9 @@ def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_pa
 def words_come_back(bench: Path) -> None:
     """Write and read single words and bursts with the bench's bus master, with a reset in between.
 
-    At 0x2000 the design reads its memory of 18 bits, with sign. At 0x3000 it reads the memories of
-    16, 64 and 128 words, each of which holds the last word written to any address with the same low
-    bits.
+    At 0x2000 the design reads its memory of 18 bits, with sign. At 0x3000 the design reads the
+    memories of 16, 64 and 128 words, each of which holds the last word written to any address with
+    the same low bits.
     """
     rng = random.Random(1)
     words = {4 * place: rng.getrandbits(32) for place in rng.sample(range(16, 1024), 200)}

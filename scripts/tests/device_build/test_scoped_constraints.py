@@ -143,7 +143,8 @@ INSIDES = {
 def test_another_name_inside_an_entity_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, entity: str
 ) -> None:
-    """If a cell has another name, the constraints miss it; so the test above can fail."""
+    """If a cell gets another name, the constraints miss it; this shows that the test above can
+    fail."""
 
     def rename(texts: Mapping[str, str]) -> dict[str, str]:
         text = re.sub(rf"\b{INSIDES[entity]}\b", "renamed", texts[entity])

@@ -1,5 +1,5 @@
 """Tests the accesses that the simulated processor makes while a bitstream runs, and the report of
-parts that these do not reach."""
+parts that the accesses do not reach."""
 
 from __future__ import annotations
 

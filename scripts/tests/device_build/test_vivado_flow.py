@@ -1,4 +1,5 @@
-"""Tests of ``make bitstream FLOW=vivado`` with a stand-in for Vivado, in a real Tcl."""
+"""Tests ``make bitstream FLOW=vivado`` with a fake Vivado, which runs the script in a real Tcl
+interpreter."""
 
 from __future__ import annotations
 

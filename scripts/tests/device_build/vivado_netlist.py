@@ -1,4 +1,5 @@
-"""Finds the cells that Vivado creates from VHDL sources, by the names that its constraints use.
+"""Finds the cells that Vivado creates from VHDL sources, with the names that Vivado's constraints
+use.
 
 The module searches the text for instances of entities and of components, and finds a register for
 each signal or port that a clocked process assigns.

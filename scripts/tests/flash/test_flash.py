@@ -1,4 +1,4 @@
-"""Tests of ``make flash`` and ``make flash-bitstream``, which load an emulated chip."""
+"""Tests ``make flash`` and ``make flash-bitstream`` with an emulated chip."""
 
 from __future__ import annotations
 

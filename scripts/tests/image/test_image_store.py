@@ -115,8 +115,9 @@ def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
     board.after_line = lambda: seen.append(starts(board.chip))
     write_image(board, boot_image(NEW, 0), silent)
     assert set(seen) == {(0, program(OLD)), (device.GOLDEN, program(OLD)), (0, program(NEW))}
-    # The old image is erased at once. The new one is complete after the line with the checksum; one
-    # line, for the comparison, follows. The first line only requests the status.
+    # The first line only requests the status. Then the old image is erased at once. The new image
+    # is complete after the line with the checksum; one more line, for the comparison, follows. The
+    # first line only requests the status.
     assert seen.index((0, program(NEW))) == len(seen) - 2
     assert bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN]) == golden
 
@@ -179,8 +180,8 @@ def test_status_tells_where_the_image_was_found() -> None:
 
 
 def test_saving_and_flashing_do_not_meet() -> None:
-    """While an erase is running, ``save`` has to wait. Without a flash, no command does
-    anything."""
+    """The firmware refuses ``save`` while an erase is running; without a flash, no command has an
+    effect."""
     board = Board(Chip())
     board.firmware.send("flash erase 0")
     assert "under_way" in board.firmware.send("save")

@@ -98,7 +98,7 @@ def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
 ) -> None:
     """The new record counts only if all its bytes were written.
 
-    With a worn sector, the failed write and the next one are cut off too.
+    With a worn sector, power is also lost in the failed write and in the next write.
     """
     board = Board(copy_of(saved_everywhere))
     first, second = places_of(board.chip)[:2]

@@ -15,7 +15,8 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_calibration_reaches_the_cramer_rao_bound() -> None:
-    """Over two groups of 10 draws, the error equals the bound within 4 standard deviations.
+    """The error of the calibration, over two groups of 10 draws, equals the Cramér–Rao bound within
+    4 standard deviations.
 
     Of the 32 orders, order 11 has most of the variance, with 2·2·9 degrees of freedom, so that the
     relative standard deviation of the RMS error is 1/√(2·36).

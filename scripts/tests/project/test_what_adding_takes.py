@@ -60,7 +60,8 @@ def edited(folder: Path, path: Path, before: str, added: str) -> Path:
 
 
 def test_a_register_takes_two_files(tmp_path: Path) -> None:
-    """The build makes block, Python names, bench and core from the two edited files."""
+    """A new register needs two edited files, from which the build makes block, Python names, bench
+    and core."""
     sources, made = tmp_path / "sources", tmp_path / "made"
     sources.mkdir()
     made.mkdir()
@@ -86,8 +87,8 @@ def test_a_register_takes_two_files(tmp_path: Path) -> None:
 def test_a_board_takes_one_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, own_processor_side: bool
 ) -> None:
-    """The name of a board determines its pin file; a second file is needed only for another
-    processor side."""
+    """A new board needs one pin file, whose name is the board's name; it needs a second file only
+    for another processor side."""
     constraints, firmware = tmp_path / "constraints", tmp_path / "firmware"
     shutil.copytree(ROOT / "constraints", constraints)
     shutil.copytree(ROOT / "firmware", firmware)

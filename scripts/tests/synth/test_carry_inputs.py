@@ -74,8 +74,8 @@ def test_a_shared_look_up_table_becomes_one_for_each_reader(tmp_path: Path) -> N
         for part in ("type", "parameters", "port_directions"):
             assert new[part] == old[part]
         assert {**new["connections"], "O": 0} == {**old["connections"], "O": 0}
-    # Cells without another reader, cells with too many inputs for a slice, and other kinds of cells
-    # stay.
+    # The script leaves three kinds of cells unchanged: cells without another reader, cells with too
+    # many inputs for a slice, and cells of other types.
     assert after["first"]["connections"]["S"][2:] == [42, 43]
     assert after["second"]["connections"]["S"][1:] == ["0", 6, 43]
     assert after["reader"] == cells["reader"]

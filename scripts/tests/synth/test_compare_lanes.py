@@ -49,7 +49,7 @@ def test_latency_and_errors_are_those_of_the_outputs() -> None:
     # Rounding to the last bit has an error of at most half a bit; a million phases come close to
     # this bound.
     assert 0.99 * HALF_OF_LAST_BIT < error <= HALF_OF_LAST_BIT * (1.0 + 1e-9)
-    # At its steepest, the cosine changes by 2 pi times half of 2**-24 turn.
+    # Over half of the last bit of a phase (2**-24 turn), the cosine changes by at most pi * 2**-24.
     assert any_angle == pytest.approx(error + np.pi * 2.0**-24, rel=0.02)
     _, error, _ = latency_and_errors(_outputs(20, wrong=1e-3))
     assert error == pytest.approx(1e-3, abs=HALF_OF_LAST_BIT)

@@ -1,4 +1,5 @@
-"""Tests how GHDL's counts are read: sums over simulations, files in no simulation, the budget."""
+"""Tests how the script reads GHDL's counts: sums over simulations, files in no simulation, and the
+budget."""
 
 from __future__ import annotations
 

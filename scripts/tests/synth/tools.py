@@ -8,7 +8,7 @@ from scripts.netlist import ToolError
 
 
 def tools_missing(*finders: Callable[[], object]) -> str:
-    """Return the reason why a tool is missing, which its finder states, or an empty string."""
+    """Return the reason why a tool is missing, as its finder states it, or an empty string."""
     try:
         for find in finders:
             find()
