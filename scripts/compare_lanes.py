@@ -95,9 +95,13 @@ class Measured:
     error_any_angle: float
 
 
-def _lane_of(rotation: str) -> str:
+def _lane_of(rotation: str, *inputs: str) -> str:
     """Return Verilog of a lane of quadrant_fold and ``rotation``, with the rounding and the sign
-    that harmonic_lane adds."""
+    that harmonic_lane adds.
+
+    ``inputs``: outputs of quadrant_fold that the rotation takes.
+    """
+    connected = ", ".join(f".{name}({name})" for name in inputs)
     parts = [
         write_netlist(entity, WORK / entity).read_text(encoding="utf-8")
         for entity in ("quadrant_fold", rotation)
@@ -106,14 +110,15 @@ def _lane_of(rotation: str) -> str:
 module {rotation.partition("_")[0]}_lane (
     input clock, input [23:0] phase, output reg signed [17:0] cosine
 );
-    wire [21:0] folded;
-    wire folded_negative;
+    wire [21:0] folded, place;
+    wire mirrored, folded_negative;
     wire [19:0] rotated;
     reg [14:0] negative = 0;
     wire [19:0] signed_bits = rotated ^ {{20{{negative[14]}}}};
     quadrant_fold fold (
-        .clock(clock), .phase(phase), .folded(folded), .negative(folded_negative));
-    {rotation} rotation (.clock(clock), .folded(folded), .cosine(rotated));
+        .clock(clock), .phase(phase), .folded(folded), .place(place), .mirrored(mirrored),
+        .negative(folded_negative));
+    {rotation} rotation (.clock(clock), {connected}, .cosine(rotated));
     always @(posedge clock) begin
         negative <= {{negative, folded_negative}};
         cosine <= (signed_bits >> 2) + signed_bits[1];
@@ -125,12 +130,12 @@ endmodule
 
 def cordic_lane() -> str:
     """Return Verilog of a lane with ROTATION = cordic."""
-    return _lane_of("cordic_rotation")
+    return _lane_of("cordic_rotation", "place", "mirrored")
 
 
 def table_lane() -> str:
     """Return Verilog of a lane with ROTATION = table."""
-    return _lane_of("table_rotation")
+    return _lane_of("table_rotation", "folded")
 
 
 def verilog_table(

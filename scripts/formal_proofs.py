@@ -344,8 +344,8 @@ FAILOVER = (
             ),
             Break(
                 "a word is written while a swap waits",
-                "pending and not hold_writes and not swap_comes and not reset;\n",
-                "pending and not swap_comes and not reset;\n",
+                "pending and not hold_writes and not reset;\n",
+                "pending and not reset;\n",
                 entity="mean_words",
             ),
             Break(

@@ -153,7 +153,10 @@ class Netlist:
 
     def reached(self) -> dict[int, _Reached]:
         """Return, for every bit that a path from a register reaches, the path with the longest
-        delay and the path with the most adders."""
+        delay and the path with the most adders.
+
+        Raises ValueError if logic feeds itself: place and route cannot time such a loop.
+        """
         waiting: Counter[int] = Counter()
         for arcs in self.arcs_from.values():
             for arc in arcs:
@@ -179,7 +182,28 @@ class Netlist:
                 waiting[arc.end] -= 1
                 if not waiting[arc.end]:
                     ready.append(arc.end)
+        if loop := self._loop({bit for bit, count in waiting.items() if count}):
+            raise ValueError(f"the logic feeds itself: {' -> '.join(loop)}")
         return found
+
+    def _loop(self, waiting: set[int]) -> list[str]:
+        """Return the names along a loop among bits that wait for each other; none without a
+        loop."""
+        before = {
+            arc.end: bit
+            for bit in waiting
+            for arc in self.arcs_from.get(bit, ())
+            if arc.end in waiting
+        }
+        if not before:
+            return []
+        # Against the arcs, each bit that waits has one before it that waits, so the walk returns.
+        bit, walked = next(iter(before)), dict[int, None]()
+        while bit not in walked:
+            walked[bit] = None
+            bit = before[bit]
+        along = list(walked)
+        return [self.name(bit) for bit in [bit, *reversed(along[along.index(bit) :])]]
 
     def name(self, bit: int) -> str:
         """Return the name of a net without its bit number."""

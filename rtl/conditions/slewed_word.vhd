@@ -15,6 +15,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.carry_save_pkg.all;
   use work.conditions_pkg.all;
 
 entity slewed_word is
@@ -41,8 +42,10 @@ begin
 
   lead : process (clock) is
 
-    variable way  : fine_word;
-    variable goal : fine_word;
+    variable way   : fine_word;
+    variable goal  : fine_word;
+    variable falls : std_ulogic;
+    variable size  : u_unsigned(fine_word'high + 1 downto 0);
 
   begin
 
@@ -51,10 +54,11 @@ begin
         goal    := resize(target, fine'length - BELOW) & (BELOW - 1 downto 0 => '0');
         way     := goal - fine;
         reached <= '0';
-        if way > signed("000" & slew) then
-          fine <= fine + signed("000" & slew);
-        elsif way < -signed("000" & slew) then
-          fine <= fine - signed("000" & slew);
+        -- A fall has the size (not way) + 1; its bit below the last one makes up for the 1 in the comparison.
+        falls := way(way'high);
+        size  := u_unsigned(way xor (way'range => falls)) & falls;
+        if size > ("000" & slew & '0') then
+          fine <= add_with_carry(fine, u_signed("000" & slew) xor (fine'range => falls), falls);
         else
           fine    <= goal;
           reached <= '1';

@@ -9,12 +9,15 @@
 -- **Latency.** CORDIC_ITERATIONS − 1 = 15 clocks, because iteration 0 always turns to the left by an eighth
 -- of a turn and needs no adder. One angle per clock.
 --
--- **Number formats.** folded 22 bits, 2⁻²⁴ turn; x and y s1.COSINE_WIDTH, two bits more than the
+-- **Number formats.** place 22 bits, 2⁻²⁴ turn; x and y s1.COSINE_WIDTH, two bits more than the
 -- cosine at the end; z in 2⁻²¹ turn (COSINE_WIDTH + 3 fraction bits, 24 at most), each stage as
 -- wide as its largest z requires: 19 bits at first, 6 in the last stage.
 --
 -- **z.** The bits of the phase below 2⁻²¹ turn are truncated. z represents the middle of the truncated
 -- interval: an implicit half unit is added throughout, which needs no logic and does not change the sign.
+--
+-- **Mirrored angles.** In every stage z of the complement of an angle is the complement of z, because of the implicit half
+-- unit, and each iteration turns the other way. So z is the angle of `place`, and `mirrored` reverses the turns of x and y.
 --
 -- **x and y.** After the iterations 0 to 5 each of them is one of 32 constants, rounded from exact values. From then on
 -- one adder performs each addition or subtraction, and its carry input rounds the shifted operand. Once y changes x by
@@ -40,9 +43,10 @@ entity cordic_rotation is
     CORDIC_ITERATIONS : positive range 8 to 24 := work.number_formats_pkg.CORDIC_ITERATIONS
   );
   port (
-    clock  : in    std_ulogic;
-    folded : in    u_unsigned(PHASE_WIDTH - 3 downto 0);                                  -- 2⁻²⁴ turn
-    cosine : out   u_signed(COSINE_WIDTH + GUARD_WIDTH - 1 downto 0) := (others => '0')   -- s1.COSINE_WIDTH
+    clock    : in    std_ulogic;
+    place    : in    u_unsigned(PHASE_WIDTH - 3 downto 0);                                -- 2⁻²⁴ turn
+    mirrored : in    std_ulogic;                                                          -- the angle is the complement of place
+    cosine   : out   u_signed(COSINE_WIDTH + GUARD_WIDTH - 1 downto 0) := (others => '0') -- s1.COSINE_WIDTH
   );
 end entity cordic_rotation;
 
@@ -94,12 +98,15 @@ begin
 
   rotate : process (clock) is
 
-    -- Registers before the iteration of their index. turned(i)(j): iteration j turned to the right.
+    -- Registers before the iteration of their index. turned(i)(j): z of iteration j was negative.
     variable x      : coordinates(T to LAST)    := (others => (others => '0'));
     variable y      : coordinates(T to LAST)    := (others => (others => '0'));
     variable z      : remainders(2 to LAST)     := (others => (others => '0'));
     variable turned : directions(2 to T - 1)    := (others => (others => '0'));
+    variable mirror : std_ulogic_vector(2 to LAST) := (others => '0');
 
+    variable mirrors   : std_ulogic;
+    variable decreases : std_ulogic;
     variable left      : std_ulogic;
     variable turn      : direction;
     variable old_z     : remainder;
@@ -112,13 +119,16 @@ begin
       -- The last iteration comes first, so that each variable is read before it takes its new value.
       for i in LAST downto 1 loop
         if i > 1 then
-          old_z := z(i);
+          old_z   := z(i);
+          mirrors := mirror(i);
         else
           -- Iteration 0 subtracts an eighth of a turn.
-          old_z           := u_signed(folded(folded'high downto folded'length - Z_WIDTH));
+          old_z              := u_signed(place(place'high downto place'length - Z_WIDTH));
           old_z(Z_WIDTH - 1) := not old_z(Z_WIDTH - 1);
+          mirrors            := mirrored;
         end if;
-        left := not old_z(WIDTHS(i) - 1);
+        decreases := not old_z(WIDTHS(i) - 1);
+        left      := decreases xor mirrors;
 
         if i >= T then
           new_x := add_or_subtract(x(i), shift_right(y(i) & '0', i), left);
@@ -139,11 +149,12 @@ begin
           if i > 1 then
             turn := turned(i);
           end if;
-          turn(i) := not left;
+          turn(i) := not decreases;
 
           if i < T - 1 then
             turned(i + 1) := turn;
           else
+            turn := turn xor (turn'range => mirrors);
             x(T) := X_TABLE(to_integer(turn));
             y(T) := Y_TABLE(to_integer(turn));
           end if;
@@ -153,8 +164,9 @@ begin
           z(i + 1)(WIDTHS(i + 1) - 1 downto 0) := add_or_subtract(
             old_z(WIDTHS(i + 1) - 1 downto 0),
             u_signed(to_unsigned(STEPS(i), WIDTHS(i + 1))) & '0',
-            left
+            decreases
           );
+          mirror(i + 1) := mirrors;
         end if;
       end loop;
 

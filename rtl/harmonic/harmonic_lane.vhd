@@ -49,6 +49,8 @@ end entity harmonic_lane;
 architecture rtl of harmonic_lane is
 
   signal folded          : u_unsigned(PHASE_WIDTH - 3 downto 0);
+  signal place           : u_unsigned(PHASE_WIDTH - 3 downto 0);
+  signal mirrored        : std_ulogic;
   signal folded_negative : std_ulogic;
   signal rotated         : u_signed(COSINE_WIDTH + GUARD_WIDTH - 1 downto 0);
 
@@ -59,6 +61,8 @@ begin
       clock    => clock,
       phase    => phase,
       folded   => folded,
+      place    => place,
+      mirrored => mirrored,
       negative => folded_negative
     );
 
@@ -83,9 +87,10 @@ begin
         CORDIC_ITERATIONS => CORDIC_ITERATIONS
       )
       port map (
-        clock  => clock,
-        folded => folded,
-        cosine => rotated
+        clock    => clock,
+        place    => place,
+        mirrored => mirrored,
+        cosine   => rotated
       );
 
   end generate from_table;

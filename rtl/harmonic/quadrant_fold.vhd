@@ -7,11 +7,11 @@
 --
 -- **Latency.** 1 clock.
 --
--- **Number formats.** phase u0.24 turn; folded 22 bits, 2⁻²⁴ turn, 0 to a quarter turn.
+-- **Number formats.** phase u0.24 turn; folded and place 22 bits, 2⁻²⁴ turn, 0 to a quarter turn.
 --
 -- A phase p of the second or fourth quadrant is mirrored by the complement of its bits. The complement
 -- is one unit (2⁻²⁴ turn) below half a turn − p, so that no adder is needed and the cosine is off by less
--- than 4·10⁻⁷.
+-- than 4·10⁻⁷. A rotation that mirrors by itself uses `place` and `mirrored` instead of `folded`.
 --
 -- There is no reset, because no register holds state.
 
@@ -26,6 +26,8 @@ entity quadrant_fold is
     clock    : in    std_ulogic;
     phase    : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                    -- turn, u0.24
     folded   : out   u_unsigned(PHASE_WIDTH - 3 downto 0) := (others => '0'); -- 2⁻²⁴ turn
+    place    : out   u_unsigned(PHASE_WIDTH - 3 downto 0) := (others => '0'); -- 2⁻²⁴ turn, from the start of the quadrant
+    mirrored : out   std_ulogic                           := '0';             -- folded is the complement of place
     negative : out   std_ulogic                           := '0'              -- cos(phase) = −cos(folded)
   );
 end entity quadrant_fold;
@@ -38,6 +40,8 @@ begin
   begin
 
     if rising_edge(clock) then
+      place    <= phase(PHASE_WIDTH - 3 downto 0);
+      mirrored <= phase(PHASE_WIDTH - 2);
       folded   <= phase(PHASE_WIDTH - 3 downto 0) xor (folded'range => phase(PHASE_WIDTH - 2));
       negative <= phase(PHASE_WIDTH - 1) xor phase(PHASE_WIDTH - 2);
     end if;

@@ -3,7 +3,7 @@
 -- # table_rotation
 --
 -- Computes the cosine of an angle of the first quadrant from a table of straight lines. It replaces cordic_rotation, with the
--- same ports and latency, 39 % of a lane's look-up tables and less than half of the error. It uses no multiplier and no
+-- same output and latency, 40 % of a lane's look-up tables and less than half of the error. It uses no multiplier and no
 -- block memory. The paper rotates a vector; this is another way to the cosine of equation (9).
 --
 -- **Latency.** 15 clocks, as cordic_rotation; 8 of them compute, the other 7 delay the angle. One angle per clock.

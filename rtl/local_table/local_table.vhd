@@ -203,6 +203,7 @@ begin
     variable part12      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
     variable part13      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
     variable odd         : std_ulogic_vector(10 to 12)                  := (others => '0');
+    variable second      : point;
     variable first13     : point                                        := (others => '0');
     variable rise13      : u_signed(LOCAL_POINT_WIDTH downto 0)         := (others => '0');
     variable first14     : point                                        := (others => '0');
@@ -229,13 +230,11 @@ begin
       first14   := first13;
       rise14    := rise13;
       part14    := part13;
-      if odd(12) = '1' then
-        first13 := odd_word;
-        rise13  := resize(even_word, LOCAL_POINT_WIDTH + 1) - odd_word;
-      else
-        first13 := even_word;
-        rise13  := resize(odd_word, LOCAL_POINT_WIDTH + 1) - even_word;
-      end if;
+      first13 := odd_word when odd(12) = '1' else
+                 even_word;
+      second  := even_word when odd(12) = '1' else
+                 odd_word;
+      rise13  := resize(second, LOCAL_POINT_WIDTH + 1) - first13;
       part13 := part12;
 
       -- 12 and 11: read the memories.
@@ -297,10 +296,9 @@ begin
       for number in 1 to LOCAL_WINDOWS loop
         inside3(number) := place.enable(number - 1) and (offset2(number) ?<= last_of_bank(number_of(banks(2))));
         offset3(number) := offset2(number);
-        offset2(number) := u_unsigned(difference1(number)(ANGLE_WIDTH - 1 downto 0));
-        if difference1(number)(ANGLE_WIDTH) = '1' then
-          offset2(number) := u_unsigned(difference1(number)(ANGLE_WIDTH - 1 downto 0)) + counts_per_rev(ANGLE_WIDTH - 1 downto 0);
-        end if;
+        -- The turn or 0 is added, which takes no look-up tables besides those of the carry chain.
+        offset2(number) := u_unsigned(difference1(number)(ANGLE_WIDTH - 1 downto 0))
+                           + (counts_per_rev(ANGLE_WIDTH - 1 downto 0) and (angle'range => difference1(number)(ANGLE_WIDTH)));
       end loop;
 
       starts := starts_of(place_of_bank(number_of(bank)));

@@ -173,6 +173,8 @@ begin
     -- ahead(i)(j): counts that head j has moved since the last edge of head i
     variable ahead   : ways_of_heads := (others => (others => 0));
     variable reached : heads_bits;
+    variable one     : integer range -1 to 1;
+    variable last    : way;
 
   begin
 
@@ -184,16 +186,15 @@ begin
 
         for other in 0 to HEADS - 1 loop
           reached(other) := '1' when other = head or ahead(head)(other) >= to_integer(missing_counts)
-                                     or -ahead(head)(other) >= to_integer(missing_counts) else '0';
+                                     or ahead(head)(other) <= -to_integer(missing_counts) else '0';
           if steps(head) = '1' or watching = '0' then
             ahead(head)(other) := 0;
-          elsif steps(other) = '1' and steps_up(other) = '1' then
-            if ahead(head)(other) /= AHEAD_MOST then
-              ahead(head)(other) := ahead(head)(other) + 1;
-            end if;
           elsif steps(other) = '1' then
-            if ahead(head)(other) /= -AHEAD_MOST then
-              ahead(head)(other) := ahead(head)(other) - 1;
+            -- One adder counts both ways.
+            one  := 1 when steps_up(other) = '1' else -1;
+            last := AHEAD_MOST when steps_up(other) = '1' else -AHEAD_MOST;
+            if ahead(head)(other) /= last then
+              ahead(head)(other) := ahead(head)(other) + one;
             end if;
           end if;
         end loop;
@@ -222,6 +223,7 @@ begin
     variable moved       : moved_counts                       := (others => (others => '0'));
     variable agree       : heads_bits                         := (others => '0');
 
+    variable oldest_place : u_unsigned(2 downto 0);
     variable oldest      : std_ulogic_vector(differences'range);
     variable apart       : moved_count;
     variable is_apart    : boolean;
@@ -231,8 +233,9 @@ begin
 
     if rising_edge(clock) then
       stepped <= (others => '0');
-      oldest  := stored(to_integer(place)) when is_full = '1' else
-                 stored(0);
+      -- One address, so that the readings are in look-up table memory.
+      oldest_place := place when is_full = '1' else "000";
+      oldest       := stored(to_integer(oldest_place));
 
       if phase = 0 then
         agree := (others => '1');

@@ -73,7 +73,8 @@ architecture rtl of mean_words is
 
 begin
 
-  write_now    <= pending and not hold_writes and not swap_comes and not reset;
+  -- `hold_writes` covers `swap_comes`, which must not be read here: `is_written` decides whether a swap is allowed.
+  write_now    <= pending and not hold_writes and not reset;
   is_written   <= write_now;
   active_words <= active;
   idle_words   <= idle;

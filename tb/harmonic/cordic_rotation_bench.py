@@ -22,7 +22,7 @@ LATENCY = CORDIC_ITERATIONS - 1
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
     """The outputs equal the model's for the ends of the first quadrant, for angles evenly spread
-    over it, and for random angles."""
+    over it, and for random angles; some angles are mirrored."""
     rng = np.random.default_rng(2)
     ends = np.concatenate(
         [np.arange(64), QUARTER // 2 + np.arange(-32, 32), QUARTER - 1 - np.arange(64)]
@@ -31,20 +31,22 @@ async def equals_the_model(dut: Any) -> None:
     some = rng.integers(0, QUARTER, max(0, ANGLES - ends.size - even.size))
     angles = np.concatenate([ends, even, some]).astype(np.int32)
     assert angles.size >= ANGLES
+    mirrors = rng.integers(0, 2, angles.size + LATENCY, dtype=bool)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
-    dut.folded.value = 0
+    dut.place.value, dut.mirrored.value = 0, 0
     for _ in range(LATENCY):
         await RisingEdge(dut.clock)
     seen = []
-    for angle in [*angles.tolist(), *[0] * LATENCY]:
-        dut.folded.value = angle
+    for angle, mirror in zip([*angles.tolist(), *[0] * LATENCY], mirrors, strict=True):
+        dut.place.value = QUARTER - 1 - angle if mirror else angle
+        dut.mirrored.value = int(mirror)
         await RisingEdge(dut.clock)
         seen.append(dut.cosine.value.to_signed())
     found = np.array(seen[LATENCY:])
     expected = cordic_rotation(angles, COSINE_WIDTH, CORDIC_ITERATIONS)
     wrong = np.flatnonzero(found != expected)
     assert not wrong.size, (
-        f"folded {angles[wrong[0]]}: {found[wrong[0]]}, expected {expected[wrong[0]]} "
+        f"angle {angles[wrong[0]]}: {found[wrong[0]]}, expected {expected[wrong[0]]} "
         f"({wrong.size} of {angles.size} differ)"
     )
     # Check that the angles select all 2⁵ constants of the first six iterations.

@@ -15,7 +15,8 @@ from tb.harmonic.phases import phases
 
 @cocotb.test()
 async def every_quadrant(dut: Any) -> None:
-    """The folded phase and the sign equal the model's one clock later, in every quadrant."""
+    """The folded phase and the sign equal the model's one clock later in every quadrant, and so do
+    the place and `mirrored`."""
     given = phases(4000)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     dut.phase.value = 0
@@ -24,8 +25,10 @@ async def every_quadrant(dut: Any) -> None:
     for phase in [*given.tolist(), 0]:
         dut.phase.value = phase
         await RisingEdge(dut.clock)
-        seen.append((dut.folded.value.to_unsigned(), -int(dut.negative.value)))
+        place = dut.place.value.to_unsigned()
+        mirrored = 2**22 - 1 - place if dut.mirrored.value == 1 else place
+        seen.append((dut.folded.value.to_unsigned(), -int(dut.negative.value), mirrored))
     model = quadrant_fold(given)
-    expected = np.column_stack([model.folded, model.negative])
+    expected = np.column_stack([model.folded, model.negative, model.folded])
     wrong = np.flatnonzero((np.array(seen[1:]) != expected).any(axis=1))
     assert not wrong.size, f"phase {given[wrong[0]]}: {seen[1 + wrong[0]]}, {wrong.size} differ"

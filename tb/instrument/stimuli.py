@@ -97,8 +97,11 @@ def harmonic_unit(random: np.random.Generator) -> Stimulus:
 
 
 def cordic_rotation(random: np.random.Generator) -> Stimulus:
-    # quadrant_fold gives an eighth of a turn or less.
-    return {"folded": [word % (2**21 + 1) for word in bits(random, 22, 2000)]}
+    return {"place": bits(random, 22, 2000), "mirrored": bits(random, 1, 2000)}
+
+
+def table_rotation(random: np.random.Generator) -> Stimulus:
+    return {"folded": bits(random, 22, 2000)}
 
 
 LOCAL_VALUE_WIDTH = 36
@@ -383,7 +386,7 @@ CASES = (
     ),
     Case("phase_unit", {"LANES": LANES}, phase_unit, 10, in_core=True),
     Case("cordic_rotation", {}, cordic_rotation, 30, in_core=True),
-    Case("table_rotation", {}, cordic_rotation, 30, in_core=True),
+    Case("table_rotation", {}, table_rotation, 30, in_core=True),
     Case("harmonic_unit", {"LANES": LANES}, harmonic_unit, 40, in_core=True),
     Case("error_compensation", {"LANES": LANES}, error_compensation, 20, in_core=True),
     Case(

@@ -146,6 +146,23 @@ def test_only_wide_adders_in_a_row_are_counted(
     )
 
 
+def test_logic_that_feeds_itself_is_refused(tmp_path: Path) -> None:
+    """Registers before and after the loop are not named."""
+    cells = [
+        flip_flop(99, 10),
+        cell("LUT2", {"I0": [10], "I1": [12]}, {"O": [11]}),
+        cell("LUT1", {"I0": [11]}, {"O": [12]}),
+        cell("LUT1", {"I0": [12]}, {"O": [13]}),
+        flip_flop(13, 50),
+    ]
+    netlist = read(tmp_path, cells, {"asked": [11], "allowed": [12], "after": [13]})
+    with pytest.raises(ValueError, match="feeds itself") as raised:
+        netlist.reached()
+    loop = str(raised.value).partition(": ")[2].split(" -> ")
+    assert loop[0] == loop[-1]
+    assert sorted(loop[1:]) == ["allowed", "asked"]
+
+
 @pytest.mark.parametrize(("sum_register", "adders"), [("0", 2), ("1", 1)])
 def test_the_register_after_an_adder_of_a_dsp_counts(
     tmp_path: Path, sum_register: str, adders: int
@@ -201,3 +218,16 @@ def test_a_unit_keeps_to_one_adder_and_to_200_mhz(
     netlist = str(tmp_path / "made" / f"{entity}.flat.json")
     assert timing.main(["--entity", entity, "--netlist", netlist, "--limit", "0.5"]) == 1
     assert "expected 0.5 ns at the most" in capsys.readouterr().err
+
+
+@needs_tools
+@pytest.mark.large
+def test_no_core_feeds_itself(tmp_path: Path) -> None:
+    """A core with every unit has a path to each register, so no logic of it is a loop."""
+    built = dict.fromkeys(
+        ("FAILOVER", "MODULATORS", "REAL_ORDERS", "LOCAL_TABLE", "EVENTS"), "true"
+    )
+    generics: dict[str, int | str] = {"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4, **built}
+    written = write_netlist("arctrue_core", tmp_path / "made", generics=generics)
+    netlist = Netlist.read(synthesise(written, flatten=True), "arctrue_core")
+    assert longest_paths(netlist, netlist.reached())
