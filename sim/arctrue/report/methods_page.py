@@ -170,8 +170,8 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         f"{two['rms_without_motion_arcsec']:.3f}″). At an order with axis motion, three heads "
         "cannot",
         "  separate axis and disc: already three motions (the table's rotation, the axis' forward "
-        f"and backward circle) use all three readings. With axis motion, {three['rms_arcsec']:.3f}″ "
-        "remain.",
+        "and backward circle) use all three readings. With axis motion, "
+        f"{three['rms_arcsec']:.3f}″ remain.",
         "  Three heads have a weighted mean that is free of axis translation: its error is "
         f"{mean3['rms_later_arcsec']:.3f}″ *later*, as before. This error is motion that the "
         "calibration attributed to the disc.",
