@@ -339,7 +339,7 @@ def table_of(measured: dict[str, Measured]) -> str:
         f"{verilator_version()}.",
         "",
         "| lane | LUT | FF | CARRY4 | DSP | RAMB36 | clocks | longest path, ns | largest error | "
-        "largest error at any angle |",
+        "at any angle |",
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for name, found in measured.items():
