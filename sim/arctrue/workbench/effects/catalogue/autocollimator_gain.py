@@ -12,14 +12,15 @@ class AutocollimatorGain(ScalarEffect):
 
     name = "autocollimator_gain"
     physics = (
-        "The autocollimator multiplies what it sees by 1 + g. The false part is in proportion to "
-        "the table's own error and shrinks when the table is compensated."
+        "The autocollimator multiplies each angle that it measures by 1 + g. The additional "
+        "error is proportional to the table's error and becomes smaller when the table is "
+        "compensated."
     )
     equation = "measured ε = (1 + g)·ε(θ)"
     source = "scale error of an autocollimator; its certificate"
     capture_sees = "nothing"
     reference_sees = "a copy of the error itself"
-    separated_by = "it shrinks when the table is compensated"
+    separated_by = "the copy becomes smaller when the table is compensated"
     next_measurement = "the same reference run with the compensation on"
     plausible = "0.01 to 1 %"
     parameter_units = {"gain": "1"}

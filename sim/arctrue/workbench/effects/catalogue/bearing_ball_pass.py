@@ -39,14 +39,17 @@ class BearingBallPass(Effect):
 
     name = "bearing_ball_pass"
     physics = (
-        "The cage and the balls of a rolling bearing go round at rates that are not whole "
-        "multiples of the turn. The motion repeats over the unwrapped angle and not over a turn."
+        "The cage and the balls of a rolling bearing revolve at rates that are not integer "
+        "multiples of the table's rotation. The motion repeats over the unwrapped angle, not in "
+        "every turn."
     )
     equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped, ν found"
     source = "ISO 15243 kinematics of rolling bearings; ISO 230-7 asynchronous error motion"
     capture_sees = "a line at the order ν over all revolutions; three heads separate x from y"
-    reference_sees = "a line at ν too: stations come at the same unwrapped angles every cycle"
-    separated_by = "order tracking over the unwrapped angle; the same order at every speed"
+    reference_sees = (
+        "a line at ν, because the stations are at the same unwrapped angles in every cycle"
+    )
+    separated_by = "order tracking over the unwrapped angle; the order is the same at every speed"
     next_measurement = "a capture of more turns in one run: ν is resolved to 1/(2·turns)"
     moves_axis = True
     plausible = "0.05 to 1 µm"
@@ -58,10 +61,9 @@ class BearingBallPass(Effect):
         "head1_phase": "deg",
     }
     compensation_note = (
-        "a lane of a real order can, in a bitstream with REAL_ORDERS, if a reference or a third "
-        "head separates x from y; the weighted mean of three or four heads does not see it "
-        "(arctrue "
-        "calibrate --angle mean)"
+        "a lane of a real order, in a bitstream with REAL_ORDERS, can correct it if a reference "
+        "or a third head separates x from y; the weighted mean of three or four heads does not "
+        "contain it (arctrue calibrate --angle mean)"
     )
     search_kind = "unwrapped_order"
     search = (SearchParameter("order", "1", 0.2, 60.0, "periods a turn, not whole"),)

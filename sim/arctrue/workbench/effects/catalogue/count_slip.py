@@ -23,13 +23,14 @@ class CountSlip(Effect):
 
     name = "count_slip"
     physics = (
-        "A burst of noise or an edge that is too fast makes one decoder lose or gain counts. From "
-        "then until its next index pass the head is off by a whole number of counts."
+        "A burst of noise or an edge that is too fast makes one decoder lose or gain counts. "
+        "From then until the next index pass, the reading of this head is wrong by a whole "
+        "number of counts."
     )
     equation = "δ₂₁ = m·(one count) after the instant, m whole"
     source = "incremental counting"
     capture_sees = "a step between two samples"
-    reference_sees = "a step when it is head 1"
+    reference_sees = "a step if head 1 lost the counts"
     separated_by = "index-to-index count differs from counts_per_rev by the step"
     next_measurement = "a capture across several index passes, with the index counts recorded"
     plausible = "1 to 1,000 counts, often a multiple of 4"

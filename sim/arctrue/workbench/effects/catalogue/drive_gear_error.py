@@ -57,19 +57,19 @@ class DriveGearError(Effect):
 
     name = "drive_gear_error"
     physics = (
-        "Each turn of the worm or each tooth of the gear repeats its own error, so the table "
-        "follows with as many periods a turn as the wheel has teeth. The disc on the axis does not "
-        "move against its heads, so the two heads do not see it."
+        "The error of the worm or of the gear's teeth repeats, so the table follows with as "
+        "many periods per turn as the wheel has teeth. The disc on the axis does not move "
+        "relative to its heads, so the two heads do not see the error."
     )
     equation = (
         "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth (drive_gear_teeth, any number above 0); with side "
         "lines kG ± 1 too"
     )
     source = "ISO 1328, periodic error of a gear"
-    capture_sees = "nothing when the disc sits on the axis"
+    capture_sees = "nothing if the disc is mounted on the axis"
     reference_sees = (
-        "order G; an alias at G mod faces on a polygon. Where the faces divide G, only the alias "
-        "of its side lines remains, at order 1"
+        "order G; with a polygon, an alias at G mod faces. If the number of faces divides G, "
+        "only the alias of the side lines remains, at order 1"
     )
     separated_by = "the order is the tooth count"
     next_measurement = "reference stations closer than half a tooth"
@@ -84,8 +84,8 @@ class DriveGearError(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "lanes at the tooth count, once the reference run has shown its size; a tooth count that "
-        "is not whole needs REAL_ORDERS"
+        "lanes at the tooth count, after a reference run has measured the error; a tooth count "
+        "that is not an integer needs REAL_ORDERS"
     )
     defaults = {"multiples": [1], "below": [], "above": []}
     multiples_setting = "multiples"

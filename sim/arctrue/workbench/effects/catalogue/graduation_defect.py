@@ -35,22 +35,22 @@ class GraduationDefect(Effect):
 
     name = "graduation_defect"
     physics = (
-        "A scratch, dirt or a splice shifts the light's pattern while it passes under a head. Both "
-        "heads meet it at the same disc angle, α apart, so R₂ − R₁ shows it twice, with opposite "
-        "signs."
+        "A scratch, dirt or a splice shifts the light pattern while it passes under a head. "
+        "Both heads meet it at the same disc angle, α apart, so R₂ − R₁ contains the error "
+        "twice, with opposite signs."
     )
     equation = "ε(ψ) = h·exp(−(ψ − ψ₀)²/2w²); ψ₀, w found"
     source = "a local error of the graduation"
-    capture_sees = "twice, α apart, with opposite signs"
-    reference_sees = "one station at most"
-    separated_by = "both heads see it at the same disc angle"
+    capture_sees = "the error twice, α apart, with opposite signs"
+    reference_sees = "the error at one station at most"
+    separated_by = "both heads see the error at the same disc angle"
     local_on_disc = True
     next_measurement = "a slow capture with many samples across the place"
     plausible = "0.5 to 20″ high, 0.05 to 5° wide"
     parameter_units = {"place": "deg", "width": "deg", "height": "arcsec"}
     compensation = "local_table"
     compensation_note = (
-        "a sum of low orders is too smooth for it; otherwise clean or replace the disc"
+        "lanes of low orders are too smooth to correct it; otherwise clean or replace the disc"
     )
     search_kind = "disc_place"
     search = (

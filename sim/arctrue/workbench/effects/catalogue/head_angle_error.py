@@ -13,9 +13,9 @@ class HeadAngleError(ScalarOfEachHead):
 
     name = "head_angle_error"
     physics = (
-        "Head 2 stands Δα further from head 1 than α. The transfer function is then wrong at every "
-        "order, most at the weak ones (210 Δα at order 11), and the mean of R₂ − R₁ shows Δα "
-        "itself."
+        "The separation of the heads is α + Δα instead of α. The transfer function is then "
+        "wrong at every order, most at orders with a high noise gain (210 Δα at order 11), and "
+        "the mean of R₂ − R₁ shows Δα."
     )
     equation = "δ₂₁ = Δα·(1 + ε′(θ + α)) + ε(θ + α) − ε(θ), first order in Δα"
     source = "equation (3) with α + Δα"
@@ -23,7 +23,7 @@ class HeadAngleError(ScalarOfEachHead):
     reference_sees = "nothing"
     separated_by = "the mean of R₂ − R₁ is the same at every speed, direction and temperature"
     next_measurement = (
-        "more runs, each with its own index pass: the mean is known to ±1 count a run"
+        "more runs, each with its own index pass: each run gives the mean within ±1 count"
     )
     plausible = "±50″ is the mounting tolerance"
     parameter_units = {"head_angle_error": "arcsec"}

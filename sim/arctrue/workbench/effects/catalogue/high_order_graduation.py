@@ -26,18 +26,19 @@ class HighOrderGraduation(Effect):
 
     name = "high_order_graduation"
     physics = (
-        "The machine that ruled the disc, or a ring of screws that holds it, leaves an error with "
-        "many periods a turn. It turns with the disc like every graduation error."
+        "The machine that ruled the disc, or a ring of screws that holds the disc, causes an "
+        "error with many periods per turn. The error turns with the disc like every graduation "
+        "error."
     )
     equation = "ε(ψ) = c cos nψ + s sin nψ, n > N found"
-    source = "paper, equation (5), beyond the N that it analyses"
+    source = "paper, equation (5), for orders above the paper's N"
     capture_sees = "order n with the factor e^{jnα} − 1"
-    reference_sees = "order n where the stations are dense; an alias n mod 24 on 24 faces"
+    reference_sees = "order n if the stations are dense; with 24 faces, an alias at n mod 24"
     separated_by = (
-        "a line at a whole order in the order spectrum of R₂ − R₁; a reference run alone cannot "
-        "separate it from periodic_error"
+        "a line at an integer order in the order spectrum of R₂ − R₁; a reference run alone "
+        "cannot separate it from periodic_error"
     )
-    next_measurement = "a capture with more samples a turn than this set has"
+    next_measurement = "a capture with more samples per turn than this set has"
     plausible = "0.05 to 2″"
     parameter_units = {"order": "1", "amplitude": "arcsec", "phase": "deg"}
     compensation = "lanes"

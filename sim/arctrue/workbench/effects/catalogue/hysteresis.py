@@ -19,8 +19,8 @@ class Hysteresis(ScalarEffect):
 
     name = "hysteresis"
     physics = (
-        "Friction twists the shaft between disc and table, in a sense that depends on the "
-        "direction. Both heads sit on the disc and do not see it."
+        "Friction twists the shaft between disc and table; the sign of the twist depends on the "
+        "direction of motion. Both heads are at the disc and do not see the twist."
     )
     equation = "ε = d·B/2, d = ±1 direction, B reversal error"
     source = "ISO 230-2, reversal error of an axis"
@@ -31,7 +31,9 @@ class Hysteresis(ScalarEffect):
     plausible = "0.1 to 5″"
     parameter_units = {"reversal_error": "arcsec"}
     compensation = "modulators"
-    compensation_note = "its lanes follow the direction of approach; the default bitstream does not"
+    compensation_note = (
+        "these lanes follow the direction of approach; the default bitstream cannot correct it"
+    )
     parameter_name = "reversal_error"
     parameter_unit = "arcsec"
     in_parts = ("direction", "reference")

@@ -20,23 +20,23 @@ class Latency(ScalarEffect):
 
     name = "latency"
     physics = (
-        "The number leaves a delay τ after the light meets the disc. On the move the reading "
-        "belongs to the angle τ·ω before, with the error there; both heads share the delay, so "
-        "only a reference shows it."
+        "A reading reaches the user by a delay τ after the light has passed the disc. While the "
+        "table moves, the reading belongs to the angle τ·ω earlier, with the error at that "
+        "angle; both heads have the same delay, so only a reference shows it."
     )
     equation = "measured ε = ε(θ − ωτ) − ωτ"
     source = "sampling of a moving scale; the paper's 290 ns are a part of it"
-    capture_sees = "nothing when both heads share it"
+    capture_sees = "nothing if both heads have the same delay"
     reference_sees = (
-        "an offset in proportion to the speed, and every order turned by its multiple of ωτ, in "
-        "runs on the move only"
+        "only in runs without stops: an offset proportional to the speed, and a phase shift nωτ "
+        "of each order n"
     )
     separated_by = "a reference run at several speeds"
-    next_measurement = "a reference run on the move at a speed that this set does not have"
+    next_measurement = "a reference run without stops, at a speed that this set does not have"
     plausible = "0.3 to 100 µs"
     parameter_units = {"latency": "us"}
     compensation = "modulators"
-    compensation_note = "its lanes follow the speed; the default bitstream does not"
+    compensation_note = "these lanes follow the speed; the default bitstream cannot correct it"
     depends_on_model = True
     parameter_name = "latency"
     parameter_unit = "us"

@@ -59,17 +59,20 @@ class PeriodicError(Effect):
 
     name = "periodic_error"
     physics = (
-        "Something repeats: a gear before the worm, stator slots, the steps of a motor, a pump. "
-        "The data show its period and its size, not its cause."
+        "A part of the machine repeats its error: a gear before the worm, stator slots, the "
+        "steps of a motor, a pump. The data show the period and the size of the error, not the "
+        "part."
     )
     equation = (
         "c cos φ + s sin φ, φ = νθ or φ = 2πft; ν or f found, any real number; "
         "by_direction: ν whole, c and s for each direction"
     )
     source = "periodogram of uneven samples: Scargle, Astrophys. J. 263 (1982) 835"
-    capture_sees = "a line of any order or frequency, where it is on the disc or at a head"
+    capture_sees = "a line of any order or frequency, if the part acts on the disc or on a head"
     reference_sees = "a line of any order or frequency"
-    separated_by = "fixed to the angle, to time or to the drive: runs at two speeds"
+    separated_by = (
+        "runs at two speeds show whether the line is fixed to the angle, to time or to the drive"
+    )
     next_measurement = "the same run at another speed: the line keeps its order, or its frequency"
     plausible = "0.05 to 30″"
     parameter_units = {
@@ -83,7 +86,8 @@ class PeriodicError(Effect):
     defaults: ClassVar[dict[str, object]] = {"by_direction": False}
     compensation = "lanes"
     compensation_note = (
-        "an order of the angle seen in a reference run; one that is not whole needs REAL_ORDERS"
+        "only an order of the angle that a reference run has measured; an order that is not an "
+        "integer needs REAL_ORDERS"
     )
     unspecific = True
     search_kind = "line"

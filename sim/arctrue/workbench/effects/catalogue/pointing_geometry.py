@@ -31,9 +31,10 @@ class PointingGeometry(Effect):
 
     name = "pointing_geometry"
     physics = (
-        "The first axis of a mount leans, the second axis is not square to it, or the line of "
-        "sight is not square to the second axis. Each turns the line of sight away from the angle "
-        "that the encoder reads; the error grows as the line of sight comes near the first axis."
+        "The first axis of a mount is tilted, the second axis is not square to it, or the line "
+        "of sight is not square to the second axis. Each of these errors turns the line of "
+        "sight away from the angle that the encoder reads; the error increases as the line of "
+        "sight approaches the first axis."
     )
     equation = (
         "first axis: ε = (c cos θ + s sin θ + n)·tan E + k·sec E; "
@@ -41,12 +42,14 @@ class PointingGeometry(Effect):
     )
     source = "spherical trigonometry; terms AN, AW, NPAE and CA of pointing models"
     capture_sees = "nothing"
-    reference_sees = "an error that depends on where the other axis of the mount stood"
+    reference_sees = "an error that depends on the angle of the mount's other axis"
     separated_by = "the angle of the other axis, recorded with each target"
     next_measurement = "a reference run with low and high targets all around the first axis"
-    plausible = "1 to 100″ for each term; minutes before the mount was aligned"
+    plausible = "1 to 100″ for each term; several arcminutes before the mount is aligned"
     parameter_units = dict.fromkeys(TILT, "arcsec")
-    compensation_note = "depends on the other axis: correct it in the mount's pointing model"
+    compensation_note = (
+        "the error depends on the other axis: correct it in the mount's pointing model"
+    )
 
     def concerns(self, observations: Observations) -> bool:
         rows = observations.reference

@@ -22,11 +22,10 @@ class PolygonEccentricity(Effect):
 
     name = "polygon_eccentricity"
     physics = (
-        "The polygon leans and its faces tilt up and down once a turn: an autocollimator rolled by "
-        "ρ about its line of sight reads tilt·sin ρ as an angle, and an encoder as the reference, "
-        "off the axis by s, has an error of s/r. A polygon off the axis has a small error: the "
-        "beam meets its faces off their middle, and a face that is hollow by h over its width H "
-        "makes 8sh/H² of it, 0.0005″ a µm."
+        "The polygon is tilted, so that its faces tilt up and down once per turn: an "
+        "autocollimator rolled by ρ about its line of sight reads tilt·sin ρ as an angle. A "
+        "polygon off the axis by s causes a small error, 8sh/H² or 0.0005″ per µm, if its faces "
+        "of width H are concave by h; an encoder as the reference, off the axis by s, causes s/r."
     )
     equation = "ε = c cos θ + s sin θ, reference only"
     source = "paper, equation (14) for the offset; law of reflection for the tilt"
@@ -34,7 +33,7 @@ class PolygonEccentricity(Effect):
     reference_sees = "order 1"
     separated_by = "two heads and the reference disagree at order 1"
     next_measurement = "a reference run with the polygon re-indexed by some faces"
-    plausible = "0.05 to 1″ by tilt (30″ at a roll of 1°: 0.5″); 0.0005″ a µm by the offset"
+    plausible = "0.05 to 1″ by tilt (30″ at a roll of 1°: 0.5″); 0.0005″ per µm by the offset"
     parameter_units = {"amplitude": "arcsec", "phase": "deg"}
     compensation = "reference"
     compensation_note = "an error of the reference, not of the table"

@@ -31,15 +31,17 @@ class PolygonFaceError(Effect):
 
     name = "polygon_face_error"
     physics = (
-        "Each face of the polygon is off its nominal angle by an amount of its own. This error "
-        "belongs to the polygon, not to the table, and moves with the polygon when it is put on "
-        "anew."
+        "Each face of the polygon deviates from its nominal angle by its own amount. This error "
+        "belongs to the polygon, not to the table, and moves with the polygon when the polygon "
+        "is re-indexed."
     )
     equation = "ε = f_i at face i, Σ f_i = 0"
     source = "paper, Table 3, u₁; EURAMET cg-19"
     capture_sees = "nothing"
-    reference_sees = "the same at every visit of a face"
-    separated_by = "it belongs to the face: re-index the polygon and it moves with the face"
+    reference_sees = "the same error each time a face is read"
+    separated_by = (
+        "the error belongs to the face: if the polygon is re-indexed, the error moves with the face"
+    )
     next_measurement = "a reference run with the polygon re-indexed by some faces"
     plausible = "0.1 to 0.5″"
     parameter_units = {"rms": "arcsec", "face_I": "arcsec"}

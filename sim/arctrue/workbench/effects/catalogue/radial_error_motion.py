@@ -32,8 +32,9 @@ class RadialErrorMotion(Effect):
 
     name = "radial_error_motion"
     physics = (
-        "The axis moves in its bearing, the same way every turn. The heads stand still, so they "
-        "see it at their own stator angles: the phase between them is α, not nα."
+        "The axis moves in its bearing, in the same way in every turn. The heads stand still, "
+        "so they see the motion at their own stator angles: the phase difference between the "
+        "heads is α, not nα."
     )
     equation = "ε₁ = y(θ), δ₂₁ = x sin α + y (cos α − 1); x, y = Σ c cos kθ + s sin kθ"
     source = "ISO 230-7, synchronous radial error motion; exact for small motions"
@@ -54,8 +55,8 @@ class RadialErrorMotion(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "what head 1 sees (y), when a reference run has separated it; the weighted mean of three "
-        "or four heads does not see it"
+        "the part that head 1 sees (y), after a reference run has separated it; the weighted "
+        "mean of three or four heads does not contain the motion"
     )
     defaults = {"orders": list(range(2, 9))}
 

@@ -34,14 +34,15 @@ class SubdivisionError(Effect):
     name = "subdivision_error"
     physics = (
         "Offset, gain and phase errors of a head's sine and cosine make the interpolated angle "
-        "oscillate once, twice or four times a signal period. Each head has electronics of its own."
+        "oscillate once, twice or four times per signal period. Each head has its own "
+        "electronics and its own errors."
     )
     equation = "ε_h = Σ c_{h,k} cos kφ_h + s_{h,k} sin kφ_h, φ_h = 2π·frac(counts·lines/turn)"
     source = "Heydemann (1981), quadrature errors of an interferometer"
     capture_sees = "both heads' oscillations, without the factor of the disc-fixed orders"
-    reference_sees = "24 faces meet only 3 electrical phases: an alias at order 8"
-    separated_by = "it follows the electrical phase counts mod (counts a line)"
-    next_measurement = "a slow capture over a few signal periods with many samples a period"
+    reference_sees = "an alias at order 8, because 24 faces meet only 3 electrical phases"
+    separated_by = "the error follows the electrical phase, counts mod (counts per line)"
+    next_measurement = "a slow capture over a few signal periods with many samples per period"
     plausible = "0.06 to 2.4″"
     parameter_units = {
         "head1_multiple_K_amplitude": "arcsec",
@@ -50,7 +51,10 @@ class SubdivisionError(Effect):
         "head2_multiple_K_phase": "deg",
     }
     compensation = "lanes"
-    compensation_note = "head 1's part, as lanes at k × lines; the others are not in the output"
+    compensation_note = (
+        "lanes at the orders k × lines correct head 1's part; the parts of other heads are not "
+        "in the output"
+    )
     defaults = {"multiples": [1, 2, 4]}
 
     def missing(self, observations: Observations) -> list[str]:

@@ -39,8 +39,8 @@ class ThermalEccentricity(Effect):
     parameter_units = {"amplitude": "arcsec/K", "phase": "deg"}
     compensation = "lanes"
     compensation_note = (
-        "order 1 at the temperature of the table, which the firmware follows; the weighted mean of "
-        "three or four heads does not see it"
+        "order 1, which the firmware calculates for the temperature of the table; the weighted "
+        "mean of three or four heads does not contain it"
     )
 
     def missing(self, observations: Observations) -> list[str]:

@@ -22,8 +22,8 @@ class ThermalHeadDrift(ScalarOfEachHead):
     equation = "δ₂₁ = (T − T₀)·s"
     source = "thermal expansion of a bracket"
     capture_sees = "the mean drifts with T"
-    reference_sees = "nothing when it is head 2"
-    separated_by = "the temperature against the time"
+    reference_sees = "nothing, because the reference is compared with head 1"
+    separated_by = "a temperature that does not change in proportion to time"
     next_measurement = "a capture while the table warms and cools again"
     plausible = "0.05 to 5″/K"
     parameter_units = {"drift": "arcsec/K"}

@@ -15,8 +15,7 @@ class TimingSkew(ScalarOfEachHead):
     name = "timing_skew"
     physics = (
         "Head 2 is read Δτ after head 1, because of its cable, filter or interpolator. In this "
-        "time the table moves by Δτ·ω, so the difference is in proportion to the speed and has "
-        "its sign."
+        "time the table moves by Δτ·ω, so R₂ − R₁ changes in proportion to the signed speed."
     )
     equation = "δ₂₁ = Δτ·ω"
     source = "sampling of a moving scale"
@@ -27,7 +26,7 @@ class TimingSkew(ScalarOfEachHead):
     in_parts = ("speed", "head2")
     plausible = "0.05 to 10 µs"
     parameter_units = {"skew": "us"}
-    compensation_note = "head 1 alone goes to the output; correct the latch instead"
+    compensation_note = "only head 1 goes to the output; correct the latch instead"
     parameter_name = "skew"
     parameter_unit = "us"
 

@@ -23,8 +23,8 @@ class Vibration(Effect):
 
     name = "vibration"
     physics = (
-        "A head's bracket rings, or the floor shakes it, at a fixed frequency. Its phase does not "
-        "depend on the angle and differs from run to run."
+        "A head's bracket vibrates at its own frequency, or at a frequency of the floor. The "
+        "phase does not depend on the angle and differs between runs."
     )
     equation = (
         "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, t since the run's start, f found; "
@@ -32,8 +32,11 @@ class Vibration(Effect):
     )
     source = "forced oscillation of one head"
     capture_sees = "a line in time, at the same frequency at every speed"
-    reference_sees = "scatter; at even times a slow line, the alias of f"
-    separated_by = "the same frequency at another speed; an order would move"
+    reference_sees = "scatter; with constant time steps a slow line, the alias of f"
+    separated_by = (
+        "the frequency is the same at another speed; the frequency of an order changes with the "
+        "speed"
+    )
     next_measurement = "a capture at a speed that this set does not have, or at standstill"
     plausible = "0.05 to 2″, 5 to 300 Hz"
     parameter_units = {
