@@ -27,14 +27,14 @@ IN_TIME, FALSE_A_YEAR = 0.95, 1.0
 """Required share of failing lives with an alarm in time, and permitted number of false alarms per
 machine and year."""
 HEADINGS = (
-    "life",
+    "kind of life",
     "lives",
-    "pass the limit",
-    "alarm before it %",
-    "median days before it",
-    "interval holds the day",
+    "lives that pass the limit",
+    "alarm before the limit, %",
+    "median days from alarm to limit",
+    "interval contains the day",
     "machine-years without damage",
-    "false alarms a year",
+    "false alarms per year",
 )
 
 

@@ -62,17 +62,21 @@ class Outcome:
 
 
 CHECKS = (
-    Check("test", ("make", "test"), "every check and test except those of make test-large"),
+    Check("test", ("make", "test"), "all checks and tests pass, except those of make test-large"),
     Check(
         "test-large",
         ("make", "test-large"),
-        "larger configurations and further cases of what make test shows",
+        "the tests of larger configurations and of further cases pass",
     ),
-    Check("demo", ("make", "demo"), "the main job and a hidden effect, named and corrected"),
+    Check(
+        "demo",
+        ("make", "demo"),
+        "the device calibrates and corrects; a hidden effect is named and corrected",
+    ),
     Check(
         "systems",
         ("scripts/try_systems.sh", "--page", "docs/systems.md"),
-        "both README commands and `pip install` on Debian 12, Debian 13, Ubuntu 24.04",
+        "both README commands and `pip install` work on Debian 12, Debian 13, Ubuntu 24.04",
         ("scripts/try_systems.sh", "--page", "docs/systems.md", "debian13"),
         "Debian 13 only",
     ),
@@ -95,7 +99,11 @@ CHECKS = (
         ("make", "coverage-firmware"),
         "the host tests execute at least 90 % of the lines of the firmware",
     ),
-    Check("bench", ("make", "bench"), "calibration, firmware, instrument and page keep limits"),
+    Check(
+        "bench",
+        ("make", "bench"),
+        "calibration, firmware, instrument and page keep their limits",
+    ),
     Check(
         "bitstream",
         ("make", "bitstream", "FLOW=open"),
@@ -104,7 +112,7 @@ CHECKS = (
     Check(
         "verify-bitstream",
         ("make", "verify-bitstream"),
-        "that bitstream, decoded, runs clock by clock like the VHDL",
+        "the decoded bitstream behaves clock by clock like the VHDL",
     ),
 )
 

@@ -57,7 +57,7 @@ def calibration_sentence(history: LifeHistory) -> str:
             f"{FEWEST_SETS} or more."
         )
     if not broken:
-        return "Every calibration from these sets still holds: no change was found."
+        return "Every calibration from these sets is still valid: no change was found."
     last = broken[-1]
     changes = dict.fromkeys(change for one in broken for change in one.broken_by)
     names = ", ".join(dict.fromkeys(change.series.name for change in changes))
@@ -75,9 +75,9 @@ def life_sentences(history: LifeHistory) -> list[str]:
         *(forecast_sentence(one, history.horizon_days) for one in forecasts),
         calibration_sentence(history),
         *map(change_sentence, history.changes),
-        f"Probability of a false finding in this look: at most "
-        f"{figure(100.0 * history.look_probability, 2)} %, {history.false_alarms_a_year:g} a year "
-        "if you look after each set.",
+        f"The probability of a false finding in this run is at most "
+        f"{figure(100.0 * history.look_probability, 2)} %; with one run after each set, "
+        f"{history.false_alarms_a_year:g} false findings per year are permitted.",
     ]
 
 

@@ -13,8 +13,8 @@ def results_table(files: Sequence[Path]) -> str:
     """Return a table in Markdown: a row for each file of ``arctrue run --json``, with its last
     turn."""
     lines = [
-        "| Scenario | Turns | Applied | Refused "
-        "| Not corrected, RMS | Corrected, RMS | Edges | Mean | Reference |",
+        "| Scenario | Turns | Calibrations applied | Turns refused | Uncorrected, RMS "
+        "| Corrected, RMS | Single edges, RMS | Mean | Error by the reference, RMS |",
         "|---|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]
     for file in files:
