@@ -61,7 +61,7 @@ from arctrue.workbench.model.model import ModelEffect
     type=Finite(min=0.0, min_open=True),
     default=FALSE_ALARMS_A_YEAR,
     show_default=True,
-    help="Permitted false findings of a change per year, with one run after each set.",
+    help="False findings of a change per year, if you look after each set.",
 )
 @click.option(
     "--horizon",
