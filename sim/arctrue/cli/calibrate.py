@@ -116,7 +116,8 @@ class _ManyRuns(click.Command):
 @click.option(
     "--force",
     is_flag=True,
-    help="Write the coefficients although the reference run or the firmware would refuse them.",
+    help="Write the coefficients even if they increase the error of the reference run, or if "
+    "the firmware would refuse them.",
 )
 @click.option(
     "--json",
@@ -145,16 +146,17 @@ def calibrate(
 ) -> None:
     """Calibrate from the capture of the measurement set SET, or from its reference run alone.
 
-    A set without a capture is fitted with the orders that its targets tell apart (--orders: at
-    most); options of the two heads then have no meaning and are refused.
+    For a set without a capture, the command fits the orders from 1 to the highest one that the
+    spacing of the reference targets determines, at most to --orders. It refuses options that
+    concern two heads.
 
     --angle mean calibrates the weighted mean of all heads of a set with head_places_deg and writes
-    its words, with a set for each head that may be missing.
+    the coefficients of the mean, with a further coefficient set for each head that may fail.
 
-    Prints the orders and, where SET has a reference run, the error before and after through the
-    bit-true gateware. Exit code 1: the coefficients are refused (--force writes them); 2: the set
-    or an option is wrong; 3: the capture cannot be used. In each of these cases an earlier
-    coefficient file stays as it is.
+    Prints the orders. If SET has a reference run, also prints the error before and after the
+    correction by the bit-true gateware. Exit code 1: the coefficients are refused (--force writes
+    them); 2: the set or an option is wrong; 3: the capture cannot be used. In each of these cases
+    an earlier coefficient file stays as it is.
     """
     settings = CalibrationSettings(method, runs or None, most_order, lanes, gain_limit, separation)
     try:
@@ -370,10 +372,10 @@ def _print_summary(console: Console, calibration: Calibration, method: str) -> N
 
     console.print(
         f"head separation: {math.degrees(estimate.head_separation_rad):.6f}°, "
-        f"{estimate.separation_choice} used. From the nominal "
+        f"{estimate.separation_choice} used. Deviation from the nominal "
         f"{math.degrees(nominal.value_rad):.6f}° (u = {nominal.u_rad * ARCSEC_PER_RAD:.2f}″): "
         f"measured by the index {stated(of['measured'])}, "
-        f"by the reference's harmonics {stated(of['harmonics'])}",
+        f"from the harmonics of the reference {stated(of['harmonics'])}",
         soft_wrap=True,
     )
 

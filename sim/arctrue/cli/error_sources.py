@@ -102,4 +102,4 @@ def _stored(source: Path) -> dict[str, Any]:
         found = read_json(source, dict[str, Any])
         if {"methods", "experiment", "angle_deg"} <= found.keys():
             return found
-    raise ValueError(f"{source}: expected the JSON of arctrue error-sources")
+    raise ValueError(f"{source}: expected a file that `arctrue error-sources --json` wrote")

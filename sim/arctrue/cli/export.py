@@ -163,7 +163,8 @@ GATEWARE = "gateware"
 @click.option(
     "--force",
     is_flag=True,
-    help="Write the file although the reference run or the firmware would refuse it.",
+    help="Write the file even if it increases the error of the reference run, or if the firmware "
+    "would refuse it.",
 )
 @for_people
 def export(

@@ -129,7 +129,10 @@ def _stored(source: Path) -> list[dict[str, Any]]:
         experiments = typed(found.get("experiments", [found]), list[dict[str, Any]])
         if all({"published", "after"} <= one.keys() for one in experiments):
             return experiments
-    raise ValueError(f"{source}: expected the JSON of arctrue paper, an experiment or a page")
+    raise ValueError(
+        f"{source}: expected a file that `arctrue paper --json` wrote, with one experiment or "
+        "(with --page) a list of experiments"
+    )
 
 
 def _print(result: Mapping[str, Any]) -> None:
