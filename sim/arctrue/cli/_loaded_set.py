@@ -118,7 +118,8 @@ def common_options(function: Callable[..., None]) -> Callable[..., None]:
             type=SEED,
             default=1,
             show_default=True,
-            help="Seed of the random draws of compare and report; other commands draw nothing.",
+            help="Seed of the random draws of compare and report; other commands make no random "
+            "draws.",
         ),
         click.option("--out", type=OutputFolder(), help="Folder for pictures."),
         json_option,

@@ -64,7 +64,7 @@ class _ManyRuns(click.Command):
     type=click.Choice(list(METHODS)),
     default="least_squares",
     show_default=True,
-    help="least_squares: at the angles that were read. fourier: the paper's transform, which "
+    help="least_squares fits at the measured angles; fourier is the paper's transform, which "
     "assumes equal steps.",
 )
 @click.option(
@@ -89,29 +89,29 @@ class _ManyRuns(click.Command):
     type=Finite(min=0.0, min_open=True),
     default=GAIN_LIMIT_DEFAULT,
     show_default=True,
-    help="Apply no order whose noise gain is above this.",
+    help="Largest noise gain of an order that is applied.",
 )
 @click.option(
     "--head-separation",
     "separation",
     type=click.Choice(["measured", "nominal", "harmonics"]),
-    help="Which angle between the heads to use: measured by the index, nominal, or by the "
-    "harmonics that the reference run shows.  [default: measured; nominal if the index is "
-    "implausible; harmonics if they are the most certain]",
+    help="Source of the angle between the heads: index pulses (measured), nominal value, or "
+    "harmonics of the reference run.  [default: measured; nominal if the index is implausible; "
+    "harmonics if their uncertainty is the smallest]",
 )
 @click.option(
     "--angle",
     type=click.Choice(["head1", "mean"]),
     default="head1",
     show_default=True,
-    help="What the gateware puts out: head 1, corrected from heads 1 and 2, or the weighted mean "
-    "of all heads, which sees no translation of the axis.",
+    help="Angle that the gateware puts out. head1: head 1, corrected from heads 1 and 2. mean: "
+    "the weighted mean of all heads, which contains no translation of the axis.",
 )
 @click.option(
     "--motion",
     metavar="ORDERS",
-    help="With --angle mean: orders at which the axis may move, 1-8 or 2,3,9; none; every.  "
-    "[default: every with four heads, else none]",
+    help="With --angle mean: orders at which the axis may move: a list such as 1-8 or 2,3,9, "
+    "none, or every.  [default: every with four heads, otherwise none]",
 )
 @click.option(
     "--force",
@@ -123,12 +123,12 @@ class _ManyRuns(click.Command):
     "--json",
     "json_file",
     type=OutputFile(),
-    help="Write the figures as JSON.",
+    help="Write the results as JSON.",
 )
 @click.option(
     "--out",
     type=OutputFolder(),
-    help="Folder of coefficients.toml and calibration.png.  [default: build/calibration/NAME]",
+    help="Folder for coefficients.toml and calibration.png.  [default: build/calibration/NAME]",
 )
 def calibrate(
     folder: Path,

@@ -29,7 +29,11 @@ the polygon's cycles have begun."""
 
 @click.command(short_help="The paper's experiment on the virtual instrument.")
 @click.option(
-    "--cycles", type=click.IntRange(2), default=10, show_default=True, help="Cycles over the faces."
+    "--cycles",
+    type=click.IntRange(2),
+    default=10,
+    show_default=True,
+    help="Number of cycles over the faces.",
 )
 @click.option(
     "--interpolation",
@@ -75,9 +79,9 @@ def paper(
 ) -> None:
     """Measure with a 24-face polygon and autocollimator before and after the correction.
 
-    Gateware and firmware capture, calibrate and correct the table; every edge passes the decoders.
-    At the paper's size a cycle takes about a minute and a half. --page writes a page that compares
-    every equation, table and figure of the paper with this experiment.
+    On a simulated table, gateware and firmware capture, calibrate and correct; every edge passes
+    the decoders. At the paper's size a cycle takes about a minute and a half. --page writes a page
+    that compares every equation, table and figure of the paper with this experiment.
     """
     experiments = [one for path in source for one in _stored(path)]
     if not source:
