@@ -7,7 +7,7 @@ from arctrue.studies.benchmark.independent.world import independent_worlds
 from arctrue.studies.benchmark.worlds import WORLDS
 
 MADE = "<!-- Made by scripts/make_docs.py from the worlds. Do not edit: make docs -->"
-WORLDS_TOLD = """## The first generator, of the simulated table
+WORLDS_TEXT = """## The first generator, of the simulated table
 
 A set has 24,000 rows: four runs (up, down, three times as fast, warm) and ten polygon cycles.
 Each world has sets with nothing in them, one cause of the catalogue, a product of parts that is
@@ -19,7 +19,7 @@ other are not avoided.
 |---|---|
 """
 
-SECOND_TOLD = """## The second generator
+SECOND_TEXT = """## The second generator
 
 The second generator (`--generator independent`; `both`: a fifth of the sets) was written from the
 physics by somebody who had read neither the effects of the workbench nor the first generator, and
@@ -34,7 +34,7 @@ orders, the offsets of the runs and all other causes, and whitens by the noise d
 | world | what is measured, and what may be hidden |
 |---|---|
 """
-INDEPENDENCE_TOLD = """## How independent the first generator is of the effects
+INDEPENDENCE_TEXT = """## How independent the first generator is of the effects
 
 It moves discs, brackets and counters by exact plane geometry and solves for the reading; it
 shares no code with the workbench. Where a cause's own formula *is* the effect's, agreement shows
@@ -130,12 +130,12 @@ as the sensor shows it, and the speed from the angle and the time of the rows.
 
 def benchmark_sets_page() -> str:
     """Return the page as Markdown, from the descriptions of the worlds."""
-    lines = [MADE, "", "# The sets of the benchmark", "", WORLDS_TOLD.rstrip()]
+    lines = [MADE, "", "# The sets of the benchmark", "", WORLDS_TEXT.rstrip()]
     lines += [
         f"| {name} | {' '.join((make.__doc__ or '').split())} |" for name, make in WORLDS.items()
     ]
-    lines += ["", SECOND_TOLD.rstrip()]
+    lines += ["", SECOND_TEXT.rstrip()]
     lines += [f"| {name} | {world.about} |" for name, world in independent_worlds().items()]
-    lines += ["", INDEPENDENCE_TOLD.rstrip()]
+    lines += ["", INDEPENDENCE_TEXT.rstrip()]
     lines += [f"| `{name}` | {text} |" for name, text in INDEPENDENCE.items()]
     return "\n".join([*lines, "", NOISE_TEXT])

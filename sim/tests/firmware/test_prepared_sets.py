@@ -195,7 +195,7 @@ def test_the_parity_has_the_weights_of_the_workbench() -> None:
     assert np.abs(signed - parity_weights(places)).max() <= 2
 
 
-def test_a_head_that_is_left_out_is_told_at_once_and_comes_back_on_request(
+def test_a_head_that_is_left_out_is_reported_at_once_and_comes_back_on_request(
     running: Firmware,
 ) -> None:
     loaded(running, file_of(1, 2, 3, 4))
