@@ -92,7 +92,7 @@ effects_option = click.option(
     "folders",
     type=click.Path(path_type=Path),
     multiple=True,
-    help="Folder of own effects.",
+    help="Folder with your own effects.",
 )
 
 

@@ -110,7 +110,7 @@ class _ManyRuns(click.Command):
 @click.option(
     "--motion",
     metavar="ORDERS",
-    help="With --angle mean: orders at which the axis may move: a list such as 1-8 or 2,3,9, "
+    help="With --angle mean: orders at which the axis may move: a list (1-8 or 2,3,9), "
     "none, or every.  [default: every with four heads, otherwise none]",
 )
 @click.option(
@@ -153,7 +153,7 @@ def calibrate(
     --angle mean calibrates the weighted mean of all heads of a set with head_places_deg and writes
     the coefficients of the mean, with a further coefficient set for each head that may fail.
 
-    Prints the orders. If SET has a reference run, also prints the error before and after the
+    The command prints the orders and, if SET has a reference run, the error before and after the
     correction by the bit-true gateware. Exit code 1: the coefficients are refused (--force writes
     them); 2: the set or an option is wrong; 3: the capture cannot be used. In each of these cases
     an earlier coefficient file stays as it is.

@@ -67,7 +67,9 @@ GATEWARE = "gateware"
     default=GATEWARE,
     show_default=True,
     metavar="FORMAT",
-    help="gateware: its coefficients; a table for another controller: " + ", ".join(FORMATS) + ".",
+    help="gateware: coefficients of the gateware. For another controller a table: "
+    + ", ".join(FORMATS)
+    + ".",
 )
 @click.option(
     "--points",

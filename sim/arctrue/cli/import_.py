@@ -89,7 +89,7 @@ def _ask(asked: Ambiguous) -> str:
     "reader",
     default="",
     metavar="NAME",
-    help="Name of the reader for the files.  [default: by their content]",
+    help="Name of the reader.  [default: the reader that recognises the file]",
 )
 @click.option(
     "--delimiter",

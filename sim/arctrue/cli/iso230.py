@@ -59,7 +59,7 @@ def iso230(
     drift_arcsec: float | None,
     temperature: float | None,
 ) -> None:
-    """Print the parameters of ISO 230-2 for the reference run of SET, per target and per turn.
+    """Print the parameters of ISO 230-2 for the reference run of SET, per target and over the turn.
 
     With --model the command also prints the parameters after a correction by this model. Masked
     rows are not used. With --out the command writes iso230.md, iso230.html and iso230.pdf into that
