@@ -188,10 +188,10 @@ def _token(file: Path) -> str:
 @device.command("status", short_help="Show what a running daemon does.")
 @click.argument("port", default="")
 def status(port: str) -> None:
-    """Show the counters and the latest turn of the daemon of PORT (default: any daemon here).
+    """Show the counters and the latest turn of a daemon.
 
-    PORT is the serial port, or HOST:PORT with the token in ARCTRUE_DEVICE_TOKEN. Exit code 2: no
-    daemon answers.
+    PORT is the serial port of the daemon (default: any daemon on this machine), or HOST:PORT with
+    the token in ARCTRUE_DEVICE_TOKEN. Exit code 2: no daemon answers.
     """
     daemon = daemon_of(port) if port else announced_at("")
     if daemon is None:
@@ -232,7 +232,7 @@ def files(record: Path, folder: Path) -> None:
 @device.command("unit", short_help="Write the systemd unit and the udev rule.")
 @click.argument("folder", type=OutputFolder())
 def unit(folder: Path) -> None:
-    """Write arctrue-device@.service and 70-arctrue.rules to FOLDER; each states its place."""
+    """Write arctrue-device@.service and 70-arctrue.rules to FOLDER; each says where it belongs."""
     try:
         for file in sorted(SHIPPED.iterdir()):
             text = file.read_text(encoding="utf-8").replace("@ARCTRUE@", _program())

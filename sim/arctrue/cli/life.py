@@ -61,7 +61,8 @@ from arctrue.workbench.model.model import ModelEffect
     type=Finite(min=0.0, min_open=True),
     default=FALSE_ALARMS_A_YEAR,
     show_default=True,
-    help="Number of false change reports per year, if the command runs after each new set.",
+    help="Permitted number of false change reports per year, if the command runs after each new "
+    "set.",
 )
 @click.option(
     "--horizon",

@@ -50,7 +50,8 @@ NO_DEVICE = 2
     "--turn",
     type=click.IntRange(-(1 << 23), (1 << 23) - 1),
     help="Number that the device gives to turn 0 of FILE (`load status` shows the present "
-    "number). It sets the phases of lanes of real orders; without it these lanes are off.",
+    "number). It sets the phases of lanes of real orders; without it such a lane is off until the "
+    "device finds its phase.",
 )
 def load(
     port: str, file: Path, timeout: float, *, force: bool, unseen: bool, turn: int | None
