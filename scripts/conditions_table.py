@@ -28,12 +28,12 @@ STORED: Final = ROOT / "docs" / "data" / "conditions.json"
 PAGE: Final = ROOT / "docs" / "hidden-effect.md"
 SECTION: Final = MarkedSection(PAGE, "<!-- made by scripts/conditions_table.py -->\n")
 ROWS: Final = {
-    "hysteresis": "polygon from both sides, up less down",
-    "latency": "speed goes to a half and back, largest error",
-    "centrifugal_lobes": "0.7 of the speed, order 3",
-    "loose_centre": "down, order 1",
-    "warm_ovality": "2.5 K warmer, order 2",
-    "all_at_once": "down, 2.5 K warmer, speed to a half and back, largest error",
+    "hysteresis": "polygon faces approached from both directions: error up minus error down",
+    "latency": "the speed falls to a half and rises again: largest error",
+    "centrifugal_lobes": "0.7 of the measured speed: amplitude of order 3",
+    "loose_centre": "turn down: amplitude of order 1",
+    "warm_ovality": "2.5 K warmer: amplitude of order 2",
+    "all_at_once": "turn down, 2.5 K warmer, speed falls to a half and rises again: largest error",
 }
 """Texts of the table for each case: the judged turn, and the figures that are compared."""
 
@@ -66,8 +66,8 @@ def measure(names: Sequence[str]) -> dict[str, Any]:
 def section(stored: dict[str, Any]) -> str:
     """Return the table of the page."""
     lines = [
-        "| Hidden | Fresh turn, and what is judged | Lanes | Paper's model "
-        "| Without the lanes | With them |",
+        "| Hidden effect | Fresh turn: evaluated error | Lanes that follow a condition "
+        "| Paper's model | Without these lanes | With these lanes |",
         "|---|---|---|---|---|---|",
     ]
     for name, words in ROWS.items():
@@ -77,7 +77,7 @@ def section(stored: dict[str, Any]) -> str:
             without = left.get("unit_left_out")
             lanes = "; ".join(text.split(":")[0] for text in row["followed"])
             lines.append(
-                f"| `{name}` | {words} | {lanes or 'of the temperature'} | {left['paper']:.2f}″ | "
+                f"| `{name}` | {words} | {lanes or 'temperature'} | {left['paper']:.2f}″ | "
                 f"{'' if without is None else f'{without:.2f}″'} | {left['corrected']:.2f}″ |"
             )
     return "\n".join(lines) + "\n"

@@ -27,7 +27,7 @@ COMPENSATED = {
     "modulators": "by lanes of a bitstream with `MODULATORS`",
     "local_table": "by the table of a bitstream with `LOCAL_TABLE`",
     "none": "no",
-    "reference": "nothing to take away",
+    "reference": "nothing to correct",
 }
 
 TAKEN = {
@@ -37,8 +37,8 @@ TAKEN = {
     "lanes of real orders": "lanes of a bitstream with `REAL_ORDERS`",
     "local table": "the table of a bitstream with `LOCAL_TABLE`",
     "nothing": "nothing",
-    "not in the output": "not in the output: head 2 alone has it",
-    "reference": "no error of the table, but of the reference",
+    "not in the output": "no correction needed: only head 2 has the error, the output does not",
+    "reference": "no correction needed: the reference has the error, the table does not",
 }
 
 HEAD = """\
@@ -46,16 +46,17 @@ HEAD = """\
 
 # Physical effects
 
-This page lists what can be missing from a model of a rotary table with two heads on one disc. Each
-effect is one file in [the catalogue](../sim/arctrue/workbench/effects/catalogue). This page and
-`arctrue effects show NAME` are made from these files. An effect of your own uses the same
-interface: [how to write one](own-effect.md).
+This page lists the physical effects that a model of a rotary table with two heads on one disc may
+have to contain. Each effect is one file in
+[the catalogue](../sim/arctrue/workbench/effects/catalogue). A script makes this page from these
+files, and `arctrue effects show NAME` prints them. You can add your own effect with the same
+interface: [how to write an effect](own-effect.md).
 
 θ is the angle of the table, ψ the angle of the disc under a head (θ for head 1, θ + α for
 head 2: [head geometry](architecture.md#head-geometry)), ω the speed, d the direction (±1), T the
-temperature, R the reading of a head. *Capture*: both heads over time, which shows R₂ − R₁.
-*Reference run*: head 1 against a polygon or another reference, which shows ε. 1 µm at the disc
-is 3.82″.
+temperature, and R the reading of a head. A *capture* records both heads over time; it shows
+R₂ − R₁. A *reference run* compares head 1 with a polygon or another reference; it shows ε. 1 µm at
+the disc is 3.82″.
 
 """
 
@@ -87,24 +88,26 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
     measured = stored()
     lines = [
         "",
-        "## Who takes it away",
+        "## Which part of the gateware corrects it",
         "",
-        "A lane adds one harmonic a·cos(nR + φ) of the reading R of head 1, "
-        f"n up to {ORDER_MAX:,};",
-        "the offset adds a constant. The firmware calculates some lanes for the temperature of the",
-        "table. An error of head 1 that is a function of its reading, or of that and the",
-        "temperature, can be taken away; any other error cannot. `arctrue export` states the same",
-        "for every effect of a fitted model.",
+        "A lane adds one harmonic a·cos(nR + φ) of the reading R of head 1, with n up to "
+        f"{ORDER_MAX:,};",
+        "the offset adds a constant. The firmware calculates the coefficients of some lanes from",
+        "the temperature of the table. The gateware's default build can correct an error of head 1",
+        "if it is a function of the reading, or of reading and temperature; it cannot correct any",
+        "other error. `arctrue export` states this for every effect of a fitted model.",
         "",
-        "Measured by `python -m scripts.measure_taken_away`: a table with an eccentric disc and",
-        "the effect, a recorded set with noise, a model without and with it, and the exported",
-        "lanes against the true error of head 1 on a turn up and a turn down at "
-        f"{measured['temperature_c']:g} °C, which is in",
-        "no run of the set. RMS, arcseconds; *left* is of the whole error, with the disc's own.",
-        "With `MODULATORS`, direction and speed are settled in either turn.",
+        "`python -m scripts.measure_taken_away` measures the figures of the table. It simulates a",
+        "table with an eccentric disc and the effect, records a set with noise, fits one model",
+        "without and one model with the effect, and exports the lanes. It then compares the lanes'",
+        "correction with the true error of head 1 on a turn up and a turn down at "
+        f"{measured['temperature_c']:g} °C, a",
+        "temperature at which the set has no run. The figures are RMS values in arcseconds.",
+        "*Remains* refers to the whole error, which contains the eccentricity of the disc. With",
+        "`MODULATORS`, direction and speed are constant in each of the two turns.",
         "",
-        "| Effect | Simulated | Adds to the error of head 1 | Left, not in the model "
-        "| Left, in the model | Taken away by |",
+        "| Effect | Simulated | Adds to the error of head 1 | Remains, effect not in the model "
+        "| Remains, effect in the model | Corrected by |",
         "|---|---|---:|---:|---:|---|",
     ]
     for name in effects:
@@ -121,12 +124,13 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         lines.append(f"| [`{name}`](#{name}) | {row['simulated']} | {figures} | {words} |")
     lines += [
         "",
-        "An effect that nothing takes away still belongs in the model: without it, the fit",
-        "attributes it to orders, which lanes would then correct wrongly. Every judgement of the",
-        "table excludes an error of the reference, and the export states this. The gear of",
-        "`drive_gear_error` is off its centre: its lines next to the tooth count need the",
-        "settings `below` and `above`. The same gear as `periodic_error` is one line at an order",
-        "that is not whole, which has a lane in a bitstream with `REAL_ORDERS`.",
+        "The model must also contain an effect that no part of the gateware corrects: otherwise",
+        "the fit attributes the effect to orders of the turn, and lanes would add a wrong",
+        "correction. The figures do not contain errors of the reference, and the export states",
+        "this. The gear of `drive_gear_error` is eccentric: the orders next to its tooth count",
+        "need the settings `below` and `above`. The effect `periodic_error` describes one line of",
+        "a gear at an order that is not an integer; this order has a lane in a bitstream with",
+        "`REAL_ORDERS`.",
         "",
     ]
     return lines

@@ -37,9 +37,9 @@ SCALES: Final = {
 TURNS: Final = 3
 LAG_S: Final = 60.0
 RUNS: Final = {
-    HELD: "the first turn's coefficients held",
-    BY_FIRMWARE: "the firmware alone, from its thermometer",
-    "lagging": "the same, the thermometer lags by 60 s",
+    HELD: "the coefficients of the first turn stay active",
+    BY_FIRMWARE: "the firmware follows its thermometer",
+    "lagging": "the firmware follows a thermometer that lags by 60 s",
 }
 
 

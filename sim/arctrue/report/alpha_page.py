@@ -44,8 +44,8 @@ def alpha_page(found: Mapping[str, Any]) -> str:
         [
             "# The angle between the heads",
             "",
-            "`arctrue alpha` computes how an angle α between two heads amplifies noise and an "
-            "error of α, order by order, and which α is",
+            "`arctrue alpha` computes, for each order, how the angle α between two heads amplifies "
+            "noise and an error of α, and which α is",
             "best for given orders. The command makes this page from "
             "[alpha.json](data/alpha.json).",
             "",
@@ -55,56 +55,61 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "```",
             "",
             "Equation (6) multiplies the noise of order n by the gain |TF(n)| = 1/(2 |sin(nα/2)|). "
-            "An error Δα changes the order by n·|TF(n)|·Δα of its",
-            "amplitude. An order with n·α near a whole turn is seen badly or not at all.",
+            "An error Δα of α changes the amplitude of order n",
+            "by the relative amount n·|TF(n)|·Δα. If n·α is near a whole number of turns, the two "
+            "heads determine order n poorly or not at all.",
             "",
             f"![Noise gain and sensitivity over α and order](images/{PICTURE})",
             "",
             "## Which α",
             "",
-            "For orders 1 to N the worst gain is at least 1/(2 sin(π/(N + 1))), because two of the "
-            "N + 1 points n·α, n = 0 … N, of a circle are at most",
-            "360°/(N + 1) apart. α = 360°·k/(N + 1) reaches this limit for each k without a common "
-            "divisor with N + 1. Of these α, from 20° on (two heads",
-            "need that space), the table lists the three with the smallest error for the paper's "
-            "table.",
+            "The worst gain of the orders 1 to N is at least 1/(2 sin(π/(N + 1))). The reason: of "
+            "the N + 1 points n·α, n = 0 … N, on a circle, two are at most",
+            "360°/(N + 1) apart. α = 360°·k/(N + 1) reaches this limit for each k that has no "
+            "common divisor with N + 1. From these angles, the table below lists the three with "
+            "the smallest error",
+            "for the paper's rotary table, among angles of at least 20°, the space that two heads "
+            "need.",
             "",
-            "- *Noise*: RMS over the turn of these orders' error from 0.1″ of noise on each "
-            "reading of one captured turn of 12,000 samples.",
-            "- *Mounting*: RMS of the error if α is ± 50″ off and the nominal α is used.",
+            "- *Noise*: RMS over the turn of the error of these orders that 0.1″ of noise on each "
+            "reading causes, for one captured turn of 12,000 samples.",
+            "- *Mounting*: RMS of the error if the true α differs by up to ± 50″ from the nominal "
+            "α that the calibration uses.",
+            "- *Not determined*: the first orders up to 128 that two heads at α do not determine.",
             "",
-            "| Orders | | α | Worst gain | Gain, order 1 | RMS gain | Noise, ″ | Mounting, ″ "
-            "| Blind to 128 |",
+            "| Orders | Choice | α | Worst gain | Gain, order 1 | RMS gain | Noise, ″ | Mounting, "
+            "″ | Not determined |",
             "|---|---|---:|---:|---:|---:|---:|---:|---|",
             *rows,
             "",
-            f"The paper's {alpha:g}° is 11/120 of a turn. It suits orders up to 10; order 11 "
-            "comes to 363°, and its noise is amplified",
-            f"{_gain(given['given']['worst_gain'])} times. For orders 1 to 40, "
-            f"{best['alpha_deg']:.2f}° ({best['alpha_deg'] - alpha:+.1f}°) reduces that to "
-            f"{_gain(best['worst_gain'])} and the error of mounting to",
-            f"{best['by_mounting_arcsec'] / given['given']['by_mounting_arcsec']:.2f} of its size: "
-            "order 1, the largest error, needs heads that are far apart. The sentence “smaller "
-            "angular separation",
-            "improves calibration accuracy” (2.1) therefore does not hold at n = 1: "
-            "[errata](errata.md). A further head improves more than any α: "
+            f"The paper's α = {alpha:g}° is 11/120 of a turn. This angle suits orders up to 10; at "
+            "order 11, n·α is 363°, near a whole turn, so that the noise of order 11 is amplified",
+            f"{_gain(given['given']['worst_gain'])} times. For orders 1 to 40, α = "
+            f"{best['alpha_deg']:.2f}° ({best['alpha_deg'] - alpha:+.1f}°) reduces this worst gain "
+            f"to {_gain(best['worst_gain'])}, and the error by mounting to",
+            f"{best['by_mounting_arcsec'] / given['given']['by_mounting_arcsec']:.2f} of its size, "
+            "because order 1, the largest error, needs heads that are far apart. The paper's "
+            "sentence “smaller angular separation",
+            "improves calibration accuracy” (2.1) is therefore not true for n = 1: see "
+            "[errata](errata.md). A third head improves the result more than any choice of α: see "
             "[methods](methods.md#how-many-heads).",
             "",
             *_places(found.get("places", [])),
             "## How many lanes, how many bits",
             "",
-            "The same table's error is corrected with exact coefficients. Lanes: RMS of the orders "
-            "without a lane.",
+            "The error of the paper's rotary table is corrected with exact coefficients. The first "
+            "table shows the RMS of the orders that have no lane.",
             "",
             "| Lanes | Remaining error, ″ RMS |",
             "|---:|---:|",
             *lanes,
             "",
-            "Bits: RMS with the bit-true cosine and all lanes, by its width (rows) and the "
-            "iterations of the CORDIC (columns), ″. The",
-            f"rounding of the corrected angle to a count adds {found['rounding_arcsec']:.3f}″ in "
-            "any case. The paper and this implementation use",
-            "18 bits and 16 iterations.",
+            "The second table shows the RMS of the remaining error in ″ with all lanes and the "
+            "bit-true CORDIC, for the width of the CORDIC's cosine (rows) and the number of its "
+            "iterations (columns).",
+            "In each case the rounding of the corrected angle to a count adds "
+            f"{found['rounding_arcsec']:.3f}″. The paper and this implementation use 18 bits and "
+            "16 iterations.",
             "",
             "| Bits | " + " | ".join(map(str, bits["iterations"])) + " |",
             "|---:|" + "---:|" * len(bits["iterations"]),
@@ -129,16 +134,16 @@ def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
     return [
         "## Three and four heads",
         "",
-        "`arctrue alpha --heads 4 --orders 64` searches the places of all heads (`--places "
-        "0,64.3,177,257.9` evaluates given ones), in steps of 4°",
-        "and then finer, with the heads at least 20° apart; other places can be as good.",
+        "`arctrue alpha --heads 4 --orders 64` searches the best places of all heads, first in "
+        "steps of 4° and then in smaller steps, with the heads at least 20° apart;",
+        "other places can be equally good. `--places 0,64.3,177,257.9` evaluates given places.",
         "",
-        "- *Worst gain*: noise of an order of the disc over that of one head; three heads: axis at "
-        "rest; four heads: axis motion unknown at every",
-        "  order (orders from 2 on, because the mean does not contain order 1).",
-        "- *Mean*: √Σwᵢ² of the weighted mean that sees no translation of the axis. *One "
-        "missing*: the noisiest mean of the three remaining heads.",
-        "  Both are below 0.85 at the searched places.",
+        "- *Worst gain* is the largest noise of an order of the disc, divided by the noise of one "
+        "head. For three heads the axis is assumed at rest; for four heads axis motion is unknown",
+        "  at every order, and the orders begin at 2, because the mean does not contain order 1.",
+        "- *Mean* is √Σwᵢ² of the weighted mean that is free of axis translation. *One missing* is "
+        "the same value without one head, in the worst case.",
+        "  The search accepts only places at which both values are below 0.85.",
         "",
         "| Heads | Orders | Places after head 1 | Worst gain | Mean | One missing |",
         "|---:|---|---|---:|---:|---:|",
@@ -160,11 +165,11 @@ def plot_alpha(found: Mapping[str, Any], folder: Path) -> Path:
         figure = Figure(figsize=(9.6, 8.4), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True)
         for axes, values, title, high in (
-            (top, gain_map(alpha, _ORDERS), "Noise gain |TF(n)|; dark: weak or blind", 2.0),
+            (top, gain_map(alpha, _ORDERS), "Noise gain |TF(n)|; dark: poorly determined", 2.0),
             (
                 bottom,
                 sensitivity_map(alpha, _ORDERS) * 10.0 * RAD_PER_ARCSEC * 1e3,
-                "Error of an order for 10″ of α, ‰ of its amplitude",
+                "Error of an order if α is wrong by 10″, ‰ of the amplitude",
                 2.0,
             ),
         ):
@@ -190,7 +195,7 @@ def plot_alpha(found: Mapping[str, Any], folder: Path) -> Path:
                     [best["alpha_deg"]] * 2, [1, best["most_order"]], color="black", linewidth=1.2
                 )
         bottom.set_xlabel(
-            f"α, °; red: {found['alpha_deg']:g}°; black: the best α for the orders that it spans"
+            f"α, °; red: {found['alpha_deg']:g}°; black: best α for the orders that the line spans"
         )
         return save_picture(figure, path, dots_per_inch=110)
 

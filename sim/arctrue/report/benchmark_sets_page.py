@@ -7,124 +7,145 @@ from arctrue.studies.benchmark.independent.world import independent_worlds
 from arctrue.studies.benchmark.worlds import WORLDS
 
 MADE = "<!-- Made by scripts/make_docs.py from the worlds. Do not edit: make docs -->"
-WORLDS_TEXT = """## The first generator, of the simulated table
+WORLDS_TEXT = """## The first generator, based on the simulated table
 
 A set has 24,000 rows: four runs (up, down, three times as fast, warm) and ten polygon cycles.
-Each world has sets with nothing in them, one cause of the catalogue, a product of parts that is
-not in the catalogue, a stranger outside the grammar of parts, and two or three causes at once.
-Causes and sizes are drawn from the ranges of `arctrue simulate --list`; draws that look like each
-other are not avoided.
+Each world has five kinds of sets: sets without a cause; with one cause of the catalogue; with a
+product of parts that is not in the catalogue; with a stranger, which no product of parts can
+represent; and with two or three causes at once. Causes and sizes are drawn at random from the
+ranges that `arctrue simulate --list` shows; causes that look like each other may be drawn too.
 
-| world | what is wrong in it |
+| world | disturbances of the measurement |
 |---|---|
 """
 
 SECOND_TEXT = """## The second generator
 
-The second generator (`--generator independent`; `both`: a fifth of the sets) was written from the
-physics by somebody who had read neither the effects of the workbench nor the first generator, and
-imports nothing of them. Its noise is white, of Student's t, a relaxation, a random walk, 1/f by
-fractional integration, or a driven oscillator. A set states which answers are right: names that
-mean the same, verdicts that its design allows (where temperature rises with time, `ambiguous`:
-*left open, rightly*), and where a line lies: a name at another place is false. A damped
-oscillator in the noise counts as a cause that the catalogue lacks: `unknown` is right if its
-frequency is stated within the half width at half power. Its oracle projects each cause off 20
-orders, the offsets of the runs and all other causes, and whitens by the noise drawn.
+The option `--generator independent` selects the second generator; with `--generator both` it makes
+a fifth of the sets. Its author wrote it from the physics, without having read the effects of the
+workbench or the first generator, and it imports no code of them. Its noise is white noise, noise
+with Student's t distribution, a relaxation, a random walk, 1/f noise by fractional integration, or
+a driven oscillator.
+
+Each set states which answers are right: names with the same meaning, and verdicts that the design
+of the measurement allows (for example `ambiguous` if the temperature rises with time; the score
+counts this as *left open, rightly*). For a periodic error the set also states the order or the
+frequency: the right name at another order or frequency is a false name. A damped oscillator in the
+noise counts as a cause that the catalogue does not have: `unknown` is right if the diagnosis states
+the oscillator's frequency within the half width at half power.
+
+The oracle of the second generator removes from each cause, by projection, 20 orders, the offsets of
+the runs and all other causes, and whitens the result with the spectrum of the drawn noise.
 
 | world | what is measured, and what may be hidden |
 |---|---|
 """
 INDEPENDENCE_TEXT = """## How independent the first generator is of the effects
 
-It moves discs, brackets and counters by exact plane geometry and solves for the reading; it
-shares no code with the workbench. Where a cause's own formula *is* the effect's, agreement shows
-that the search and the statistics work, not that the physics is right.
+The first generator moves discs, brackets and counters by exact plane geometry and solves for the
+reading; it shares no code with the workbench. If the formula of a cause equals the formula of the
+workbench's effect, a right diagnosis shows that the search and the statistics work, but not that
+the physics is right.
 
-| effect | the same formula? |
+| effect | do cause and effect have the same formula? |
 |---|---|
 """
 INDEPENDENCE = {
-    "high_order_graduation": "The same: a wave of one order on the graduation.",
+    "high_order_graduation": "Yes: both are a sine of one order on the graduation.",
     "head_angle_error": (
-        "To first order: the bracket is turned about the axis and the ray from the disc's centre "
-        "is exact; the effect is a constant and the slope of the fitted error."
+        "To first order. The generator turns the bracket about the axis and computes the exact ray "
+        "from the disc's centre; the effect is a constant plus the slope of the fitted error."
     ),
     "subdivision_error": (
-        "No: offset, gain and phase of sine and cosine through atan2; the effect is a series of "
-        "the electrical phase."
+        "No. The generator computes atan2 of sine and cosine with errors of offset, gain and "
+        "phase; the effect is a Fourier series in the electrical phase."
     ),
     "radial_error_motion": (
-        "To first order: the axis moves on an ellipse, the rays are exact; the effect is the "
-        "motion over the radius."
+        "To first order. The generator moves the axis on an ellipse and computes exact rays; the "
+        "effect is the motion divided by the radius."
     ),
     "bearing_ball_pass": (
-        "To first order, as radial motion, at an order that is not whole and is searched."
+        "To first order, as for radial motion; the order is not an integer, and the workbench "
+        "searches for it."
     ),
     "vibration": (
-        "The same: a sine of one frequency with a phase of its own each run. The head is turned "
-        "about the axis by it and the ray is exact; the effect leaves the slope of the error out."
+        "Yes: both are a sine of one frequency, with a separate phase in each run. The generator "
+        "turns the head about the axis by this sine and computes the exact ray; the effect omits "
+        "the slope of the error."
     ),
     "hysteresis": (
-        "No: the shaft winds up on a loop of Dahl's friction, over a stroke after each reversal; "
-        "the effect is a constant a direction."
+        "No. The generator twists the shaft on a loop of Dahl's friction, over a stroke after each "
+        "reversal; the effect is one constant for each direction."
     ),
     "timing_skew": (
-        "To first order: head 2 is read at the later position of the table, with the error there; "
-        "the effect is delay times speed."
+        "To first order. The generator reads head 2 at the later position of the table, with the "
+        "error at this position; the effect is delay times speed."
     ),
-    "latency": "The same: the reading is that of the angle one delay earlier.",
+    "latency": "Yes: the reading belongs to the angle one delay earlier.",
     "thermal_head_drift": (
-        "To first order: the bracket is turned about the axis in proportion to the warming and "
-        "the ray is exact; the effect leaves the slope of the error out."
+        "To first order. The generator turns the bracket about the axis in proportion to the "
+        "temperature change and computes the exact ray; the effect omits the slope of the error."
     ),
     "thermal_eccentricity": (
-        "To first order: the disc's centre moves in proportion to the warming, the rays are exact; "
-        "the effect is a first order times the warming."
+        "To first order. The generator moves the disc's centre in proportion to the temperature "
+        "change and computes exact rays; the effect is order 1 times the temperature change."
     ),
     "count_slip": (
-        "The same: a step at an instant of one run. The step is a whole number of counts; that of "
-        "the effect has any size."
+        "Yes: both are a step at one instant of one run. The generator's step is a whole number of "
+        "counts, the effect's step has any size."
     ),
     "graduation_defect": (
-        "No: dirt has edges of any steepness and may be lopsided; the effect is a bell."
+        "No. The generator's defect has edges of any steepness and may be asymmetric; the effect "
+        "is a symmetric bell."
     ),
     "drive_gear_error": (
-        "No: the pitch wobbles once a turn, which modulates the phase of the teeth's wave: lines "
-        "on both sides of it whose sizes and phases are related. The effect is that wave with "
-        "as many of its multiples and neighbouring lines as the data show, each free."
+        "No. The generator's tooth pitch varies once per turn. This modulates the phase of the "
+        "tooth order and causes orders on both sides of it with related sizes and phases. The "
+        "effect is the tooth order with as many multiples and neighbouring orders as the data "
+        "show; their sizes and phases are independent."
     ),
-    "polygon_face_error": "The same: a constant a face.",
+    "polygon_face_error": "Yes: both are a constant for each face.",
     "polygon_eccentricity": (
-        "Nearly: tilt, roll and hollow faces are put in as such, and come to a wave of the first "
-        "order and a gain of cos 1° − 1 = −0.015 %; the effect is the wave."
+        "Nearly. The generator computes tilt, roll and concave faces by geometry; the result is "
+        "an order 1 and a gain of cos 1° − 1 = −0.015 %. The effect is the order 1."
     ),
     "autocollimator_gain": (
-        "The same: a share of the table's error. The effect takes the share of the fitted error."
+        "Yes: both are a share of the error; the generator uses the table's true error, the effect "
+        "the fitted error."
     ),
     "reference_drift": (
-        "No: a rate plus a temperature that walks at random; the effect is in proportion to time."
+        "No. The generator adds a constant rate and a temperature that is a random walk; the "
+        "effect is proportional to time."
     ),
-    "warm_ovality": "The same product: warming times a wave of the second order on the disc.",
-    "centrifugal_lobes": "The same product: speed squared times a wave of the third order on it.",
+    "warm_ovality": "Yes: both are temperature change times a sine of order 2 on the disc.",
+    "centrifugal_lobes": "Yes: both are speed squared times a sine of order 3 on the disc.",
     "half_order": (
-        "To first order: the axis moves on a line at a half-integer order, the rays are exact; the "
-        "parts are a wave of any order fixed to the stator."
+        "To first order. The generator moves the axis along a line at a half-integer order and "
+        "computes exact rays; the product of parts is a sine of any order, fixed to the stator."
     ),
     "settling_bracket": (
-        "The same: an exponential since the start or since the run began, whose time constant is "
-        "searched; the bracket is turned about the axis and the ray is exact."
+        "Yes: both are an exponential in the time from the start of the measurement or of the run; "
+        "the workbench searches for the time constant. The generator turns the bracket about the "
+        "axis and computes the exact ray."
     ),
 }
 """Texts that state, for every cause of the catalogue and every product of parts, what an agreement
 of the two generators proves."""
-NOISE_TEXT = """The strangers have no formula in the workbench. Most noise has the form that a
-diagnosis fits, which is white noise and up to seven relaxations (Ornstein–Uhlenbeck) of given
-time constants, with a scale a run and 36 scales around the turn: *ornstein_uhlenbeck* and
-*wandering_reference* are one relaxation of another time constant, *pink* and *power_law* sums of
-many, *autoregressive* is one in rows instead of seconds that begins anew in each run. *by_angle*
-has a cosine instead of 36 steps. Outliers are Student's t of two degrees of freedom, shifts of an
-index mark uniform whole counts; the workbench has neither distribution. It takes the temperature
-as the sensor shows it, and the speed from the angle and the time of the rows.
+NOISE_TEXT = """The workbench has no formula for the strangers.
+
+The diagnosis fits noise as the sum of white noise and up to seven relaxations (Ornstein–Uhlenbeck
+processes) with given time constants; one factor per run and 36 factors around the turn scale this
+noise. Most noise of the first generator has a similar form:
+
+- *ornstein_uhlenbeck* and *wandering_reference* are one relaxation with a different time constant.
+- *pink* and *power_law* are sums of many relaxations.
+- *autoregressive* is a relaxation in rows instead of seconds, which starts again in each run.
+- *by_angle* scales the noise with a cosine of the angle instead of 36 steps.
+
+Outliers have Student's t distribution with two degrees of freedom; the shift of an index mark is a
+whole number of counts with uniform distribution. The workbench models neither distribution. The
+workbench uses the temperature that the sensor shows, and computes the speed from the angle and the
+time of the rows.
 """
 
 

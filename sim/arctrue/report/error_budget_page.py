@@ -25,18 +25,19 @@ def error_budget_page(found: Mapping[str, Any]) -> str:
         [
             "# Budget of the calibration",
             "",
-            "This page shows what limits the corrected angle: it simulates every source of error "
-            "alone, then all together, and compares the uncertainty",
-            "that the calibration states with drawn calibrations. It ends with the budget of the "
-            "paper's experiment in the form of EURAMET cg-23.",
-            "The command makes this page from [calibration-budget.json]"
-            "(data/calibration-budget.json).",
+            "This page shows which sources of error limit the corrected angle. `arctrue "
+            "error-sources` simulates every source alone, then all sources together,",
+            "and compares the uncertainty that the calibration states with the errors of random "
+            "calibrations. The last section is the budget of the paper's experiment",
+            "in the form of EURAMET cg-23. The command makes this page from "
+            "[calibration-budget.json](data/calibration-budget.json).",
             "",
             "```sh",
             ".venv/bin/arctrue error-sources --page docs/calibration-budget.md "
             "--json docs/data/calibration-budget.json --out docs/images",
             *_command_of_drawn(found),
-            ".venv/bin/arctrue budget SET          # for your own set; --json has U at every angle",
+            ".venv/bin/arctrue budget SET          # for your own set; --json writes U at every "
+            "angle",
             "```",
             "",
             *_sources(found),
@@ -57,18 +58,21 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
     share = (noise["of_weak_order_arcsec"] / noise["rms_arcsec"]) ** 2
     rows.insert(
         2,
-        f"| … through order 11 alone | noise gain 19 | {_value(noise['of_weak_order_arcsec'])} | "
+        "| … of which order 11 alone | noise gain 19 | "
+        f"{_value(noise['of_weak_order_arcsec'])} | "
         f"{_value(paper['sources'][1]['of_weak_order_arcsec'])} |",
     )
     largest = max(own["sources"], key=lambda one: one["rms_arcsec"])
     return [
         "## By source",
         "",
-        "RMS over the turn of the remaining error of head 1, ″; for a random source the root mean "
-        f"square of {found['draws']} draws ± its standard error. The table is that of",
-        "[`arctrue revolution`](instrument.md) with 0.4″ of order 11; one turn of 12,000 samples, "
-        "orders 1 to 16, 2²⁴ counts. Without any source",
-        f"{own['exact_rms_arcsec']:.0e}″ and {paper['exact_rms_arcsec']:.0e}″ remain.",
+        "The last two columns are the RMS over the turn of the remaining error of head 1, in ″; "
+        f"for a random source, the root mean square of {found['draws']} draws ± its standard "
+        "error.",
+        "The simulated rotary table is that of [`arctrue revolution`](instrument.md) with an added "
+        "0.4″ of order 11; each calibration uses one turn of 12,000 samples, orders 1 to 16",
+        f"and 2²⁴ counts. Without any source of error, {own['exact_rms_arcsec']:.0e}″ (least "
+        f"squares) and {paper['exact_rms_arcsec']:.0e}″ (the paper's method) remain.",
         "",
         f"| Source | Size | {TITLES['least_squares']} | {TITLES['paper']} |",
         "|---|---|---:|---:|",
@@ -77,25 +81,29 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
         f"{_value(paper['sum_arcsec'])} |",
         f"| **all simulated together** | | {_with_u(own['whole'])} | {_with_u(paper['whole'])} |",
         "",
-        f"- The largest source is {largest['title']}: no calibration of orders removes it, because "
-        "it repeats with the lines of the disc. Its size is an",
-        "  assumption; [`subdivision_error`](effects.md#subdivision_error) estimates the real one.",
+        f"- The largest source is {largest['title']}: this error repeats with the lines of the "
+        "disc, so that no calibration of the orders 1 to 16 removes it. Its size is",
+        "  assumed; the effect [`subdivision_error`](effects.md#subdivision_error) estimates the "
+        "size for a real table.",
         *_sum_and_whole(found),
-        f"- The transfer function predicts the noise without a draw: 0.1″ · √(4 Σ |TF(n)|² / "
-        f"12,000) = {noise['expected_arcsec']:.4f}″.",
-        f"- {percent(share)} of the noise comes through order 11 alone, because of α = 33°: "
+        f"- The transfer function predicts the row *noise of the readings* without a simulation: "
+        f"0.1″ · √(4 Σ |TF(n)|² / 12,000) = {noise['expected_arcsec']:.4f}″.",
+        f"- Order 11 alone contributes {percent(share)} of the variance of this row, because two "
+        "heads at α = 33° determine order 11 poorly: see "
         "[the angle between the heads](head-angle.md).",
         "- The paper's method adds the errors of uneven sampling and of the approximation in (8); "
-        "least squares at the readings has neither.",
-        "- α: the noise of the index is negligible; the place where the heads *detect* the mark "
-        "determines the error. `table.index_detection_arcsec` states it.",
+        "least squares at the actual readings has neither error.",
+        "- Error of α: the repeatability of the index is negligible; the place where each head "
+        "*detects* the index mark determines the error. The key `table.index_detection_arcsec` "
+        "states the standard uncertainty of this place.",
         f"- Without recalibration the table's error changes by "
-        f"{found['heat_not_recalibrated_arcsec_per_k']:.1f}″ per kelvin: 2 K give "
+        f"{found['heat_not_recalibrated_arcsec_per_k']:.1f}″ per kelvin: a change of 2 K causes "
         f"{2 * found['heat_not_recalibrated_arcsec_per_k']:.0f}″, "
         f"{2 * found['heat_not_recalibrated_arcsec_per_k'] / own['whole']['rms_arcsec']:.0f} times "
-        "all sources above.",
-        f"- The ramp changes by {found['ramp_rate_arcsec_s']:.0f}″ a second: a first swap of 150″ "
-        f"takes {150 / found['ramp_rate_arcsec_s']:.1f} s, a later one a millisecond.",
+        "the error of all sources above.",
+        f"- The ramp changes the correction by {found['ramp_rate_arcsec_s']:.0f}″ per second: the "
+        f"first correction, 150″, is reached after {150 / found['ramp_rate_arcsec_s']:.1f} s, and "
+        "a later small change after a millisecond.",
         "",
     ]
 
@@ -112,9 +120,10 @@ def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
         u_both = np.hypot(u_sum / one["sum_arcsec"], whole["u_rms_arcsec"])
         errors.append((one["sum_arcsec"] - whole["rms_arcsec"]) / u_both)
     return [
-        f"- Sum and whole differ by {100 * shares[0]:+.1f} % and {100 * shares[1]:+.1f} %, "
-        f"{abs(errors[0]):.1f} and {abs(errors[1]):.1f} standard errors of the difference: the "
-        "sources are nearly independent.",
+        "- The root of the sum of squares differs from the result of all sources together by "
+        f"{100 * shares[0]:+.1f} % and {100 * shares[1]:+.1f} %, which are {abs(errors[0]):.1f} "
+        f"and {abs(errors[1]):.1f} standard errors of the difference: the sources are nearly "
+        "independent.",
     ]
 
 
@@ -136,12 +145,13 @@ def _angles(found: Mapping[str, Any]) -> list[str]:
         "## At every angle",
         "",
         "The covariance of a calibration gives a *partial* uncertainty of ε, from noise, "
-        "quantisation and α; the index term changes all orders together.",
-        f"Twice this uncertainty is {covariance.min():.3f}″ to {covariance.max():.3f}″ "
-        "(`Estimate.u_error_arcsec`; tests compare it with drawn calibrations). Twice the RMS of "
-        "the remaining error with all sources is",
-        f"{drawn.min():.2f}″ to {drawn.max():.2f}″. Only the second is an expanded uncertainty U "
-        "(k = 2) of the corrected angle, for the sizes above.",
+        "quantisation and α; an error of α, which is measured by the index, changes all orders "
+        "together.",
+        f"Twice this uncertainty (`Estimate.u_error_arcsec`) is {covariance.min():.3f}″ to "
+        f"{covariance.max():.3f}″; tests compare this uncertainty with the errors of random "
+        "calibrations. Twice the RMS of the remaining error with all sources is",
+        f"{drawn.min():.2f}″ to {drawn.max():.2f}″. Only this second value is an expanded "
+        "uncertainty U (k = 2) of the corrected angle, valid for the sizes of the sources above.",
         "",
         f"![Every source, and the uncertainty over the angle](images/{PICTURE})",
         "",
@@ -175,29 +185,32 @@ def _drawn(found: Mapping[str, Any]) -> list[str]:
         for one in cases
     ]
     return [
-        "## The covariance against drawn calibrations",
+        "## The covariance compared with random calibrations",
         "",
-        "*Stated u*: RMS over the turn of the standard uncertainty of ε that the calibration "
-        "states, ″. *Drawn*: RMS of the deviations of drawn calibrations, ″.",
-        f"[`arctrue monte-carlo`](monte-carlo.md) draws table and inputs: {trials} trials of each "
-        f"case, a capture as above ({plan['runs']} turn of {plan['samples']:,} samples),",
-        "orders 1 to 32, 0.05″ to 0.3″ of noise. *Coverage*: share of trials with the truth within "
-        "± 1.96 u, %. *Verdict*: whether the stated u holds within chance.",
+        "[`arctrue monte-carlo`](monte-carlo.md) draws the table and its inputs at random: "
+        f"{trials} trials of each case, with {plan['runs']} turn of {plan['samples']:,} samples, "
+        "orders 1 to 32 and 0.05″ to 0.3″ of noise.",
+        "*Stated u* is the RMS over the turn of the standard uncertainty of ε that the calibration "
+        "states. *Deviation* is the RMS of (calibrated ε − true ε) over turn and trials.",
+        "*Coverage* is the share of angles and trials at which the true ε lies within ± 1.96 u of "
+        "the calibrated ε. *Verdict* tells whether the stated u agrees with the coverage within "
+        "chance.",
         "",
-        "| What acts | Stated u | Drawn | Drawn / stated | Coverage | Verdict |",
+        "| Active inputs | Stated u, ″ | Deviation, ″ | Deviation / stated u | Coverage, % | "
+        "Verdict |",
         "|---|---:|---:|---:|---:|---|",
         *rows,
         "",
-        "- The covariance contains noise, quantisation and α, and holds for them. With α the "
-        "coverage exceeds 95 %, because the error of α is rectangular: ± 1.96 u reach beyond its "
-        "ends.",
+        "- The covariance contains noise, quantisation and α, and its uncertainty is large enough "
+        "for these inputs. With α the coverage exceeds 95 %, because the error of α has a "
+        "rectangular distribution, which lies entirely within ± 1.96 u.",
         "- Quantisation alone is not white noise: its rounding errors average out better than "
-        "those of a count over √12.",
-        "- The covariance does not contain axis motion, which two heads attribute to the disc, nor "
-        "a change of temperature within one turn, which the turn does not show;",
-        "  with two runs it appears as their difference ([Monte Carlo](monte-carlo.md)).",
-        "- Missing lanes, the rounding to a count, latency, ramp, subdivision and heat are sources "
-        "of the table above, not of the covariance.",
+        "white noise with a standard deviation of a count/√12.",
+        "- The covariance contains neither axis motion (two heads attribute it to the disc) nor a "
+        "temperature change within the turn (one turn does not show it; two runs then differ, see "
+        "[Monte Carlo](monte-carlo.md)).",
+        "- The covariance does not contain missing lanes, the rounding of the output to a count, "
+        "latency, ramp, subdivision and heat: the first table contains these sources.",
         "",
     ]
 
@@ -216,36 +229,39 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         for name, one in found["compared"].items()
     ]
     return [
-        "## The experiment, after cg-23",
+        "## The paper's experiment in the form of cg-23",
         "",
-        f"A polygon that is remounted in each of {found['cycles']} cycles measures the table's "
-        "error at a face. The closure separates faces and table",
-        f"([methods](methods.md)), so that the certificate's 0.1″ does not enter: it estimates the "
-        f"faces, {found['faces_arcsec']:.3f}″ RMS, with an error of "
-        f"{found['faces_off_by_arcsec']:.3f}″.",
+        f"A polygon, which is remounted in each of {found['cycles']} cycles, measures the table's "
+        "error at each face. The closure separates the faces' errors from the table's error",
+        "([methods](methods.md)), so that the 0.1″ of the polygon's certificate are not needed: "
+        f"the closure estimates the faces' errors, {found['faces_arcsec']:.3f}″ RMS, with an error "
+        f"of {found['faces_off_by_arcsec']:.3f}″.",
         "",
         "| Quantity | Source | Type | Distribution | Size, ″ | Divisor | cᵢ | uᵢ, ″ | νᵢ |",
         "|---|---|---|---|---:|---:|---:|---:|---:|",
         *rows,
         "",
-        f"u = {found['u_arcsec']:.3f}″, U = {found['U_arcsec']:.2f}″ (k = 2; effective degrees of "
-        f"freedom by Welch–Satterthwaite {_effective(found):,.0f}, so that k = 2 is 95.4 %). The "
-        "paper's, with the",
-        "certificate and the scatter of a single value, is 0.46″; without its two slips 0.26″ "
-        "([errata](errata.md)).",
+        f"The budget gives u = {found['u_arcsec']:.3f}″ and U = {found['U_arcsec']:.2f}″ (k = 2; "
+        f"effective degrees of freedom by Welch–Satterthwaite {_effective(found):,.0f}, so that "
+        "k = 2 is 95.4 %).",
+        "The paper's U, which uses the certificate and the scatter of a single value, is 0.46″; "
+        "without the paper's two mistakes it is 0.26″ ([errata](errata.md)).",
         "",
-        f"Comparison of the self-calibration by two heads ({found['turns']} turns, least squares, "
-        "α by the index) with that polygon, at 24 faces: E_n is the",
-        "difference over √(U² + U²); results agree where |E_n| ≤ 1.",
+        "The next table compares the self-calibration by two heads "
+        f"({found['turns']} turns, least squares, α measured by the index) with this polygon, at "
+        "24 faces.",
+        "E_n is the difference divided by √(U_heads² + U_polygon²); two results agree if "
+        "|E_n| ≤ 1.",
         "",
-        "| | U heads, ″ | U polygon, ″ | Difference, ″ RMS | Largest \\|E_n\\| | \\|E_n\\| > 1 |",
+        "| Axis | U heads, ″ | U polygon, ″ | Difference, ″ RMS | Largest \\|E_n\\| | "
+        "Faces with \\|E_n\\| > 1 |",
         "|---|---:|---:|---:|---:|---:|",
         *compared,
         "",
-        "With k = 2, one of 24 faces is expected outside if both budgets hold, as they do with the "
-        f"axis at rest. An axis motion of {found['radial_motion_m'] * 1e6:g} µm is in no",
-        "line of the heads' budget, and E_n detects it: two heads attribute axis motion to the "
-        "disc.",
+        "With k = 2 and two correct budgets, |E_n| > 1 is expected at one of 24 faces; the result "
+        "with the axis at rest agrees with this. The heads' budget has no line for the axis "
+        f"motion of {found['radial_motion_m'] * 1e6:g} µm,",
+        "which two heads attribute to the disc; E_n detects this motion.",
         "",
     ]
 
@@ -269,12 +285,12 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         set_log_x(bars)
         bars.set_yticks(place, [row["title"] for row in own["sources"]], fontsize=8)
         bars.invert_yaxis()
-        bars.set_xlabel("RMS, ″; broken: all sources together")
+        bars.set_xlabel("RMS, ″; dashed line: all sources together")
         bars.set_title("Each source alone")
         legend_below(bars, columns=2)
         for name, colour, label in (
-            ("drawn", MUTED, "all sources, drawn"),
-            ("covariance", AFTER, "in part: covariance of noise, quantisation and α"),
+            ("drawn", MUTED, "all sources, simulated"),
+            ("covariance", AFTER, "partial: covariance of noise, quantisation and α"),
             ("of_alpha", BEFORE, "α alone"),
             ("of_noise", LIMIT, "noise and quantisation alone"),
         ):

@@ -20,10 +20,10 @@ from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
 
 PICTURE = "long_run.svg"
 SAID = {
-    "held": "first turn's coefficients, then held",
-    "single": "calibrated anew in every turn",
-    "average": "the same, running average (`keep` 0.8)",
-    "model": "order 1 by the thermometer, the others averaged",
+    "held": "calibrated in the first turn only",
+    "single": "calibrated from every single turn",
+    "average": "calibrated from a running average of the turns (`keep` 0.8)",
+    "model": "order 1 by the temperature model, the others by a running average",
 }
 COLOURS = {"held": LIMIT, "single": BEFORE, "average": INK, "model": AFTER}
 SHOWN_LENGTHS = (1, 4, 16, 64, 256)
@@ -41,10 +41,10 @@ def long_run_page(found: Mapping[str, Any]) -> str:
         [
             "# Long run",
             "",
-            f"This page simulates {found['turns']:,} turns, {hours:.1f} hours, of a table that "
-            "warms and cools, whose disc creeps and whose head 1 once loses counts. It",
-            "shows how the orders drift and which strategy of correction follows them. The command "
-            "makes the page from [long-run.json](data/long-run.json).",
+            f"`arctrue long-run` simulates {found['turns']:,} turns of a table, {hours:.1f} hours. "
+            "The table warms and cools, its disc creeps on the hub, and head 1 once loses counts.",
+            "This page shows how the orders drift and which strategy of recalibration follows the "
+            "drift. The command makes the page from [long-run.json](data/long-run.json).",
             "",
             "```sh",
             ".venv/bin/arctrue long-run sim/scenarios/long_run.toml --page docs/long-run.md "
@@ -54,23 +54,27 @@ def long_run_page(found: Mapping[str, Any]) -> str:
             "```",
             "",
             "**Set-up.** The [virtual instrument](instrument.md) has "
-            f"{found['lanes']} lanes and {found['counts_per_rev']:,} counts a turn ({count:.0f}″ "
-            "each). Every edge passes through the compiled",
-            "gateware, and in every turn the firmware's C captures, calibrates, loads and swaps "
-            f"over the bus: {found['clocks'] / 1e6:,.0f} million clocks. No board was used.",
-            "The course is [sim/scenarios/long_run.toml](../sim/scenarios/long_run.toml):",
+            f"{found['lanes']} lanes and {found['counts_per_rev']:,} counts per turn "
+            f"({count:.0f}″ each). Every edge passes through the compiled",
+            "gateware. In every turn the firmware's C code captures and calibrates, loads the "
+            "coefficients and swaps the banks over the bus; the run takes "
+            f"{found['clocks'] / 1e6:,.0f} million clocks.",
+            "No board was used. The scenario is "
+            "[sim/scenarios/long_run.toml](../sim/scenarios/long_run.toml):",
             "",
             *(f"> {line}" for line in found["about"].splitlines()),
             "",
-            "## Recalibration against model",
+            "## Recalibration compared with a model",
             "",
-            "*Remaining*: RMS over the turn of the table's error (by its geometry, without noise) "
-            "minus the correction that is active at the end of the turn,",
-            "from turn 3 on. The uncorrected error is "
-            f"{min(raw):.0f}″ to {max(raw):.0f}″, at {min(celsius):.1f} °C to "
+            "*Remaining* is the RMS of the remaining error over the turns from turn 3 on. The "
+            "remaining error of a turn is the table's true error (from its geometry, without "
+            "noise),",
+            "minus the correction that is active at the end of the turn. The uncorrected error is "
+            f"{min(raw):.0f}″ to {max(raw):.0f}″ RMS, at {min(celsius):.1f} °C to "
             f"{max(celsius):.1f} °C.",
             "",
-            f"| | Remaining, ″ | From turn {learned + 1} | Largest | Applied | Refused |",
+            f"| Strategy | Remaining, ″ | Remaining from turn {learned + 1} on, ″ | Largest "
+            "in a turn, ″ | Calibrations applied | Calibrations refused |",
             "|---|---:|---:|---:|---:|---:|",
             *(
                 f"| {SAID[name]} | {one['rms_arcsec']:.2f} | "
@@ -79,19 +83,19 @@ def long_run_page(found: Mapping[str, Any]) -> str:
                 for name, one in found["strategies"].items()
             ),
             "",
-            f"![Temperature, error left, Allan deviation](images/{PICTURE})",
+            f"![Temperature, remaining error, Allan deviation](images/{PICTURE})",
             "",
             *_model(found),
-            "- A single turn is noisy: with counts of "
-            f"{count:.0f}″ and {found['samples']} samples order 1 has a standard uncertainty of "
-            f"{found['allan']['u_arcsec']['1']:.1f}″ (at 2²⁴ counts",
-            "  and 12,000 samples some thousandths). The average has less noise and lags by some "
-            "turns.",
-            "- The firmware keeps the active coefficients if a turn's candidate is not expected to "
-            "be better; therefore not every turn is applied.",
+            "- A calibration from a single turn is noisy: with counts of "
+            f"{count:.0f}″ and {found['samples']} samples, order 1 has a standard uncertainty of "
+            f"{found['allan']['u_arcsec']['1']:.1f}″",
+            "  (some thousandths of an arcsecond with 2²⁴ counts and 12,000 samples). A running "
+            "average has less noise, but follows a change with a lag of some turns.",
+            "- The firmware keeps the active coefficients if it expects no smaller error from the "
+            "new coefficients; therefore it does not apply the calibration of every turn.",
             f"- The edges of the output deviate by {_median_output(found):.0f}″ RMS with each "
-            "strategy: an edge leaves with an edge of head 1, and a count",
-            f"  over √12 is {rounding:.0f}″.",
+            "recalibrating strategy: the output changes only at edges of head 1, so the output is",
+            f"  rounded to a count, and a count/√12 is {rounding:.0f}″.",
             "",
             *_allan(found),
             *_trends(found),
@@ -118,21 +122,24 @@ def _model(found: Mapping[str, Any]) -> list[str]:
     if "model" not in found["strategies"]:
         return []
     return [
-        f"- The model is fitted to the telemetry of turns 1 to {found['learned_turns']}, by "
-        f"least squares over 1, temperature and turn ({orders}).",
-        "  It is loaded as lanes that [follow the temperature]"
-        "(firmware-load.md#lanes-that-follow-the-temperature), measured by a thermometer on the "
-        "table in steps of 1/128 K. For warmer turns than",
-        "  those of the fit it extrapolates.",
-        "- The model has no noise and no lag, but follows only what it contains: in turns "
-        f"3 to {found['learned_turns']} it leaves {_part(found, 'model', first=True):.2f}″, the "
-        f"running average {_part(found, 'average', first=True):.2f}″; in the last",
-        "  hundred turns, after the disc has crept further, "
-        f"{_part(found, 'model', first=False):.2f}″ and "
-        f"{_part(found, 'average', first=False):.2f}″. Recalibration needs no knowledge and "
-        "follows every change as fast as its noise allows.",
-        "  The firmware combines both: the orders of the file follow the model, all others the "
-        "calibration. Refit the model if the table changes in a way that it does not contain.",
+        "- The temperature model is fitted to the telemetry of turns 1 to "
+        f"{found['learned_turns']}, by least squares with a constant, the temperature and the turn "
+        f"number as regressors ({orders}).",
+        "  The model is loaded into lanes that [follow the temperature]"
+        "(firmware-load.md#lanes-that-follow-the-temperature), which a thermometer on the table "
+        "measures in steps of 1/128 K. At temperatures above those of the fit, the model "
+        "extrapolates.",
+        "- The model has no noise and no lag, but follows only the temperature. In turns 3 to "
+        f"{found['learned_turns']}, {_part(found, 'model', first=True):.2f}″ remain with the "
+        f"model and {_part(found, 'average', first=True):.2f}″ with the running average. In the",
+        "  last hundred turns, after the disc has crept further, "
+        f"{_part(found, 'model', first=False):.2f}″ remain with the model and "
+        f"{_part(found, 'average', first=False):.2f}″ with the running average.",
+        "- Recalibration needs no model of the table and follows every change as fast as the "
+        "noise of a turn allows. The firmware combines model and recalibration:",
+        "  the orders in the model's file follow the model, all other orders follow the "
+        "calibration. Fit the model again if the table changes for another reason than "
+        "temperature.",
         *_worst(found),
     ]
 
@@ -152,15 +159,18 @@ def _worst(found: Mapping[str, Any]) -> list[str]:
         f"{order} ({amplitude:.0f}″)" for order, amplitude in one["largest_orders"].items()
     )
     said = [
-        f"- In the worst turn of the single calibrations, {one['largest_turn']}, these orders are "
-        f"active: {orders}."
+        "- With calibration from every single turn, the largest error remains in turn "
+        f"{one['largest_turn']}. The largest orders of the active correction are then {orders}."
     ]
     if WEAK_ORDER in one["largest_orders"]:
         said += [
-            "  An order that noise lifts above its limit is applied; this happens to one of all "
-            f"orders in 5 % of turns. Order {WEAK_ORDER} has a noise gain of 19 at 33°, so that",
-            "  it then does harm. Averaging makes this rare; `set orders 10` or another "
-            "[angle between the heads](head-angle.md) prevents it.",
+            "  The firmware also applies an order if noise alone lifts its amplitude above the "
+            "significance limit; in 5 % of turns this happens to at least one order. Two heads "
+            "33° apart determine",
+            f"  order {WEAK_ORDER} with a noise gain of 19, so that noise causes a large false "
+            "amplitude of this order. "
+            "Averaging makes such turns rare; `set orders 10` or another "
+            "[angle between the heads](head-angle.md) prevents them.",
         ]
     return said
 
@@ -184,21 +194,22 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
     return [
         "## How many turns to average",
         "",
-        "Overlapping Allan deviation of the orders in the firmware's telemetry, calibrated from "
-        "single turns; cosine and sine together (root mean of",
-        "the two variances). Noise falls as 1/√m with the number m of averaged turns; a drift of D "
-        "per turn rises as D·m/√2.",
+        "The table shows the overlapping Allan deviation of the orders in the firmware's telemetry "
+        "(calibration from every single turn), with cosine and sine combined",
+        "(root mean of the two variances), against the number m of averaged turns. Noise makes the "
+        "deviation fall as 1/√m; a drift of D per turn makes it rise as D·m/√2.",
         "",
-        "| Order | u of a turn, ″ | "
+        "| Order | Stated u of a turn, ″ | "
         + " | ".join(f"m = {lengths[place]}" for place in columns)
-        + " | Least |",
+        + " | Smallest |",
         "|---|---:|" + "---:|" * len(columns) + "---|",
         *rows,
         "",
         *_noise_as_stated(allan),
-        "- Where a curve rises again, a longer average would not follow the table: heat and creep "
-        "in order 1. The other orders do not drift and continue to fall.",
-        "- `keep` 0.8 averages about 9 turns (1 + k over 1 − k).",
+        "- If the deviation rises again at a larger m, an average over so many turns does not "
+        "follow the table. This happens to order 1, because of heat and creep. The other orders "
+        "do not drift, and their deviation continues to fall.",
+        "- `keep` k = 0.8 averages about (1 + k)/(1 − k) = 9 turns.",
         "",
     ]
 
@@ -212,12 +223,13 @@ def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
     off = _off(allan)
     if off > RIGHT:
         return [
-            f"- At m = 1 it differs from the uncertainty that the firmware states for a turn by up "
-            f"to {percent(off)}: the table changes too fast, or the turns are too few, to decide."
+            "- At m = 1 the Allan deviation differs from the uncertainty that the firmware states "
+            f"for a turn by up to {percent(off)}. The run does not show whether the stated "
+            "uncertainty is right: the table changes too fast, or the turns are too few."
         ]
     return [
-        "- At m = 1 it equals the standard uncertainty that the firmware states for a turn, within "
-        f"{percent(off)}: the stated noise is right."
+        "- At m = 1 the Allan deviation equals the standard uncertainty that the firmware states "
+        f"for a turn, within {percent(off)}: the stated uncertainty is right."
     ]
 
 
@@ -242,19 +254,22 @@ def _trends(found: Mapping[str, Any]) -> list[str]:
     ]
     lines = found["turns"] // 16 - 7
     if lines < 1:
-        return ["## Trends", "", "Too few turns for a line of 8 means of 16 turns.", ""]
+        return ["## Trends", "", "The run is too short for a line through 8 means of 16 turns.", ""]
     return [
         "## Trends",
         "",
         "`arctrue monitor PORT --trend ARCSEC` fits, for each order, a straight line through the "
         "latest 8 means of 16 turns, and tests its slope against the scatter about",
-        "the line (F test); noise alone raises an alarm in one of a thousand lines. In this run:",
+        "the line (F test). Noise alone raises an alarm in one of a thousand lines. This run "
+        "raised these alarms:",
         "",
-        "| Order | First alarm in turn | Change, ″ (k = 2) | within turns | Alarms |",
+        "| Order | First alarm in turn | Change at this alarm, ″ (k = 2) | over turns | Number of "
+        "alarms |",
         "|---|---:|---:|---:|---:|",
         *rows,
         "",
-        f"The other orders of {found['orders']}: no alarm in {lines} lines.",
+        f"The other orders up to {found['orders']} raised no alarm; {lines} lines were tested for "
+        "each order.",
         "",
     ]
 
@@ -267,9 +282,9 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
     single = found["strategies"]["single"]
     lost = [number for number, alarms in single["alarms"].items() if "zero_lost" in alarms]
     refused = [
-        f"turn {number} is refused ({reason.replace('_', ' ')})"
+        f"the firmware refuses turn {number} ({reason.replace('_', ' ')})"
         for number, reason in single["refused"].items()
-    ] or ["the turn's capture restarts"]
+    ] or ["the capture of that turn restarts"]
     count = arcsec_per_count(found["counts_per_rev"])
     mean = single["mean_arcsec"]
     within = mean[turn - 1] / count
@@ -277,12 +292,13 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
     return [
         "## The fault",
         "",
-        f"Turn {turn}: {text}. With recalibration in every turn: {', '.join(refused)}; alarm "
-        f"`zero_lost` in turn {', '.join(lost)}. The mean of the output",
-        f"is wrong by {decimal(within, 1)} counts over that turn and by {decimal(after, 1)} three "
-        "turns later: the next index shows the lost counts, and `heal` puts them back",
-        "([faults](faults.md)). No coefficient changes, and averages, Allan deviation and trends "
-        "do not use the capture of that turn.",
+        f"In turn {turn} {text}. With recalibration in every turn, {', '.join(refused)} and the "
+        f"firmware raises the alarm `zero_lost` in turn {', '.join(lost)}. The mean output",
+        f"angle is wrong by {decimal(within, 1)} counts in turn {turn} and by {decimal(after, 1)} "
+        "counts three turns later: the next index pulse shows the lost counts, and the ramp adds "
+        "them to the output (parameter `heal` = 1;",
+        "[faults](faults.md)). No coefficient changes; the running average, the Allan deviation "
+        "and the trends do not use the capture of that turn.",
         "",
     ]
 
@@ -308,7 +324,7 @@ def plot_long_run(found: Mapping[str, Any], folder: Path) -> Path:
             )
         set_log_y(left)
         left.axvline(found["learned_turns"], color=MUTED, linestyle=":", linewidth=1)
-        left.set_title("Error that the coefficients leave (dotted: the model is learned up to it)")
+        left.set_title("Remaining error (dotted line: last turn to which the model is fitted)")
         left.set_ylabel("RMS, ″")
         left.set_xlabel("turn")
         legend_below(left, columns=2)
@@ -331,7 +347,7 @@ def _plot_allan(axes: Axes, found: Mapping[str, Any]) -> None:
         axes.plot(lengths, u / np.sqrt(lengths), "--", color=colour, linewidth=0.8)
     set_log_x(axes)
     set_log_y(axes)
-    axes.set_title("Allan deviation of single turns' orders; broken: the stated u over √m")
-    axes.set_xlabel("turns averaged, m")
-    axes.set_ylabel("deviation, ″")
+    axes.set_title("Allan deviation of the orders (dashed: stated u of a turn, divided by √m)")
+    axes.set_xlabel("number of averaged turns, m")
+    axes.set_ylabel("Allan deviation, ″")
     axes.legend(fontsize=8)

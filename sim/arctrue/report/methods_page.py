@@ -18,22 +18,26 @@ PICTURE = "methods.svg"
 SMALLEST_ARCSEC = 1e-4
 """Lower end of the picture's scale, arcseconds."""
 NOT_BUILT = (
-    ("Ring laser gyroscope [2]", "another reference instrument, not a calibration from readings"),
+    ("Ring laser gyroscope [2]",
+     "The gyroscope is another reference instrument, not a calibration from the heads' readings."),
     ("EDA with fewer heads at chosen places [6]",
-     "not as cited; the means of four heads at uneven places show what such places do"),
+     "The method is not simulated as cited; the rows *Mean of 4 heads* show the effect of unevenly "
+     "spaced heads."),
     ("VEDA [7]",
-     "as the paper describes it, its correction is that of the transfer function with the nominal "
-     "α to 10⁻¹³: the row *α nominal*"),
+     "The correction that the paper describes agrees within 10⁻¹³ with the correction by the "
+     "transfer function in the row *α nominal*."),
     ("Filtering the moiré signals [10], correcting the signals' offset, gain and phase [12]",
-     "act on the sine and cosine of a head before the counter; the simulation has no error within "
-     "a line (effect `subdivision_error`)"),
+     "Both act on the sine and cosine of a head before the counter; the simulation contains no "
+     "error within a line (effect `subdivision_error`)."),
     ("RBF neural network [11]",
-     "a smooth curve through the errors that a reference shows: between the faces it contains no "
-     "more than the harmonics from a reference"),
-    ("Radial code tracks next to the scale [13]", "another disc"),
-    ("Three calibration heads and one that measures [14]",
-     "the rows of four heads by least squares, whose output is head 1"),
-    ("Polynomial fit [16]", "of linear encoders over temperature; a turn is periodic"),
+     "The network draws a smooth curve through the errors measured with a reference; between the "
+     "faces it has no more information than the row *Harmonics from a reference*."),
+    ("Radial code tracks next to the scale [13]", "The method requires another disc."),
+    ("Three calibration heads and one measuring head [14]",
+     "The row *4 heads, least squares* does the same: it calibrates head 1 with four heads."),
+    ("Polynomial fit [16]",
+     "The polynomial describes a linear encoder over temperature; the error of a rotary table is "
+     "periodic in the angle."),
 )  # fmt: skip
 """Methods from the paper's introduction that have no row in the table, each with the reason."""
 
@@ -41,6 +45,7 @@ NOT_BUILT = (
 def methods_page(found: Mapping[str, Any]) -> str:
     """Return the page as Markdown."""
     given = found["settings"]
+    motion_um = given["radial_motion_m"] * 1e6
     raw = found["uncorrected"]
     rows = [
         f"| {one['title']} | {one['heads']} | {one['output']} | {_span(one['span_arcsec'])} | "
@@ -64,58 +69,61 @@ def methods_page(found: Mapping[str, Any]) -> str:
         [
             "# Methods on the same table",
             "",
-            "`arctrue methods` calibrates one simulated table with the methods of the paper's "
-            "introduction and with several heads, and compares the",
-            "result with the true angle, which no method sees. The command makes this page from "
-            "[methods.json](data/methods.json).",
+            "`arctrue methods` calibrates one simulated table with each method of the paper's "
+            "introduction and with two to four heads. The command compares each",
+            "corrected angle with the true angle, which the methods do not know, and makes this "
+            "page from [methods.json](data/methods.json).",
             "",
             "```sh",
             ".venv/bin/arctrue methods --page docs/methods.md --json docs/data/methods.json "
             "--out docs/images",
             "```",
             "",
-            "| Condition of all methods | |",
+            "| Condition, equal for all methods | |",
             "|---|---|",
-            f"| duration | {given['minutes']:g} minutes: {given['turns']} turns at "
-            f"{given['speed_deg_s']:g}°/s, or {given['cycles']} cycles of 24 faces, "
-            f"{given['station_s']:g} s each |",
-            f"| noise | {given['noise_arcsec']:g}″ on a reading of a head, "
-            f"{given['scatter_arcsec']:g}″ on a reading of the autocollimator |",
-            f"| heads | mounted to ± 50″ and ± {given['radius_tolerance_m'] * 1e3:g} mm of "
-            f"radius; index marks detected ± {given['index_detection_arcsec']:g}″ off, "
-            "repeating to ± 1 count |",
-            "| motion | speed ripple of "
-            f"{given['ripple_rad'] * given['ripple_order'] * 100:.1f} %; friction of "
+            f"| measuring time | {given['minutes']:g} minutes: {given['turns']} turns at "
+            f"{given['speed_deg_s']:g}°/s, or {given['cycles']} cycles of 24 faces with "
+            f"{given['station_s']:g} s per face |",
+            f"| noise, standard deviation | {given['noise_arcsec']:g}″ of a head's reading, "
+            f"{given['scatter_arcsec']:g}″ of an autocollimator reading |",
+            "| mounting of the heads | angle within ± 50″, radius within "
+            f"± {given['radius_tolerance_m'] * 1e3:g} mm; each head detects the index mark within "
+            f"± {given['index_detection_arcsec']:g}″ of its true place and repeats within "
+            "± 1 count |",
+            "| motion of the table | speed ripple of "
+            f"{given['ripple_rad'] * given['ripple_order'] * 100:.1f} %; friction as in "
             "[stop and go](stop-and-go.md) |",
             "| reference | the instruments of the paper's Table 3 |",
-            "| disc | that of [`arctrue revolution`](instrument.md); also orders 11 (0.4″), 12 "
-            "(0.2″), 24 (0.3″) and 120 (0.2″), each difficult for some method, and 47 (0.05″) and "
-            "77 (0.03″), which no method fits |",
-            f"| axis motion | {given['radial_motion_m'] * 1e6:g} µm at order 2 on a line; half as "
-            "much at order 3 on a circle; 0.2 to 0.3 as much backwards at orders 1 and 13 and "
-            "forwards at 9 |",
-            f"| orders | 1 to {given['most_order']} and 120 if the method can fit them, applied "
-            "up to a noise gain of 50 |",
+            "| disc | the disc of [`arctrue revolution`](instrument.md); added are the orders 11 "
+            "(0.4″), 12 (0.2″), 24 (0.3″) and 120 (0.2″), each difficult for some method, and 47 "
+            "(0.05″) and 77 (0.03″), which no method fits |",
+            f"| axis motion | {motion_um:g} µm at order 2 along a line; {0.5 * motion_um:g} µm at "
+            f"order 3 on a circle; {0.3 * motion_um:g} µm at order 1 and {0.2 * motion_um:g} µm at "
+            f"order 13 on backward circles; {0.3 * motion_um:g} µm at order 9 on a forward circle "
+            "|",
+            f"| orders | 1 to {given['most_order']} and 120, if the method can fit them; the "
+            "correction omits orders with a noise gain above 50 |",
             "",
-            "*Later*: the same calibration after heat moved the disc's centre by 2 µm and the "
-            "balls of the bearing moved the axis by 0.25 µm (0.95″), some turns later.",
-            f"Uncorrected: {_span(raw['span_arcsec'])}″, {raw['rms_arcsec']:.2f}″ RMS.",
+            "*Later*: the unchanged calibration is evaluated three turns later; the disc's centre "
+            "has shifted by 2 µm (heat), and the bearing's balls move the axis by 0.25 µm "
+            "(0.95″).",
+            f"The uncorrected error is {_span(raw['span_arcsec'])}″, {raw['rms_arcsec']:.2f}″ RMS.",
             "",
-            "| Method | Heads | Output | Error, ″ | RMS, ″ | RMS, axis at rest, ″ | RMS, later, ″ "
-            "| Largest remaining orders, ″ |",
+            "| Method | Heads | Output | Remaining error, ″ | RMS, ″ | RMS, axis at rest, ″ "
+            "| RMS, *later*, ″ | Largest remaining orders, ″ |",
             "|---|---:|---|---:|---:|---:|---:|---|",
             *rows,
             "",
-            "| Method | Needs | Cannot see | Source |",
+            "| Method | Needs | Does not correct, or attributes wrongly | Source |",
             "|---|---|---|---|",
             *needs,
             "",
-            "Numbers in brackets are the paper's references. The table shows one draw of noise and "
-            "mounting; `--seed` makes another.",
+            "Numbers in brackets are the paper's references. The tables show one random draw of "
+            "noise and mounting; `--seed` selects another draw.",
             "",
-            "These methods of the paper's introduction have no row:",
+            "The comparison omits these methods of the paper's introduction:",
             "",
-            "| | |",
+            "| Method | Reason |",
             "|---|---|",
             *(f"| {name} | {why} |" for name, why in NOT_BUILT),
             "",
@@ -123,11 +131,14 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "",
             "## How many heads",
             "",
-            "Gain: noise of an order over the noise of one head's reading; ∞: not seen. Places in "
-            "degrees after head 1. *Mean*: noise of the weighted mean",
-            "that sees no translation of the axis, over that of one reading; –: there is none.",
+            "The gain of an order is the noise of its estimated coefficient, divided by the noise "
+            "of one head's reading; ∞: the heads do not determine the order. Places are angles "
+            "from head 1.",
+            "*Mean* is the noise of the weighted mean that is free of axis translation, divided by "
+            "the noise of one reading; –: no such mean exists.",
             "",
-            "| | Places | Order 1 | Order 11 | Worst to 40 | to 64 | to 128 | Order 120 | Mean |",
+            "| Heads | Places | Order 1 | Order 11 | Worst of orders 1 to 40 | 1 to 64 | 1 to 128 "
+            "| Order 120 | Mean |",
             "|---|---|---:|---:|---:|---:|---:|---:|---:|",
             *heads,
             "",
@@ -142,45 +153,54 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
     by_name = {one["name"]: one for one in found["methods"]}
     two, three, four = (by_name[f"{n}_heads_least_squares"] for n in ("two", "three", "four"))
     pair, third = found["places"][:2]
-    listed, every = found["places"][3:5]
+    listed, every, spare = found["places"][3:6]
     plain, mean3 = by_name["mean_of_two"], by_name["mean_of_three_calibrated"]
     mean4 = by_name["mean_of_four_calibrated"]
-    own = "; ".join(
-        f"{one['motion']} {min(one['u_arcsec']):.0f} to {max(one['u_arcsec']):.0f}″"
+    own = ", ".join(
+        f"{min(one['u_arcsec']):.0f} to {max(one['u_arcsec']):.0f}″ if {one['motion']}"
         for one in found["own_places"]
     )
     return [
-        f"- **A third head** at {third['places_deg'][2]:g}° removes the blind orders: the worst "
-        f"gain to order 40 falls from {_gain(pair['worst_gain_to_40'])} to "
-        f"{_gain(third['worst_gain_to_40'])}, and order 120 is seen.",
-        f"  With the axis at rest {three['rms_without_motion_arcsec']:.3f}″ RMS remain (two heads: "
-        f"{two['rms_without_motion_arcsec']:.3f}″). At an order at which the axis moves, three "
-        "heads cannot separate",
-        "  axis and disc, because table motion and two circles of the axis use all three readings "
-        f"({three['rms_arcsec']:.3f}″ with the moving bearing). Three heads have a",
-        "  weighted mean without any axis motion "
-        f"({mean3['rms_later_arcsec']:.3f}″ before and after the disc's centre moves); its "
-        "remaining error is motion that the calibration attributed to the disc.",
+        f"- **A third head** at {third['places_deg'][2]:g}° removes the orders that two heads do "
+        "not determine: the worst gain of orders 1 to 40 falls from "
+        f"{_gain(pair['worst_gain_to_40'])} to {_gain(third['worst_gain_to_40'])}, and the gain "
+        f"of order 120 becomes {_gain(third['gain_blind_order'])}.",
+        "  With the axis at rest, the remaining error of head 1 is "
+        f"{three['rms_without_motion_arcsec']:.3f}″ RMS (two heads: "
+        f"{two['rms_without_motion_arcsec']:.3f}″). At an order with axis motion, three heads "
+        "cannot",
+        "  separate axis and disc: already three motions (the table's rotation, the axis' forward "
+        "and backward circle) use all three readings. With axis motion, "
+        f"{three['rms_arcsec']:.3f}″ remain.",
+        "  Three heads have a weighted mean that is free of axis translation: its error is "
+        f"{mean3['rms_later_arcsec']:.3f}″ *later*, as before. This error is motion that the "
+        "calibration attributed to the disc.",
         "- **A fourth head** separates disc and axis. If the axis is known to move at orders 1 to "
-        f"8 only, the worst gain to 128 is {_gain(listed['worst_gain_to_128'])}; with unknown "
-        "motion at every order it is",
-        f"  {_gain(every['worst_gain_to_128'])} at these places, and lower at others. Head 1, "
-        f"corrected with the list, keeps {four['rms_arcsec']:.3f}″ from the orders outside the "
-        f"list, and {four['rms_later_arcsec']:.3f}″ after the axis moved differently.",
-        "- **Order 1 of the axis**: for any number of heads its forward circle equals an eccentric "
-        "disc. Four heads see a backward circle or a line.",
-        f"- **The calibrated mean of four heads** keeps {mean4['rms_arcsec']:.3f}″, and "
-        f"{mean4['rms_later_arcsec']:.3f}″ later, mostly from orders of the disc that were not "
-        "fitted. Its disc error comes from the",
-        "  one combination of four readings that contains neither table nor axis motion. "
-        "Uncalibrated means keep the part of the disc error that the heads have in common "
-        f"({plain['rms_arcsec']:.2f}″ with two at 180°).",
-        "- The data determine the heads' places only if the axis is known to be at rest at some "
-        "orders of the disc. Standard uncertainties from one turn, axis",
-        f"  at rest: {own}. With unknown motion at every order the calibration refuses to "
-        "estimate places; the mean",
-        "  tolerates 10″. Unequal radii leave order 1 in the mean. The calibration estimates them "
-        "as well as the axis is known to make no backward circle once a turn.",
+        "8 only, the worst gain of orders 1 to 128 is "
+        f"{_gain(listed['worst_gain_to_128'])}. With unknown motion at every order, the",
+        f"  worst gain of orders 1 to 64 is {_gain(every['worst_gain_to_64'])} at these places and "
+        f"{_gain(spare['worst_gain_to_64'])} at the places in the last row. Head 1, corrected "
+        f"under the assumption of motion at orders 1 to 8 only, keeps {four['rms_arcsec']:.3f}″",
+        f"  from motion at other orders, and {four['rms_later_arcsec']:.3f}″ *later*, mostly "
+        "because the disc's centre has shifted.",
+        "- **Order 1 of the axis**: a forward circle of the axis gives the same readings as an "
+        "eccentric disc, with any number of heads. Four heads separate a backward circle or a "
+        "line from the disc.",
+        f"- **The calibrated mean of four heads** keeps {mean4['rms_arcsec']:.3f}″ RMS, and "
+        f"{mean4['rms_later_arcsec']:.3f}″ *later*, mostly from orders of the disc that the "
+        "calibration does not fit. The disc error that is subtracted from the mean is",
+        "  estimated from the one combination of the four readings that contains neither table nor "
+        "axis motion. An uncalibrated mean keeps the part of the disc error that is equal at all "
+        f"heads ({plain['rms_arcsec']:.2f}″ for two heads at 180°).",
+        "- **Places of the heads**: the data determine the places only if the axis is known to be "
+        "at rest at some orders of the disc. Standard uncertainty of the places from one turn "
+        "with the axis",
+        f"  at rest: {own}.",
+        "  If motion is unknown at every order, the calibration refuses to estimate places; the "
+        "mean tolerates places that are wrong by 10″.",
+        "- **Radii of the heads**: unequal radii cause an order 1 in the mean. The radii can be "
+        "estimated only as accurately as it is known that the axis makes no backward circle of "
+        "order 1.",
     ]
 
 
@@ -205,7 +225,7 @@ def plot_methods(found: Mapping[str, Any], folder: Path) -> Path:
         table.set_yticks(range(len(entries)), [one["title"] for one in entries], fontsize=8)
         table.set_xlabel("order")
         table.grid(visible=False)
-        table.set_title("What each method leaves, amplitude by order")
+        table.set_title("Amplitude of the remaining error of each method, by order")
         bar = figure.colorbar(image, ax=table, pad=0.01, ticks=[-4, -3, -2, -1, 0])
         bar.ax.set_yticklabels(["10⁻⁴″", "10⁻³″", "0.01″", "0.1″", "1″"])
         colours = (BEFORE, LIMIT, "#3a7d44", "#8a6fb0", AFTER, "#888888")
@@ -218,8 +238,8 @@ def plot_methods(found: Mapping[str, Any], folder: Path) -> Path:
             )  # fmt: skip
         set_log_y(gains)
         gains.set_xlabel("order")
-        gains.set_ylabel("noise over that of a head")
-        gains.set_title("Noise gain of two, three and four heads (gap: not seen)")
+        gains.set_ylabel("noise / noise of one head")
+        gains.set_title("Noise gain of two, three and four heads (gap: order not determined)")
         legend_below(gains, columns=2)
         return save_picture(figure, path)
 

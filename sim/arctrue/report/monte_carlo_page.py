@@ -14,18 +14,19 @@ HEAD = """# Coverage of the stated uncertainty
 
 `arctrue monte-carlo` is a coverage study over random tables. Each trial draws a table and all input
 quantities, simulates a capture of two heads, runs `arctrue calibrate`, and compares the result with
-the truth. *Coverage* is the share of trials in which the truth lies in the stated 95 % region:
+the true value. *Coverage* is the share of trials in which the true value lies in the stated 95 %
+region:
 
 | Quantity | Region |
 |---|---|
-| an order | the ellipse of its cosine and sine in their stated covariance |
+| an order | the ellipse that the stated covariance of its cosine and sine gives |
 | the error at a reading | ±1.96 u |
-| α | ±1.65 u, since its error is rectangular |
+| α | ±1.65 u, because the error of α has a rectangular distribution |
 
 The study is not the propagation of distributions of supplement 1 of the GUM (JCGM 101:2008). That
 method starts from the estimates of one measurement and gives the distribution of its measurand, a
 coverage interval and a numerical tolerance (clause 7.9). Here the tables differ from trial to
-trial, and the result is the share of intervals that hold.
+trial, and the result is the share of intervals that contain the true value.
 
     arctrue monte-carlo FOLDER --trials 400          # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue monte-carlo FOLDER --trials 400 --page docs/monte-carlo.md
@@ -36,17 +37,18 @@ repeated ([campaigns](campaigns.md)).
 
 READING = """## How to read it
 
-- The truth is the error R₁ − θ of head 1 as a function of its reading, at the mean temperature of
-  the capture. It includes radial motion, which moves the reading.
-- A deviation is the stated value minus the truth.
-- An uncertainty is *too small* or *too large* if chance explains its coverage with a probability
-  below 1 %, over all figures of one case.
-- *Estimate* is the sum of all fitted orders. *Corrected* is the angle after the bit-true gateware,
-  with the available lanes and whole counts. It is compared with the u of the estimate, which does
-  not contain these two.
-- A trial has the same table and the same draws in every case, so that cases differ by their inputs
-  alone. `quantisation` has no other input: whole counts of 2²⁴ a turn and the gateware's words,
-  which act in all other cases too.
+- The true value is the error R₁ − θ of head 1 as a function of its reading, at the mean temperature
+  of the capture. The error includes the effect of radial motion on the reading.
+- A deviation is the stated value minus the true value.
+- A stated uncertainty is *too small* or *too large* if its coverage differs from 95 % by more than
+  chance explains: over all figures of one case, the probability of such a difference is below 1 %.
+- *Estimate* is the sum of all fitted orders. *Corrected angle* is the output of the bit-true
+  gateware, with the available lanes and rounded to whole counts. Its deviation is compared with the
+  u of the estimate, which contains neither missing lanes nor this rounding.
+- Trial number n has the same table and the same random values in every case, so that the cases
+  differ by their active inputs only. The case *quantisation alone* has only the rounding of the
+  readings to counts (2²⁴ per turn) and the rounding in the gateware; both are also active in all
+  other cases.
 """
 
 
@@ -60,12 +62,12 @@ def monte_carlo_page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str
     lines = [HEAD, "## Result", ""]
     lines += [
         f"{number} trials of each case{part}, seed {plan['seed']}; {runs} of {turns} with "
-        f"{plan['samples']:,} samples a turn, method {plan['method']}. "
+        f"{plan['samples']:,} samples per turn, method {plan['method']}. "
         f"{stated_code(header)}; {libraries}.",
         "",
         *_summary(found),
         "",
-        "### Where the stated uncertainty is off",
+        "### Where the stated uncertainty is wrong",
         "",
         *where_off(found),
         "",
@@ -75,11 +77,12 @@ def monte_carlo_page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str
         "",
         "## What is drawn",
         "",
-        f"The table: a disc {ECCENTRICITY_UM[0]:g} … {ECCENTRICITY_UM[1]:g} µm off the axis, and "
-        f"graduation errors of orders 2 to 20, {GRADUATION_ARCSEC[0]:g} … "
-        f"{GRADUATION_ARCSEC[1]:g}″ each, log-uniform.",
+        f"The centre of the table's disc lies {ECCENTRICITY_UM[0]:g} … {ECCENTRICITY_UM[1]:g} µm "
+        "off the axis (rectangular distribution). The disc has graduation errors of orders 2 to "
+        f"20, with amplitudes of {GRADUATION_ARCSEC[0]:g} … {GRADUATION_ARCSEC[1]:g}″ each "
+        "(log-uniform).",
         "",
-        "| input | drawn |",
+        "| Input | Distribution |",
         "|---|---|",
         *(f"| {item.title} | {item.distribution} |" for item in INPUTS.values()),
         "",
@@ -104,9 +107,10 @@ def _title(case: str) -> str:
 
 def _summary(found: Mapping[str, Any]) -> list[str]:
     lines = [
-        "| inputs that act | coverage of orders, mean (least) % | of α % | of the estimate over "
-        "the turn % | of the corrected angle % | deviation of the estimate, RMS ″ | "
-        "stated u, RMS ″ | corrected, RMS ″ | refused |",
+        "| active inputs | coverage of the orders: mean (smallest), % | coverage of α, % | "
+        "coverage of the estimate over the turn, % | coverage of the corrected angle, % | RMS "
+        "deviation of the estimate, ″ | RMS stated u, ″ | RMS deviation of the corrected angle, ″ "
+        "| refused captures |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for case, of in found.items():
@@ -158,7 +162,7 @@ def where_off(found: Mapping[str, Any]) -> list[str]:
                     verdicts.append(
                         f"{verdict} for {title}: coverage {100 * of[name]['rate']:.1f} %, "
                         f"deviation {of[name]['rms_deviation_arcsec']:.4f}″ RMS, "
-                        f"stated {of[name]['rms_stated_arcsec']:.4f}″"
+                        f"stated u {of[name]['rms_stated_arcsec']:.4f}″"
                     )
         if verdicts:
             lines.append(f"- {_title(case)}: {'; '.join(verdicts)}.")
@@ -171,7 +175,9 @@ def _orders(found: Mapping[str, Any]) -> list[str]:
         return ["Every capture was refused."]
     head = " | ".join(_title(name) for name in shown)
     lines = [
-        "Coverage, percent; in brackets deviation and stated u of a component, RMS, 10⁻³ ″.",
+        "Each cell shows the coverage in % and, in brackets, the RMS deviation and the RMS stated "
+        "u of a component (cosine or sine) in 10⁻³ ″. In bold cells the stated u is too small or "
+        "too large.",
         "",
         f"| order | {head} |",
         "|---|" + "---|" * len(shown),

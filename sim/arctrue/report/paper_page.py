@@ -30,24 +30,25 @@ def paper_page(found: Mapping[str, Any]) -> str:
     lines = [
         "# The paper, point by point",
         "",
-        "This page compares *Fully online calibration-compensation method for rotary table "
-        "positioning error* (Shao, Zhu, Huang, Xue, Zhu)",
-        "with this implementation: each equation, table and figure, the result here, and the "
-        "command or page that shows it. `arctrue paper` makes it",
-        "from [paper.json](data/paper.json). The [errata](errata.md) list the slips of the paper.",
+        "This page compares the paper *Fully online calibration-compensation method for rotary "
+        "table positioning error* (Shao, Zhu, Huang, Xue, Zhu)",
+        "with this implementation. For each equation, table and figure the page states the result "
+        "of this implementation, and the command or page that shows the result.",
+        "`arctrue paper` makes the page from [paper.json](data/paper.json). The "
+        "[errata](errata.md) list the mistakes of the paper.",
         "",
         "```sh",
         ".venv/bin/arctrue paper --page docs/paper.md --json docs/data/paper.json --out docs/images"
         f"{_lanes_option(found['experiments'][0])}   # {_minutes(found['experiments'])}",
         ".venv/bin/arctrue paper --from docs/data/paper.json --page docs/paper.md --out docs/images"
         "   # without a run",
-        ".venv/bin/arctrue paper --interpolation 64                  # the experiment alone, "
+        ".venv/bin/arctrue paper --interpolation 64                  # only the experiment, "
         "one minute, counts of 1.2″",
         "```",
         "",
         "## Equations and tables",
         "",
-        "| | Paper | Here | How |",
+        "| Item | Paper | This implementation | Shown by |",
         "|---|---|---|---|",
         *(
             f"| {one['label']} | {one['paper']} | {one['here']} | {one['how']} |"
@@ -66,10 +67,10 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
     full = runs[0]
     printed = full["published"]
     rows = [
-        ("error, uncorrected", _span(printed["before_arcsec"], 1), *(
+        ("error without correction", _span(printed["before_arcsec"], 1), *(
             _span(one["before"]["span_arcsec"]) for one in runs
         )),
-        ("error, corrected", _span(printed["after_arcsec"], 1), *(
+        ("error with correction", _span(printed["after_arcsec"], 1), *(
             _span(one["after"]["span_arcsec"]) for one in runs
         )),
         ("largest σ of a face, (13)", "0.2", *(
@@ -81,13 +82,13 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
             ))
             for label, key in _OUTCOME
         ),
-        ("u combined, (16)", f"{printed['combined_arcsec']:.2f}", *(
+        ("combined uncertainty u, (16)", f"{printed['combined_arcsec']:.2f}", *(
             f"{one['budget']['combined_arcsec']:.2f}" for one in runs
         )),
-        ("U expanded, k = 2, (17)", f"{printed['expanded_arcsec']:.2f}", *(
+        ("expanded uncertainty U, k = 2, (17)", f"{printed['expanded_arcsec']:.2f}", *(
             f"{one['budget']['expanded_arcsec']:.2f}" for one in runs
         )),
-        ("largest order left, Fig. 11 (b)", "1", *(_largest_order(one) for one in runs)),
+        ("largest remaining order, Fig. 11 (b)", "1", *(_largest_order(one) for one in runs)),
     ]  # fmt: skip
     given = full["settings"]
     return [
@@ -95,36 +96,40 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         "",
         "The table of the [virtual instrument](instrument.md) turns at 30°/s. Every edge of both "
         "heads passes through the compiled gateware, and",
-        "the firmware's C calibrates in every turn. At every 15° of the signal the autocollimator "
-        f"reads the face before it, in {given['cycles']} cycles of {printed['faces']} faces.",
-        "*Uncorrected* is head 1's own signal in the same turns.",
+        "the firmware's C code calibrates in every turn. Each time the signal passes a multiple of "
+        f"15°, the autocollimator reads the face in front of it, in {given['cycles']} cycles of "
+        f"{printed['faces']} faces.",
+        "*Without correction* is head 1's signal in the same turns.",
         "",
-        "| Simulated | |",
+        "| Simulated part | Errors |",
         "|---|---|",
-        "| Table | the paper's range of error: an eccentricity of 37.7 µm and six orders above it; "
-        "heads 50″ off 33°; 0.1″ of noise on each reading |",
-        "| Polygon | uncertainty of its certificate at each face: 0.1″ (u₁); faces lean by up to "
-        "8″ and are hollow by 0.03 µm; its centre is 1 µm off the axis |",
-        "| Autocollimator | an error of 0.05″ at each face (u₂); a reading scatters by "
+        "| Table | errors in the paper's range: an eccentricity of 37.7 µm and six higher orders; "
+        "the heads' separation is 50″ off 33°; 0.1″ of noise on each reading |",
+        "| Polygon | error of 0.1″ at each face, within its certificate (u₁); faces are tilted by "
+        "up to 8″ and concave by 0.03 µm; the polygon's centre is 1 µm off the axis |",
+        "| Autocollimator | error of 0.05″ at each face (u₂); standard deviation of a reading "
         f"{given['scatter_arcsec']:g}″ |",
         "",
-        "Faces and autocollimator are geometry: a hollow mirror met off its centre, and the law of "
-        "reflection in space. The simulation does not use equations",
-        "(14) and (15), so that a test compares them with it. The scatter is chosen so that the "
-        "largest σ is about the paper's 0.2″.",
+        "The simulation computes the readings from geometry: a concave mirror that is hit off its "
+        "centre, and the law of reflection in space. It does not use equations",
+        "(14) and (15), so that a test can compare these equations with the simulation. The "
+        "standard deviation of a reading is chosen so that the largest σ is about the paper's "
+        "0.2″.",
         "",
-        "| ″ | paper | " + " | ".join(f"here, {_counts(one)}" for one in runs) + " |",
+        "| Value in ″ | paper | "
+        + " | ".join(f"this implementation, {_counts(one)}" for one in runs)
+        + " |",
         "|---|---|" + "---|" * len(runs),
         *(f"| {' | '.join(row)} |" for row in rows),
         "",
-        f"{full['applied_orders']} orders were applied, by a core of {_lanes(full)}; "
-        f"{full['refused_turns']} turns refused, {full['clocks'] / 1e6:,.0f} million clocks. "
-        "σ and u₃ are the",
-        "standard deviation of a single value, as in the paper; the means of ten cycles in the "
-        "first rows scatter less ([errata](errata.md)).",
+        f"The firmware applied {full['applied_orders']} orders in a core of {_lanes(full)} and "
+        f"refused {full['refused_turns']} turns; the run took {full['clocks'] / 1e6:,.0f} million "
+        "clocks. σ and u₃ are",
+        "standard deviations of a single value, as in the paper; the means of ten cycles in the "
+        "first two rows scatter less ([errata](errata.md)).",
         "",
         *_finest(full),
-        f"![Fig. 11, drawn anew](images/{figure_11_name(full)})",
+        f"![Fig. 11, reproduced](images/{figure_11_name(full)})",
         "",
     ]
 
@@ -134,7 +139,7 @@ def _finest(one: Mapping[str, Any]) -> list[str]:
     nothing."""
     if _interpolation(one) == FULL:
         return []
-    return ["This page's runs are coarser than the paper's 2²⁴ counts a turn.", ""]
+    return ["The runs of this page have fewer counts per turn than the paper's 2²⁴.", ""]
 
 
 def _lanes_option(one: Mapping[str, Any]) -> str:
@@ -167,40 +172,43 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
     count = arcsec_per_count(16384 * COARSE)
     rounding = count / ROUNDING_DIVISOR
     expected = math.hypot(given["revolution"]["noise_arcsec"], given["scatter_arcsec"], rounding)
-    came_out = "".join(
-        f" It came out as {one['budget']['repeatability_arcsec']:.2f}″." for one in coarse
+    measured = "".join(
+        f" The run gives {one['budget']['repeatability_arcsec']:.2f}″, because the part of the "
+        "rounding that repeats in every cycle does not scatter."
+        for one in coarse
     )
     return [
-        "## What these figures are not",
+        "## Limits of these results",
         "",
-        "- **The table never stops, and there is no servo.** A face is read in passing, at the "
-        "count at which a servo would stop. A servo adds its own",
-        "  error (following error, friction, dither between two counts): "
+        "- **The table never stops, and there is no servo.** The autocollimator reads a face while "
+        "the table turns, at the count at which a servo would stop. A servo adds its own",
+        "  error (following error, friction, dither between two counts): see "
         "[stop and go](stop-and-go.md).",
-        "- **The comparison excludes the latency**: an edge is compared with the angle at the "
-        "instant at which the table made it. At 100 MHz an edge",
-        f"  leaves {delay['pin_to_pin_ns']:.0f} ns later, {delay['travel_arcsec']:.2f}″ of travel "
-        "at 30°/s and none at rest.",
-        f"- **{delay['pipeline_ns']:.0f} ns are not far below the time of a count** "
-        f"({delay['count_ns']:.0f} ns at 30°/s) but "
-        f"{delay['pipeline_ns'] / delay['count_ns']:.1f} of it; above "
-        f"{30.0 * delay['count_ns'] / delay['pipeline_ns']:.0f}°/s they are longer.",
-        "- **Subdivision, heat and bearing as causes of the paper's remaining 1.6″ are a guess.** "
-        "This table has none of them, and no published measurement",
-        "  of the paper's table decides. The [budget](calibration-budget.md) and the "
-        "[effects](effects.md) state what each would cause.",
-        f"- **Orders below {values['(6)']['limit_u']:.1f} standard uncertainties are not "
-        "applied.** They stay in the output; their sum is a line of the "
-        "[budget](reports.md#uncertainty-budget).",
-        "- **With `--interpolation 64`, σ, u₃ and U exceed the paper's**, because a count is "
-        f"{count:.2f}″. An edge of the output leaves with an edge of head 1, so that",
-        f"  the fraction of a count in the correction remains: {rounding:.2f}″ RMS (a count over "
-        f"√12), with the scatter of head and autocollimator at most {expected:.2f}″.",
-        f" {came_out} A part that repeats in every cycle goes into the mean. At 2²⁴ counts a turn "
-        f"the same is {rounding / 16:.2f}″.",
-        "- The remaining error here comes from polygon and autocollimator: 0.11″ a face is 0.046″ "
-        "in an order (the broken line of Fig. 11 (b)).",
-        "  The output's own error is smaller, and only a simulation shows it: 0.03″ RMS "
+        "- **The comparison excludes the latency**: each edge of the output is compared with the "
+        "angle at which the table caused this edge. At 100 MHz the edge",
+        f"  leaves {delay['pin_to_pin_ns']:.0f} ns later; meanwhile the table turns by "
+        f"{delay['travel_arcsec']:.2f}″ at 30°/s.",
+        f"- **The pipeline's {delay['pipeline_ns']:.0f} ns are not far below the duration of a "
+        f"count**, as the paper says, but {delay['pipeline_ns'] / delay['count_ns']:.1f} of this "
+        f"duration ({delay['count_ns']:.0f} ns at 30°/s); above "
+        f"{30.0 * delay['count_ns'] / delay['pipeline_ns']:.0f}°/s a count is shorter.",
+        "- **The causes of the paper's remaining 1.6″ are unknown.** Subdivision, heat and bearing "
+        "are possible causes, but the table simulated here has none of them, and there is no",
+        "  published measurement of the paper's table that shows them. The "
+        "[budget](calibration-budget.md) and the [effects](effects.md) state the error that each "
+        "of them would cause.",
+        f"- **The firmware does not apply orders below {values['(6)']['limit_u']:.1f} standard "
+        "uncertainties.** These orders remain in the output; the "
+        "[uncertainty budget](reports.md#uncertainty-budget) has a line for their sum.",
+        "- **With `--interpolation 64`, σ, u₃ and U are larger than the paper's**, because a count "
+        f"is {count:.2f}″. The output changes only at edges of head 1, so it is rounded to a "
+        "count.",
+        f"  This rounding is {rounding:.2f}″ RMS (a count/√12); together with the noise of head "
+        f"and autocollimator, u₃ is at most {expected:.2f}″.{measured}",
+        f"  At 2²⁴ counts per turn the rounding is {rounding / 16:.2f}″.",
+        "- The remaining error in this table comes from the errors of polygon and autocollimator: "
+        "0.11″ at each face are 0.046″ in an order (the dashed line of Fig. 11 (b)).",
+        "  The error of the output itself is smaller: 0.03″ RMS. Only a simulation can show it "
         "([virtual instrument](instrument.md#one-revolution-at-the-papers-size)).",
         "",
     ]
@@ -210,9 +218,9 @@ def _figures() -> list[str]:
     lines = [
         "## Figures",
         "",
-        "`arctrue paper --out` draws them from the constants of this implementation. Figures 2 "
-        "and 10 are photographs of the paper's board and table; there is",
-        "no board here yet ([on the bench](hardware.md)). Fig. 11 is above.",
+        "`arctrue paper --out` draws the figures from the constants of this implementation. "
+        "Figures 2 and 10 of the paper are photographs of its board and table; this project has",
+        "no board yet ([on the bench](hardware.md)). Fig. 11 is above.",
         "",
     ]
     for number, (title, _, _) in DRAWINGS.items():
@@ -224,7 +232,9 @@ def _figures() -> list[str]:
 def _lanes(one: Mapping[str, Any]) -> str:
     lanes = one["settings"]["revolution"]["lanes"]
     whole = (
-        "" if lanes == LANES_DEFAULT else f" (the usual {LANES_DEFAULT} take longer to simulate)"
+        ""
+        if lanes == LANES_DEFAULT
+        else f" (the default, {LANES_DEFAULT} lanes, takes longer to simulate)"
     )
     return f"{lanes} lanes{whole}"
 

@@ -29,62 +29,62 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
         [
             "# Stop and go",
             "",
-            "This page simulates the paper's ten cycles with a servo: the servo moves the table to "
-            f"each of {printed['faces']} faces, the table stops, and the",
-            "autocollimator reads the face. ([The paper, point by point](paper.md) reads the faces "
-            "in passing.) The servo's feedback is first head 1's",
-            "own signal, then the corrected one. The command makes this page from "
-            "[stop-and-go.json](data/stop-and-go.json).",
+            "`arctrue stop-and-go` simulates the paper's ten cycles with a servo: the servo moves "
+            f"the table to each of {printed['faces']} faces, the table stops, and the",
+            "autocollimator reads the face. (On the page [The paper, point by point](paper.md) the "
+            "table does not stop at the faces.) The command runs the cycles twice: the servo's",
+            "feedback is head 1's signal, then the corrected signal. The command makes this page "
+            "from [stop-and-go.json](data/stop-and-go.json).",
             "",
             "```sh",
             ".venv/bin/arctrue stop-and-go --page docs/stop-and-go.md "
             "--json docs/data/stop-and-go.json --out docs/images",
             "```",
             "",
-            "| | |",
+            "| Part | Settings |",
             "|---|---|",
-            f"| axis | {axis['inertia_kg_m2']:g} kg m², friction {axis['coulomb_n_m']:g} N m and "
-            f"{axis['static_n_m']:g} N m at rest (LuGre), motor to "
-            f"{axis['torque_limit_n_m']:g} N m |",
-            f"| controller | {controller['rate_hz'] / 1000:g} kHz: position loop "
-            f"{controller['position_1_s']:g} 1/s around a speed loop with integral |",
-            "| moves | 15° at 30°/s and 120°/s², 0.8 s to settle, 0.2 s to read |",
-            f"| signal | 2²⁴ counts a turn, {given['noise_arcsec']:g}″ of noise on each reading; "
-            f"{found['orders_applied']} orders from one captured turn, in the gateware's formats |",
+            f"| axis | moment of inertia {axis['inertia_kg_m2']:g} kg m²; friction (LuGre) "
+            f"{axis['coulomb_n_m']:g} N m in motion and {axis['static_n_m']:g} N m at rest; motor "
+            f"torque up to {axis['torque_limit_n_m']:g} N m |",
+            f"| controller | sampled at {controller['rate_hz'] / 1000:g} kHz: position loop with "
+            f"{controller['position_1_s']:g} 1/s around a speed loop with integral action |",
+            "| moves | 15° at up to 30°/s and 120°/s², then 0.8 s to settle and 0.2 s to read |",
+            f"| signal | 2²⁴ counts per turn, {given['noise_arcsec']:g}″ of noise on each reading; "
+            f"the correction has {found['orders_applied']} orders from one captured turn, in the "
+            "gateware's number formats |",
             "",
-            "| ″ | paper | head 1's signal | corrected |",
+            "| Result, in ″ where no unit is given | paper | feedback: head 1's signal | feedback: "
+            "corrected signal |",
             "|---|---|---:|---:|",
-            f"| error by polygon and autocollimator | [−150.0, 137.9] → [−1.3, 1.6] | "
+            f"| error measured with polygon and autocollimator | [−150.0, 137.9] → [−1.3, 1.6] | "
             f"{_span(raw['mean_arcsec'])} | {_span(corrected['mean_arcsec'])} |",
-            f"| true error of the table (less its mean) | not known | "
+            f"| true error of the table, minus its mean | not known | "
             f"{_span(raw['true_mean_arcsec'])} | {_span(corrected['true_mean_arcsec'])} |",
             f"| largest σ of a face, (13) | 0.2 | {max(raw['deviation_arcsec']):.2f} | "
             f"{max(corrected['deviation_arcsec']):.2f} |",
-            row("u₃ repeatability", "0.2", "repeatability_arcsec"),
-            row("U expanded, k = 2, (17)", "0.46", "expanded_arcsec"),
+            row("repeatability u₃", "0.2", "repeatability_arcsec"),
+            row("expanded uncertainty U, k = 2, (17)", "0.46", "expanded_arcsec"),
             row("movement of the table during a reading, median", "not stated", "tremble_arcsec"),
-            row(
-                "offset common to all faces, subtracted as the zero", "not stated", "common_arcsec"
-            ),
+            row("offset common to all faces, subtracted", "not stated", "common_arcsec"),
             row("largest following error", "not stated", "following_arcsec", 0),
-            row("settled after, s (within 5 counts), median", "not stated", "settled_s"),
+            row("settling time to within 5 counts, median, s", "not stated", "settled_s"),
             "",
             f"![Error at the faces, raw and corrected](images/{PICTURE})",
             "",
-            "- Sign: if the signal reads too much by ε, the table stops at target − ε.",
-            "- The servo adds to the scatter and hardly to the error: its integral brings the mean "
-            "of the reading to the target.",
-            "- The correction changes by less than 0.0003° in a degree, so that following error "
-            "and settling equal those of head 1's signal.",
-            "- The offset common to all faces is the zero: the error at the index mark, a₀ of (9), "
-            "which two heads cannot see and the",
-            "  autocollimator's zero removes. All moves have the same direction, so that the "
-            "offset also contains the creep after a move, while",
-            "  the integral releases the friction.",
-            "- Latency has no effect: 0.4 µs against a controller's sample of "
-            f"{1e6 / controller['rate_hz']:.0f} µs, at rest.",
-            "- Gains, friction and inertia are of no particular table. Every move begins at rest "
-            "at the previous face, so that all moves are simulated in parallel.",
+            "- Sign: if the signal is too large by ε, the table stops at target − ε.",
+            "- The servo increases the scatter, but hardly the mean error: its integral action "
+            "brings the mean of the reading to the target.",
+            "- The correction changes by less than 0.0003° per degree of rotation; therefore the "
+            "following error and the settling time are the same with both signals.",
+            "- The offset common to all faces is the error at the index mark, a₀ of equation (9). "
+            "Two heads do not determine a₀, and the autocollimator's zero",
+            "  removes the offset. All moves have the same direction; therefore the offset also "
+            "contains the creep after a move, during which the integral action releases",
+            "  the friction.",
+            "- The gateware's latency has no effect: it is 0.4 µs, the controller samples every "
+            f"{1e6 / controller['rate_hz']:.0f} µs, and the table is at rest during a reading.",
+            "- Gains, friction and inertia are assumed values, not from a real table. Every move "
+            "begins at rest at the previous face, so that all moves can be simulated in parallel.",
             "",
         ]
     )
@@ -99,8 +99,8 @@ def plot_stop_and_go(found: Mapping[str, Any], folder: Path) -> Path:
         figure = Figure(figsize=(9.0, 5.6), layout="constrained")
         whole, enlarged = figure.subplots(2, 1, sharex=True)
         for name, colour, label in (
-            ("raw", BEFORE, "head 1's signal"),
-            ("corrected", AFTER, "corrected"),
+            ("raw", BEFORE, "feedback: head 1's signal"),
+            ("corrected", AFTER, "feedback: corrected signal"),
         ):
             whole.plot(faces, found[name]["mean_arcsec"], "o-", color=colour, label=label)
         enlarged.errorbar(
@@ -110,7 +110,7 @@ def plot_stop_and_go(found: Mapping[str, Any], folder: Path) -> Path:
             fmt="o-",
             color=AFTER,
             capsize=2,
-            label="by polygon and autocollimator; bars: σ",
+            label="measured with polygon and autocollimator; bars: σ",
         )
         true = np.asarray(found["corrected"]["true_mean_arcsec"])
         enlarged.plot(faces, true, "s--", color=LIMIT, markersize=3, label="true")

@@ -40,11 +40,11 @@ def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
     )
     scatter = float(np.sqrt(np.mean(found.u_table_arcsec**2)))
     return Budget(
-        "polygon put on anew in every cycle, closure",
+        "closure with a polygon that is remounted in every cycle",
         (
             Contribution(
                 "scatter of the readings",
-                "what the closure leaves, through its solution",
+                "residuals of the closure's least-squares fit, propagated to the table's error",
                 "A",
                 "normal",
                 found.scatter_arcsec,
@@ -53,7 +53,7 @@ def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
             ),
             Contribution(
                 "autocollimator",
-                "its certificate, Table 2: 0.1″ (k = 2)",
+                "certificate of the autocollimator, Table 2: 0.1″ (k = 2)",
                 "B",
                 "normal",
                 published.budget.autocollimator_arcsec,

@@ -50,18 +50,18 @@ class SourceText:
 
 
 SOURCES = (
-    SourceText("quantisation", "quantisation of the readings", "0.0772″ a count", True),
-    SourceText("noise", "noise", "0.1″ on each reading, 12,000 samples", True),
+    SourceText("quantisation", "quantisation of the readings", "1 count is 0.0772″", True),
+    SourceText("noise", "noise of the readings", "0.1″ on each reading, 12,000 samples", True),
     SourceText("alpha", "α: place where the index is detected", "28.9″ (± 50″, rectangular)", True),
-    SourceText("index", "α: index repeatability", "± 1 count a head, rectangular", True),
-    SourceText("approximation", "approximation in (8)", "ε(R) for ε(θ)", False),
-    SourceText("uneven", "uneven sampling", "ripple of 1.4 % at order 7", False),
-    SourceText("cordic", "CORDIC", "18 bits, 16 iterations, phase u0.24", False),
+    SourceText("index", "α: index repeatability", "± 1 count per head, rectangular", True),
+    SourceText("approximation", "approximation in (8)", "ε(R) in place of ε(θ)", False),
+    SourceText("uneven", "uneven sampling", "speed ripple of 1.4 % at order 7", False),
+    SourceText("cordic", "CORDIC", "18 bits, 16 iterations, phase with 24 bits", False),
     SourceText("coefficients", "rounding of the coefficients", "2⁻¹¹ count, 2⁻²⁴ turn", False),
     SourceText("latency", "latency × speed", LATENCY_SIZE, False),
-    SourceText("ramp", "ramp after a swap", "a recalibration with noise, the turn after it", True),
+    SourceText("ramp", "ramp after a swap", "the turn after a recalibration with noise", True),
     SourceText("subdivision", "subdivision", "1 % of offset, gain and phase in both heads", True),
-    SourceText("heat", "heat between two calibrations", "0.9 µm/K, 2 K an hour, 12 s", False),
+    SourceText("heat", "heat between two calibrations", "0.9 µm/K, 2 K per hour, 12 s", False),
 )  # fmt: skip
 
 

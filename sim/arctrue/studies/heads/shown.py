@@ -328,18 +328,21 @@ def _budget(bench: Bench) -> list[dict[str, Any]]:
     skew_s = 10e-9
     rectangular = 1.0 / np.sqrt(12.0)
     rows: tuple[tuple[str, float], ...] = (
-        ("noise of one sample, 0.1″ a head", bench.noise_arcsec * noise),
-        ("whole counts of the heads", count * rectangular * noise),
-        ("whole counts of the output", count * rectangular),
-        ("weights in s1.16, 285″ between the heads", 2**-17 / np.sqrt(3.0) * 285.0),
-        ("offsets in u24.4", count / 16.0 * rectangular * noise),
-        ("zero: index marks ± 1 count", count / np.sqrt(3.0) * noise),
+        ("noise of one sample, 0.1″ per head", bench.noise_arcsec * noise),
+        ("rounding of the heads' readings to counts", count * rectangular * noise),
+        ("rounding of the output to counts", count * rectangular),
+        ("rounding of the weights (s1.16), readings 285″ apart", 2**-17 / np.sqrt(3.0) * 285.0),
+        ("rounding of the offsets (u24.4)", count / 16.0 * rectangular * noise),
+        ("zero: index marks that repeat within ± 1 count", count / np.sqrt(3.0) * noise),
         (
-            "places ± 10″, the axis moves by 2 µm",
+            "places wrong by 10″, axis moves by 2 µm",
             10.0 * RAD_PER_ARCSEC * moved * noise / np.sqrt(2),
         ),
-        ("radii ± 0.1 mm not known, the axis moves by 2 µm", radius * moved * noise / np.sqrt(2)),
-        ("radii ± 0.1 mm not known, order 1 of the disc", radius * eccentric * noise / np.sqrt(2)),
+        ("radii wrong by up to 0.1 mm, axis moves by 2 µm", radius * moved * noise / np.sqrt(2)),
+        (
+            "radii wrong by up to 0.1 mm, order 1 of the disc",
+            radius * eccentric * noise / np.sqrt(2),
+        ),
         ("skew of 10 ns between the heads at 90°/s", skew_s * 90.0 * 3600.0 * noise),
     )
     return [{"cause": cause, "u_arcsec": float(u)} for cause, u in rows]

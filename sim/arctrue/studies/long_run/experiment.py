@@ -34,10 +34,10 @@ AVERAGE_KEEP = 0.8
 DECIMALS = 4
 """Number of decimals of the values of each turn, in ″ and °C."""
 STRATEGIES = {
-    "held": "the first turn's coefficients, then frozen",
-    "single": "calibrated anew in every turn, no average",
-    "average": "calibrated in every turn, running average (keep 0.8)",
-    "model": "the orders that follow the temperature by a thermometer, the others as the average",
+    "held": "calibrated in the first turn only",
+    "single": "calibrated from every single turn",
+    "average": "calibrated from a running average of the turns (keep 0.8)",
+    "model": "orders that depend on temperature by a model, the others by a running average",
 }
 
 

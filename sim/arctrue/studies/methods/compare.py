@@ -161,9 +161,9 @@ def _own_places(settings: MethodsSettings) -> list[dict[str, Any]]:
     )
     part, fine = averaged_turn(World(one_turn), FOUR_DEG)
     cases: tuple[tuple[str, MotionOrders], ...] = (
-        ("known to be at rest", ()),
-        ("unknown at order 1", (1,)),
-        ("unknown at orders 1 to 8", MOTION_ORDERS),
+        ("the fit assumes no motion", ()),
+        ("the fit allows motion at order 1", (1,)),
+        ("the fit allows motion at orders 1 to 8", MOTION_ORDERS),
     )
     found = []
     for title, motion in cases:

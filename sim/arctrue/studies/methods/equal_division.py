@@ -37,7 +37,7 @@ def equal_division(heads: int) -> Method:
         f"Equal division, {heads} heads (EDA)",
         "Watanabe et al. [5]; [18–21]",
         heads,
-        f"{heads} heads at {360 / heads:g}°",
+        f"{heads} heads spaced by {360 / heads:g}°",
         f"orders {heads}, {2 * heads}, {3 * heads}, …",
         lambda world: _run(world, heads),
     )

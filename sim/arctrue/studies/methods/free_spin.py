@@ -165,7 +165,9 @@ FREE_SPIN = Method(
     "Time measurement on a free spin (TDR)",
     "Lu et al. [3], Lu and Trumper [4]",
     1,
-    "a motor that can be released, 10 turns a second, raw lines; a spin up every 4 s",
-    "what speed changes: the axis' motion at working speed, torque of orders that are not fitted",
+    "a motor that spins the table up to 10 turns per second every 4 s and releases it; the times "
+    "of the lines",
+    "what differs between the spin and the working speed, such as the axis' motion; torque at "
+    "orders that the fit does not contain",
     lambda world: of_harmonics(*harmonics_of_spin(world, FreeSpin())),
 )

@@ -120,12 +120,10 @@ def least_squares_of(
         "Geckeler et al. [9]; Zhao et al. [14]" if motion else "Geckeler et al. [8, 9]",
         heads,
         f"heads at {_named(places_deg)}",
-        "no order up to 128; "
-        + (
-            "motion above order 8 and all that does not repeat"
-            if motion
-            else "motion counts as disc"
-        ),
+        "attributes motion above order 8 to the disc; does not correct motion that does not repeat "
+        "every turn"
+        if motion
+        else "attributes all axis motion to the disc",
         lambda world: _head1(world, places_deg, motion),
     )
 
@@ -140,7 +138,8 @@ def mean_of(name: str, places_deg: Sequence[float], source: str) -> Method:
         source,
         heads,
         f"heads at {_named(places_deg)}",
-        "what the heads see alike of the disc, and order 1 by the radii",
+        "the part of the disc error that is equal at all heads, and the order 1 caused by unequal "
+        "head radii",
         lambda world: _uncalibrated(world, places_deg),
         "mean",
     )
@@ -152,11 +151,12 @@ def calibrated_mean_of(name: str, places_deg: Sequence[float], motion: MotionOrd
     known = "motion unknown at every order" if motion == "every" else "motion at orders 1 to 8"
     return Method(
         name,
-        f"Mean of {heads} heads, calibrated, {known if motion else 'axis taken to be at rest'}",
+        f"Mean of {heads} heads, calibrated, {known if motion else 'axis assumed at rest'}",
         "this project",
         heads,
         f"heads at {_named(places_deg)}",
-        "order 1 by the radii",
+        "the order 1 caused by unequal head radii"
+        + ("" if motion else "; attributes all axis motion to the disc"),
         lambda world: _calibrated(world, places_deg, motion),
         "mean",
     )

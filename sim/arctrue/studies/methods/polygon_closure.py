@@ -88,7 +88,8 @@ POLYGON_CLOSURE = Method(
     "Closure by re-indexing the polygon",
     "cg-23 (EURAMET)",
     1,
-    "a polygon without certificate, put on anew in every cycle; autocollimator",
-    "orders from 12 on, which appear as lower ones; the autocollimator's own error",
+    "polygon of 24 faces without certificate, turned to a new position on the table in every "
+    "cycle; autocollimator",
+    "orders from 12 on, which the fit takes for lower orders; the autocollimator's own error",
     _run,
 )

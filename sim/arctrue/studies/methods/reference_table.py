@@ -33,13 +33,14 @@ def _harmonics(world: World) -> Output:
     return of_harmonics(orders, fitted_harmonics(orders, reading, error))
 
 
+NEEDS = "polygon of 24 faces with its certificate, autocollimator, free space on the table"
 LOOK_UP_TABLE = Method(
     "look_up_table",
     "Look-up table from a reference",
     "ISO 230-1 [1]; read-only tables in the controller [17]",
     1,
-    "polygon of 24 faces with its certificate, autocollimator, a free top of the table",
-    "what lies between the faces: orders from 12 on, and 1.2″ of an order 1 of 144″",
+    NEEDS,
+    "orders from 12 on; linear interpolation between faces leaves up to 1.2″ of an order 1 of 144″",
     _table,
 )
 REFERENCE_HARMONICS = Method(
@@ -47,7 +48,7 @@ REFERENCE_HARMONICS = Method(
     "Harmonics from a reference",
     "Zhou et al. [15]",
     1,
-    "the same",
-    "orders from 12 on, which appear as lower ones",
+    NEEDS,
+    "orders from 12 on, which the fit takes for lower orders",
     _harmonics,
 )

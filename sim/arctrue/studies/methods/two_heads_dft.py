@@ -53,22 +53,26 @@ def _least_squares(world: World) -> Output:
     return _applied(estimate)
 
 
+NOT_CORRECTED = (
+    "orders 120, 240, …; high noise at orders 11, 22, …; attributes radial motion and unequal "
+    "radii to the disc"
+)
 PAPER_DFT = Method(
     "two_heads_dft",
     "Two heads, DFT, α nominal (the paper)",
     "Geckeler et al. [8]; equations (1) to (8)",
     2,
-    "two heads, α to ± 50″ by mounting; an even speed",
-    "orders 120, 240, …; weak at 11, 22, …; radial motion and unequal radii count as disc",
+    "two heads, mounted at α within ± 50″; constant speed",
+    NOT_CORRECTED,
     lambda world: _fourier(world, "nominal"),
 )
 MEASURED_DFT = Method(
     "two_heads_dft_measured",
     "Two heads, DFT, α measured by the index",
-    "the same, α from mean(R₂ − R₁)",
+    "Geckeler et al. [8]; equations (1) to (8) with α from mean(R₂ − R₁)",
     2,
-    "two heads, one index mark; an even speed",
-    "the same",
+    "two heads, one index mark; constant speed",
+    NOT_CORRECTED,
     lambda world: _fourier(world, "measured"),
 )
 TWO_HEADS_LEAST_SQUARES = Method(
@@ -77,6 +81,6 @@ TWO_HEADS_LEAST_SQUARES = Method(
     "arctrue calibrate",
     2,
     "two heads, one index mark; any speed",
-    "the same",
+    NOT_CORRECTED,
     _least_squares,
 )

@@ -129,26 +129,27 @@ INPUTS: dict[str, Input] = {
     ),
     "separation": Input(
         "α and index",
-        f"mounting and place of the index sensors each rectangular, ±{SEPARATION_ARCSEC:g}″; "
-        f"each index ±{INDEX_COUNTS} count in each run",
+        f"error of the heads' mounting and error of the index sensors' place: each rectangular, "
+        f"±{SEPARATION_ARCSEC:g}″; each index mark repeats within ±{INDEX_COUNTS} count",
         _separation,
     ),
     "ripple": Input(
         "ripple of the speed",
-        f"{_between(RIPPLE_PERCENT)} %, log-uniform, "
-        f"{RIPPLE_ORDERS[0]} … {RIPPLE_ORDERS[1]} times a turn",
+        f"{_between(RIPPLE_PERCENT)} %, log-uniform; "
+        f"{RIPPLE_ORDERS[0]} … {RIPPLE_ORDERS[1]} periods per turn",
         _ripple,
     ),
     "radial_motion": Input(
         "radial motion of the axis",
-        f"{_between(RADIAL_MOTION_UM)} µm, log-uniform, an ellipse "
-        f"{RADIAL_MOTION_ORDERS[0]} … {RADIAL_MOTION_ORDERS[1]} times a turn",
+        f"ellipse of {_between(RADIAL_MOTION_UM)} µm, log-uniform; "
+        f"{RADIAL_MOTION_ORDERS[0]} … {RADIAL_MOTION_ORDERS[1]} revolutions per turn",
         _radial_motion,
     ),
     "temperature": Input(
         "temperature during the capture",
-        f"changes by ±{WARMING_K:g} K, rectangular; hub {_between(HUB_UM_PER_K)} µm/K, bracket "
-        f"of head 2 {_between(BRACKET_ARCSEC_PER_K)}″/K, log-uniform",
+        f"changes by up to ±{WARMING_K:g} K, rectangular; the disc's centre moves by "
+        f"{_between(HUB_UM_PER_K)} µm/K and the bracket of head 2 by "
+        f"{_between(BRACKET_ARCSEC_PER_K)}″/K, both log-uniform",
         _temperature,
     ),
     "lanes": Input("lanes of the gateware", f"one of {', '.join(map(str, LANES))}", _lanes),

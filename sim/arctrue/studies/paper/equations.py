@@ -89,9 +89,9 @@ def definition() -> Item:
     amplitude = 2.0 * abs(_order(error, 1))
     return Item(
         "(1)",
-        "ε = P(θ) − θ: actual less target position",
-        f"ε is reading less true angle; order 1 of the table is {amplitude:.2f}″, and the servo "
-        "stops at target − ε: the other sign",
+        "ε = P(θ) − θ: actual position minus target position",
+        f"ε is the reading minus the true angle. Order 1 of the table is {amplitude:.2f}″. A servo "
+        "stops at target − ε, so this ε has the opposite sign",
         "[errata](errata.md#1-and-2-two-senses-of-the-error); `arctrue iso230`",
         {"amplitude_arcsec": amplitude},
     )
@@ -109,7 +109,7 @@ def readings() -> Item:
     return Item(
         "(2), (3)",
         "R₁ = θ + ε(θ), R₂ = θ + ε(θ + α)",
-        f"R₂ = θ + α + ε(θ + α): exact geometry of points agrees to {apart:.0e}″",
+        f"R₂ = θ + α + ε(θ + α); the exact geometry of points agrees within {apart:.0e}″",
         "`sim/arctrue/table`; [head geometry](architecture.md#head-geometry)",
         {"largest_difference_arcsec": apart},
     )
@@ -128,7 +128,7 @@ def difference() -> Item:
     return Item(
         "(4), (5)",
         "δ₂₁ = ε(θ + α) − ε(θ), D_n = (e^{jnα} − 1) E_n",
-        f"the lines of the geometry's difference obey it to {max(off):.0e}″",
+        f"the orders of the difference, computed from the geometry, agree within {max(off):.0e}″",
         "`pytest sim/tests/calibration`",
         {"largest_difference_arcsec": float(max(off))},
     )
@@ -140,8 +140,9 @@ def transfer() -> Item:
     return Item(
         "(6)",
         "TF(n) = 1/(e^{jnα} − 1), 0 where the denominator is 0",
-        f"noise gain {gain[0]:.2f} at order 1, {gain[1]:.1f} at order 11; order 120 is not seen; "
-        f"each order has its uncertainty, one below {significance_factor(32):.1f} u is not applied",
+        f"noise gain {gain[0]:.2f} at order 1, {gain[1]:.1f} at order 11; order 120 is not "
+        "determined. The calibration states the uncertainty u of each order; an order below "
+        f"{significance_factor(32):.1f} u is not applied",
         "`arctrue calibrate SET`; [head angle](head-angle.md)",
         {"gain_1": float(gain[0]), "gain_11": float(gain[1]), "limit_u": significance_factor(32)},
     )
@@ -157,7 +158,7 @@ def self_calibration() -> Item:
     return Item(
         "(7)",
         "ε = Σ D₂₁[n] TF(n) e^{jnθ}",
-        f"at equal steps of the true angle, without noise, {left:.0e}″ are left",
+        f"{left:.0e}″ remain with equal steps of the true angle and without noise",
         "`arctrue calibrate SET --method fourier`",
         {"left_arcsec": left},
     )
@@ -180,8 +181,8 @@ def correction() -> Item:
     return Item(
         "(8)",
         "θ_com = R − ε(θ) ≈ R − ε(R)",
-        f"of 150″ the ≈ leaves {second:.3f}″ at order 2; ε as a function of the reading leaves "
-        f"{rest:.0e}″",
+        f"with an error of 150″ the approximation leaves {second:.3f}″ at order 2; ε as a function "
+        f"of the reading leaves {rest:.0e}″",
         "[errata](errata.md#8-εr-for-εθ)",
         {"order_2_arcsec": second, "of_reading_arcsec": rest},
     )
@@ -199,7 +200,8 @@ def cosines() -> Item:
     return Item(
         "(9)",
         "ε = a₀ + 2 Σ A_n cos(nθ + Φ_n), Φ_n = tan⁻¹(Im/Re)",
-        f"with atan2 equal to {off:.0e}″; with tan⁻¹ and Re < 0 wrong by {wrong:.1f} amplitudes",
+        f"with atan2, both sides are equal within {off:.0e}″; with tan⁻¹ and Re < 0, the cosine is "
+        f"wrong by {wrong:.1f} amplitudes",
         "[errata](errata.md)",
         {"off_arcsec": off, "printed_off_amplitudes": wrong},
     )
@@ -225,8 +227,8 @@ def rotation() -> Item:
     return Item(
         "(10), (11)",
         "y_{i+1} = y_i − x_i d_i 2⁻ⁱ; x₀ = 1/A_n",
-        f"y_{{i+1}} = y_i + x_i d_i 2⁻ⁱ: cos 1 to {right:.0e} (as printed it is off by "
-        f"{printed:.2f}); x₀ = {scale:.5f}",
+        f"y_{{i+1}} = y_i + x_i d_i 2⁻ⁱ gives cos 1 within {right:.0e} (the printed equation is "
+        f"wrong by {printed:.2f}); x₀ = {scale:.5f}",
         "[cordic_rotation](entities/cordic_rotation.md); [errata](errata.md)",
         {"right": right, "printed": printed, "scale": scale},
     )
@@ -240,7 +242,7 @@ def cosine() -> Item:
     return Item(
         "(12)",
         "x_n ≈ cos φ",
-        f"largest error of the bit-true cosine over 2¹⁸ phases {error:.2e}",
+        f"the largest error of the bit-true cosine over 2¹⁸ phases is {error:.2e}",
         "`python -m arctrue.report.cordic_error`",
         {"largest_error": error},
     )
@@ -258,8 +260,8 @@ def instrument_terms() -> Item:
     return Item(
         "(14), (15)",
         "u₄ = 0.0005″, u₅ = 0.0001″",
-        f"{fourth:.4f}″, {fifth:.5f}″, each against the geometry of a mirror that is hollow or "
-        "leans",
+        f"{fourth:.4f}″ and {fifth:.5f}″; tests compare both with the geometry of a concave and of "
+        "a tilted mirror",
         "`pytest sim/tests/studies/paper`",
         {"u4_arcsec": fourth, "u5_arcsec": fifth},
     )
@@ -290,8 +292,8 @@ def accumulated() -> Item:
     return Item(
         "(A.2)",
         "ε = e(n) + Σ B(j) e(j), B(j) = ∏ √(1 + 2⁻²ⁱ)",
-        f"a unit error carried through the rotations grows by B(j), to {worst:.0e}; the roundings "
-        "of z are left out",
+        f"the rotations increase a unit error by the factor B(j), within {worst:.0e}; the equation "
+        "omits the rounding of z",
         "[errata](errata.md#appendix-the-rounding-bound)",
         {"off": worst},
     )
@@ -304,7 +306,8 @@ def rounding_units() -> Item:
     return Item(
         "(A.3), (A.4)",
         "\\|e(n)\\| ≤ 2^{0.5−b}",
-        f"√2 · 2^{{−(b−1)}} = 2^{{1.5−b}}: b = {COSINE_WIDTH}: {right:.2e}, printed {printed:.2e}",
+        f"the bound is √2 · 2^{{−(b−1)}} = 2^{{1.5−b}}; for b = {COSINE_WIDTH} this is "
+        f"{right:.2e}, the printed bound is {printed:.2e}",
         "[errata](errata.md)",
         {"printed": printed, "right": right},
     )
@@ -317,8 +320,8 @@ def second_bound() -> Item:
     return Item(
         "(A.5)",
         "ε_max = 2^{0.5−b} (1 + Σ ∏ √(1 + 2⁻²ⁱ))",
-        f"n = {CORDIC_ITERATIONS}, b = {COSINE_WIDTH}: {bound:.2e}, with (A.1) {total:.2e}; the "
-        "implementation keeps the printed bound",
+        f"n = {CORDIC_ITERATIONS}, b = {COSINE_WIDTH}: {bound:.2e}, together with (A.1) "
+        f"{total:.2e}; the implementation's error is below the printed bound",
         "[Fig. A.2](images/paper_fig_a2.svg); `arctrue paper --out`",
         {"bound": bound, "total": total},
     )
@@ -332,12 +335,13 @@ def delays() -> Item:
     travel = pins_ns * 1e-9 * SPEED_DEG_S * ARCSEC_PER_DEG
     return Item(
         "Table 1",
-        "phase 5, harmonic 20, error compensation 4 clocks: 29, 290 ns at 100 MHz; “far below the "
-        "update frequency of the read head signals”",
-        f"{PHASE_LATENCY}, {HARMONIC_LATENCY}, {COMPENSATION_LATENCY} clocks: {PIPELINE_LATENCY}, "
-        f"{PIPELINE_LATENCY * clock_ns:.0f} ns. A count at {SPEED_DEG_S:g}°/s lasts "
-        f"{count_ns:.0f} ns: the delay is {PIPELINE_LATENCY * clock_ns / count_ns:.2f} count, not "
-        f"far below. From pin to pin it is {pins_ns:.0f} ns, {travel:.3f}″ of travel",
+        "phase 5, harmonic 20, error compensation 4 clocks: together 29 clocks, 290 ns at 100 MHz; "
+        "“far below the update frequency of the read head signals”",
+        f"{PHASE_LATENCY}, {HARMONIC_LATENCY} and {COMPENSATION_LATENCY} clocks: together "
+        f"{PIPELINE_LATENCY} clocks, {PIPELINE_LATENCY * clock_ns:.0f} ns. A count at "
+        f"{SPEED_DEG_S:g}°/s lasts {count_ns:.0f} ns; the delay is not far below it, but "
+        f"{PIPELINE_LATENCY * clock_ns / count_ns:.2f} of it. From pin to pin the delay is "
+        f"{pins_ns:.0f} ns, {travel:.3f}″ of travel",
         "`pytest tb/core/test_pin_to_pin.py`; [timing](timing.md)",
         {
             "count_ns": count_ns,
@@ -355,9 +359,10 @@ def measuring_equipment() -> Item:
     return Item(
         "Table 2",
         "autocollimator ± 1000″, ± 0.1″ (k = 2); polygon 0° to 360°, ± 0.2″ (k = 2); 20 ± 2 °C",
-        f"u = {budget.autocollimator_arcsec:g}″ and {budget.polygon_arcsec:g}″ (k = 1) are drawn "
-        f"once for each face; the largest reading, {largest:g}″, is within the range. The "
-        "temperature is 20 °C: what ± 2 K do is in [the budget](calibration-budget.md)",
+        f"errors with u = {budget.autocollimator_arcsec:g}″ (autocollimator) and "
+        f"{budget.polygon_arcsec:g}″ (polygon) are drawn once for each face; the largest reading, "
+        f"{largest:g}″, is within the range. The temperature is 20 °C; "
+        "[the budget](calibration-budget.md) states the effect of ± 2 K",
         "`arctrue paper --seed N`",
         {
             "u_autocollimator_arcsec": budget.autocollimator_arcsec,
@@ -375,7 +380,7 @@ def resolution() -> Item:
         "section 4",
         "resolution 0.772″; 12,000 points, ≈ 108″ apart, 1 kHz",
         f"{value:.4f}″; {samples:,} points, {ARCSEC_PER_TURN / samples:g}″ apart; "
-        f"an eccentricity of {ECCENTRICITY_M * 1e6:g} µm is {eccentricity:.0f}″",
+        f"an eccentricity of {ECCENTRICITY_M * 1e6:g} µm causes {eccentricity:.0f}″",
         "[errata](errata.md); `arctrue revolution`",
         {"resolution_arcsec": value, "eccentricity_arcsec": eccentricity},
     )

@@ -37,8 +37,8 @@ def _items(experiment: Mapping[str, Any]) -> list[Item]:
     measured = [
         Item(
             "(13)",
-            "σ of ten readings of a face by Bessel's formula, largest ≤ 0.2″",
-            f"largest of 24 faces {largest:.2f}″",
+            "σ of ten readings of a face by Bessel's formula; the largest σ is ≤ 0.2″",
+            f"the largest σ of the 24 faces is {largest:.2f}″",
             "`arctrue paper`",
             {"largest_arcsec": largest},
         ),
@@ -46,7 +46,7 @@ def _items(experiment: Mapping[str, Any]) -> list[Item]:
             "(16), (17)",
             "u = 0.23″, U = 0.46″ (k = 2)",
             f"u = {budget['combined_arcsec']:.2f}″, U = {budget['expanded_arcsec']:.2f}″ "
-            "(u₃, the mean σ of the faces, is less here)",
+            "(smaller, because u₃, the mean σ of the faces, is smaller)",
             "`arctrue paper`",
             {"u_arcsec": budget["combined_arcsec"], "U_arcsec": budget["expanded_arcsec"]},
         ),
