@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from scipy.special import chdtrc, fdtrc
 
-from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.effects.product_of_parts import ProductOfParts, recorded_conditions
 from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
@@ -57,17 +56,17 @@ def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear)
     return float(fdtrc(score.rank, free, taken / score.rank * free / left))
 
 
-def offsets_are_large(left: Residuals, before: Residuals) -> bool:
+def offsets_are_large(left: Residuals, before: Residuals, share: float) -> bool:
     """Tell whether the offsets of the runs that an effect leaves may belong to the effect's shape.
 
-    Their mean square is then more than OF_THE_SAME_KIND of the mean square that the effect removes.
+    Their mean square is then more than ``share`` of the mean square that the effect removes.
     Smaller offsets are an error of their own, for example an index that repeats worse than known.
     """
     after, without = (
         with_index_as_known(item).solution.run_offsets_arcsec for item in (left, before)
     )
     remaining = float(after @ after)
-    return remaining > OF_THE_SAME_KIND * max(float(without @ without) - remaining, 0.0)
+    return remaining > share * max(float(without @ without) - remaining, 0.0)
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:

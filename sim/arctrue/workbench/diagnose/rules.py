@@ -457,7 +457,9 @@ def fails_its_own_test(case: Case) -> Decision | None:
     if why is None and _of_the_runs(case) and case.with_best is not None and not explained:
         left = case.with_best.survey.residuals
         condition = runs_differ_with(left)
-        if condition is not None and offsets_are_large(left, case.survey.residuals):
+        if condition is not None and offsets_are_large(
+            left, case.survey.residuals, OF_THE_SAME_KIND
+        ):
             why = f"the runs still differ with the {condition}, by more than the index scatters"
     return None if why is None else _only_resembles(case, why)
 
